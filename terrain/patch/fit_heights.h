@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Heights that put a patch's vertices on a given solid's boundary: for each vertex, the nearest crossing of the field
+// along +-W (design 4.4). Used when a world is baked and when brushes fit to a shape.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "terrain/base/status.h"
+#include "terrain/patch/heights.h"
+#include "terrain/surface/surface.h"
+
+namespace karst {
+
+// A solid given by a continuous function of position: positive inside, negative outside. Position in voxels from the
+// octree's minimum corner. Called many millions of times: keep it cheap and pure.
+struct SolidField {
+  double (*value)(const void* context, glm::dvec3 position) = nullptr;
+  const void* context = nullptr;
+};
+
+struct FitHeights {
+  // Inputs.
+  Surface surface;
+  SolidField field;
+  int level = 0;                 // of the heights, 1..kMaxLevel
+  double search_voxels = 1.5;    // how far along +-W a crossing is looked for, (0, 3]
+  double step_voxels = 1.0 / 16; // first step of the search, (0, 0.5]; features thinner than this can be missed
+
+  // Output, borrowed: patch_vertices(level) heights for patch 0, then patch 1, ... (as Heights with height_block = patch).
+  std::span<std::int16_t> heights;
+
+  struct Result {
+    std::uint64_t vertices = 0;
+    std::uint64_t misses = 0;     // vertices with no crossing in reach: these take the mean of fitted neighbours
+  };
+
+  Status validate() const;
+  // Fits patches [first, last): ranges may run on several threads, each with its own Result.
+  void run(PatchId first, PatchId last, Result& result) const;
+};
+
+// Removes folds: lowers the differences of heights around triangles whose normal is turned against W until none is
+// left or `max_passes` are used. Keeps shared vertices equal. Returns in `left` the triangles still folded.
+struct RepairFolds {
+  Surface surface;
+  int level = 0;
+  std::span<std::int16_t> heights;  // in and out, layout as in FitHeights
+  int max_passes = 64;
+
+  struct Result {
+    std::uint64_t folded_before = 0;  // triangles
+    std::uint64_t folded_after = 0;
+    std::uint64_t vertices_moved = 0;
+    int passes = 0;
+  };
+
+  Status validate() const;
+  // Uses the heap (it is a bake-time stage, never called by the board program).
+  Result run() const;
+};
+
+}  // namespace karst

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Heights of patches: 16-bit displacement along W (displacement.h), one block of (2^level + 1)^2 samples a patch,
+// row by row (index j * side + i). Unit: lattice steps. Vertices that patches share hold the same value in
+// each of them (shared_vertices.h); heights.h only says where values are.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "terrain/base/lattice.h"
+
+namespace karst {
+
+// |height| limit in lattice steps. A vertex lies within half a voxel of its origin before displacement and |W| <= 1,
+// so positions stay inside int16 (4 voxels) with 0.1 voxel to spare.
+inline constexpr std::int32_t kMaxHeight = 28'000;
+
+struct Heights {
+  int level = 0;                          // of the blocks, 1..kMaxLevel
+  std::span<const std::int16_t> samples;  // blocks x patch_vertices(level)
+
+  std::size_t blocks() const { return samples.size() / static_cast<std::size_t>(patch_vertices(level)); }
+  const std::int16_t* block(std::uint32_t index) const {
+    return samples.data() + std::size_t{index} * static_cast<std::size_t>(patch_vertices(level));
+  }
+};
+
+}  // namespace karst
