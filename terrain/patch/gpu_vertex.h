@@ -10,12 +10,14 @@
 
 namespace karst {
 
-// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral, x in the
-// low byte and y in the high byte, both snorm8 (-127..127 stand for -1..1). Two attributes of ivec4 on the GPU.
+// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral, x in
+// the low byte and y in the high byte, both snorm8 (-127..127 stand for -1..1). Two attributes of ivec4 on
+// the GPU.
 struct GpuVertex {
   std::int16_t position[3];
   std::uint16_t normal;
-  std::int16_t morph[3];  // where the vertex goes before its level is dropped: the midpoint of its two parents
+  std::int16_t
+      morph[3];  // where the vertex goes before its level is dropped: the midpoint of its two parents
   std::uint16_t morph_normal;
 
   friend bool operator==(const GpuVertex&, const GpuVertex&) = default;
@@ -29,8 +31,8 @@ static_assert(sizeof(GpuVertex) == 16);
 // (i, j) at one level and (2i, 2j) at the next are the same vertex and have the same index.
 int vertex_order(int level, int i, int j);
 
-// The same for a whole level (1..kMaxLevel) at once: out[j * patch_side(level) + i] = vertex_order(level, i, j).
-// out holds at least patch_vertices(level) values; what lies beyond is untouched.
+// The same for a whole level (1..kMaxLevel) at once: out[j * patch_side(level) + i] = vertex_order(level, i,
+// j). out holds at least patch_vertices(level) values; what lies beyond is untouched.
 Status build_vertex_order(int level, std::span<std::uint16_t> out);
 
 // The inverse: out[vertex_order(level, i, j)] = j * patch_side(level) + i. Shapes and errors as above.

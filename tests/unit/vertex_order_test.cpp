@@ -12,7 +12,9 @@
 namespace karst {
 namespace {
 
-std::size_t vertices(int level) { return static_cast<std::size_t>(patch_vertices(level)); }
+std::size_t vertices(int level) {
+  return static_cast<std::size_t>(patch_vertices(level));
+}
 
 TEST(VertexOrder, EveryIndexIsUsedOnce) {
   for (int level = 1; level <= kMaxLevel; ++level) {
