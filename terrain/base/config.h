@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Every limit of a terrain, decided before it is created: memory is taken once for exactly these numbers
+// and never grows (design 5). kConfigFields states default, range, unit and reason of each; `karst budget`
+// and docs/memory.md print that table, and validate() enforces it.
+//
+// The defaults hold K's test scene (chapter 5: 3,560 patches, at most level 5) in 10 MiB of CPU memory and
+// 16 MiB of GPU memory. Programs that open a world start from the sizes that its file states.
+#pragma once
+
+#include "terrain/base/lattice.h"
+#include "terrain/base/status.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace karst {
+
+// GPU vertex memory is handed out in pages, so that a table with one entry a page tells a vertex its patch.
+inline constexpr std::uint32_t kPageVertices = 32;  // vertices; 512 bytes at 16 bytes a vertex
+
+struct Config {
+  std::uint32_t max_depth = 9;
+  std::uint32_t max_octets = 16'384;
+  std::uint32_t max_volumes = 4'096;
+  std::uint32_t max_patches = 4'096;
+  std::uint32_t max_level = 5;
+  std::uint32_t max_height_blocks = 3'600;
+  std::uint32_t max_draw_items = 4'096;
+  std::uint32_t gpu_vertex_pages = 24'576;
+  std::uint32_t stream_indices = 786'432;
+
+  // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
+  // level 1; value() is what the field holds.
+  Status validate() const;
+
+  friend bool operator==(const Config&, const Config&) = default;
+};
+
+struct ConfigField {
+  const char* name;
+  std::uint32_t Config::*member;
+  std::uint32_t default_value;
+  std::uint32_t min;  // inclusive
+  std::uint32_t max;  // inclusive
+  const char* unit;
+  const char* reason;  // what the default and the range come from; one clause, no full stop
+};
+
+// All octets of a full tree: 1 + 8 + ... + 8^(kMaxDepth - 1).
+inline constexpr std::uint32_t kFullTreeOctets = ((1u << (3 * kMaxDepth)) - 1) / 7;
+// Far above what the pages of a GPU can show; keeps all sizes made of these limits inside 64 bits.
+inline constexpr std::uint32_t kMostPatches = 1u << 24;
+// Vertex indices stay below 2^24, the least GL_MAX_ELEMENT_INDEX that OpenGL ES 3.0 allows.
+inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
+// A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
+inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
+
+inline constexpr std::array<ConfigField, 9> kConfigFields = {{
+    {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
+     "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
+    {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
+     "four a patch leave room for edits; at most a full tree of 512 voxels a side"},
+    {"max_volumes", &Config::max_volumes, 4'096, 1, kMostPatches, "intersection volumes",
+     "a volume holds one patch or more, so never more than max_patches are of use"},
+    {"max_patches", &Config::max_patches, 4'096, 1, kMostPatches, "patches",
+     "K's test scene has 3,560; at most 2^24, far above what a GPU can show"},
+    {"max_level", &Config::max_level, 5, 1, kMaxLevel, "level of detail",
+     "K's finest level is 5; tables and scratch memory are made for 6 at most"},
+    {"max_height_blocks", &Config::max_height_blocks, 3'600, 0, kMostPatches, "patches with heights",
+     "all of K's test scene at level 5 in 7.5 MiB; 0 draws undisplaced surfaces only"},
+    {"max_draw_items", &Config::max_draw_items, 4'096, 1, kMostPages, "patches a pass",
+     "every patch may be in view; each needs a page at least"},
+    {"gpu_vertex_pages", &Config::gpu_vertex_pages, 24'576, 1, kMostPages, "pages of 32 vertices, 512 bytes",
+     "12 of the 16 MiB; vertex indices stay below 2^24, the least maximum OpenGL ES 3.0 allows"},
+    {"stream_indices", &Config::stream_indices, 786'432, kLeastIndicesPerPatch, 1u << 26,
+     "32-bit indices a frame", "3 of the 16 MiB, 262,144 triangles; at most 256 MiB"},
+}};
+
+}  // namespace karst
