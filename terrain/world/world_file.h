@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The .karst world file over bytes that the caller reads, maps and writes; docs/formats.md has it byte by
+// byte. It holds the octree and the heights of patches. Patches are not stored: extraction makes them again,
+// in the same order, and their counts tell whether it did.
+//
+// Bytes are untrusted. read_world_info checks all that can be checked without the octree: sizes, ranges,
+// checksums and that the counts fit the sections; the functions after it need a file that it accepted. Every
+// error names the field; corrupt and unsupported carry its byte offset in value().
+#pragma once
+
+#include "terrain/base/status.h"
+#include "terrain/voxel/octree.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace karst {
+
+inline constexpr std::uint32_t kWorldFileVersion = 1;
+inline constexpr std::size_t kWorldNameBytes = 64;
+inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes
+
+struct WorldInfo {
+  double voxel_size_m = 1.0;  // metres, 1e-6..1e9
+  double origin_m[3] = {};    // world position of the octree's minimum corner, metres, +-1e12
+  glm::ivec3 extent{0};      // voxels in use: x, z in 2..2^depth, y in 1..2^depth - 1 (a layer of air on top)
+  int depth = 0;             // of the octree, 1..9
+  int level = 0;             // of the height blocks, 1..6
+  std::uint32_t octets = 0;  // of the octree
+  std::uint32_t volumes = 0;        // that extraction makes
+  std::uint32_t patches = 0;        // that extraction makes
+  std::uint32_t height_blocks = 0;  // patches that have heights
+  char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
+};
+
+// Heights as they lie in the file. Blocks are in the order of the patches whose bit is set.
+struct WorldHeights {
+  std::span<const std::byte> mask;  // (patches + 7) / 8 bytes; bit p % 8 of byte p / 8: patch p has heights
+  std::span<const std::int16_t>
+      samples;  // height_blocks x patch_vertices(level), lattice steps, +-kMaxHeight
+};
+
+// Ranges of the fields alone. invalid_argument names the first field that is out of its range.
+Status validate_world_info(const WorldInfo& info);
+
+// Checks the whole file and reads its header. info is untouched on failure. file must be aligned to 2 bytes
+// (invalid_argument), which every mapping and heap block is.
+// corrupt: the bytes contradict themselves; unsupported: another version, or a required section of unknown
+// kind.
+Status read_world_info(std::span<const std::byte> file, WorldInfo& info);
+
+// Replaces the octree's contents, depth included. The octree is empty on failure.
+// limit_reached ("max_octets", value: info.octets) where its pool is smaller; corrupt where the section's
+// nodes do not make a tree of info.octets octets, fully collapsed, filled only inside the extent.
+Status read_octree(std::span<const std::byte> file, const WorldInfo& info, Octree& tree);
+
+// Views into file; no copy. Valid as long as file is.
+WorldHeights read_heights(std::span<const std::byte> file, const WorldInfo& info);
+
+// Exact length of the file that write_world makes for a valid info; SIZE_MAX where that does not fit size_t.
+std::size_t world_file_bytes(const WorldInfo& info);
+
+// Writes the file to out. written is world_file_bytes(info) on success and 0 on failure, when out holds
+// garbage. invalid_argument: a field of info is out of range or contradicts tree or heights (same rules as
+// for reading). limit_reached ("out", value: bytes that are needed) where out is too short.
+Status write_world(const WorldInfo& info, const Octree& tree, const WorldHeights& heights,
+                   std::span<std::byte> out, std::size_t& written);
+
+}  // namespace karst
