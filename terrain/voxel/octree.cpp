@@ -1,26 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/voxel/octree.h"
 
+#include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
 
 namespace karst {
 namespace {
 
-// Every octet of the deepest full tree: 1 + 8 + ... + 8^(kMaxDepth - 1).
-constexpr std::uint32_t kMaxOctets = ((std::uint32_t{1} << (3 * kMaxDepth)) - 1) / 7;
-static_assert(kMaxOctets < Octree::kLeaf, "an octet's index must not look like a leaf");
+static_assert(kFullTreeOctets < Octree::kLeaf, "an octet's index must not look like a leaf");
 
 // The octant of v at the step that leads to nodes of 2^bit voxels.
 int octant_of(glm::ivec3 v, int bit) {
   return (v.x >> bit & 1) | (v.y >> bit & 1) << 1 | (v.z >> bit & 1) << 2;
-}
-
-bool equal_leaves(const Octree::Octet& octet) {
-  if (!Octree::is_leaf(octet.child[0])) return false;
-  for (const Octree::Node c : octet.child) {
-    if (c != octet.child[0]) return false;
-  }
-  return true;
 }
 
 // Recursion is bounded by the tree's depth.
@@ -37,9 +28,9 @@ Status Octree::create(Arena& arena, int depth, std::uint32_t max_octets) {
   if (depth < 1 || depth > kMaxDepth) {
     return {StatusCode::invalid_argument, "octree depth is outside 1..9", "depth"};
   }
-  if (max_octets > kMaxOctets) {
+  if (max_octets > kFullTreeOctets) {
     return {StatusCode::invalid_argument, "more octets than the deepest full octree has", "max_octets",
-            kMaxOctets};
+            kFullTreeOctets};
   }
   const std::span<Octet> pool = arena.allocate<Octet>(Consumer::octets, max_octets);
   if (pool.size() != max_octets) {

@@ -67,6 +67,13 @@ class Octree {
   // Number of voxels at the finest level that are filled.
   std::uint64_t count_filled() const;
 
+  static constexpr bool equal_leaves(const Octet& octet) {
+    for (const Node c : octet.child) {
+      if (c != octet.child[0]) return false;
+    }
+    return is_leaf(octet.child[0]);
+  }
+
   // Building blocks for bottom-up construction. The tree itself is what set_root was last given; nodes made
   // and never linked to it keep their octets until release or reset.
   //
