@@ -280,8 +280,8 @@ Status read_entry(std::span<const std::byte> file, std::size_t entry, std::uint6
   const auto kind = load<std::uint32_t>(file, entry + kEntryKind);
   known = static_cast<std::size_t>(std::find(kKinds.begin(), kKinds.end(), kind) - kKinds.begin());
   const auto flags = load<std::uint32_t>(file, entry + kEntryFlags);
-  section = {load<std::uint64_t>(file, entry + kEntryOffset),
-             load<std::uint64_t>(file, entry + kEntryBytesField), true};
+  const auto offset = load<std::uint64_t>(file, entry + kEntryOffset);
+  const auto bytes = load<std::uint64_t>(file, entry + kEntryBytesField);
   if ((flags & ~kRequired) != 0)
     return corrupt("unknown flags of a section", {"section flags", entry + kEntryFlags});
   if (load<std::uint32_t>(file, entry + kEntryReserved) != 0) {
