@@ -19,7 +19,7 @@
 
 namespace karst {
 
-// Working memory of one run at a time. About 150 KB; lives in the arena (Consumer::scratch).
+// Working memory of one run at a time; lives in the arena (Consumer::scratch).
 struct PatchScratch;
 
 struct GenerateVertices {
@@ -28,8 +28,7 @@ struct GenerateVertices {
   Heights heights;
   int level = 0;  // 1..heights.level; vertices are those of the full level at stride 2^(heights.level - level)
 
-  // Normals are those of the full-level surface when normals_level = heights.level (costly for coarse patches);
-  // by default they are those of the triangles at `level`.
+  // Working memory, borrowed; one run at a time.
   PatchScratch* scratch = nullptr;
 
   Status validate() const;

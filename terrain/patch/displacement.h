@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Displaced vertices of a patch on the lattice: D = P + W h, rounded once (K equation 3.13 with design 4.4's W).
+//
+// P is the biquadratic Bézier point at (i, j) / 2^k: a dyadic number, computed exactly in integers. W is the trilinear
+// interpolation of the gradients at the volume's eight voxel centres, normalised; on a face shared by two volumes
+// only the face's four centres have weights, so both compute the same bits. W h is cut to 2^-12 step before it meets P,
+// which makes the sum independent of the origin it is measured from.
+// Where the interpolated gradient is shorter than kMinGradientLength (features one voxel thin, where the two
+// sides cancel), W shrinks to zero with it instead of turning at random: such a spot can't be displaced.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "terrain/patch/heights.h"
+#include "terrain/patch/simd.h"
+#include "terrain/surface/case_tables.h"
+#include "terrain/surface/surface.h"
+
+namespace karst {
+
+// In the units of Volume::gradient, where a flat surface has 32 at the voxel centres beside it.
+inline constexpr float kMinGradientLength = 2.0f;
+
+// A patch with what its vertices depend on. Cheap to make; borrows everything.
+struct PatchShape {
+  const PatchCase* shape = nullptr;
+  const Volume* volume = nullptr;
+  const std::int16_t* heights = nullptr;  // null: not displaced
+  int heights_side = 0;                   // samples a row of heights
+  int heights_stride = 1;                 // in i and j between vertices of the wanted level
+  int level = 0;                          // wanted
+
+  // heights.level >= level where the patch has heights.
+  static PatchShape make(const Surface& surface, const Heights& heights, int level, PatchId patch);
+
+  std::int32_t height(int i, int j) const {
+    return heights == nullptr ? 0 : heights[(j * heights_side + i) * heights_stride];
+  }
+};
+
+// A straight run of vertices through a patch's grid: (i0, j0) + t (di, dj), t = 0..2^level, with exactly one of di, dj
+// in {-1, 1} and the other 0, from border to border.
+struct GridLine {
+  int i0, j0, di, dj;
+
+  // Parallel to edge e, `inset` rows inside, running from corner e to corner e + 1 (or back when reversed).
+  static GridLine along_edge(int edge, int inset, int level, bool reversed);
+};
+
+// Displaced positions in lattice steps relative to the patch's origin, as floats that hold integers, plus offset.
+// x, y, z: room for 2^level + 1 values rounded up to a multiple of four.
+void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z);
+
+// One vertex, relative to the patch's origin; the same value as displace_line's.
+glm::ivec3 displace_vertex(const PatchShape& patch, int i, int j);
+
+// All vertices of a patch, row by row (j * side + i): patch_vertices(level) positions relative to its origin.
+void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch, std::span<glm::ivec3> out);
+
+// P of vertex (i, j) in voxels relative to the patch's origin, and W there. Both exact to double.
+struct BasePoint {
+  glm::dvec3 position;
+  glm::dvec3 direction;
+};
+BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j);
+
+}  // namespace karst

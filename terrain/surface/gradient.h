@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// The gradient of the smoothed occupancy at voxel centres: the direction W along which heights displace
+// (design 4.4). Occupancy is smoothed by 1-2-1 along each axis (sigma about 0.7 voxel) and differenced centrally,
+// all in integers, so the eight gradients of an intersection volume are exact.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/vec3.hpp>
+
+#include "terrain/voxel/voxel_reader.h"
+
+namespace karst {
+
+// Largest |component|: the kernel [1 2 0 -2 -1] (x) [1 2 1] (x) [1 2 1] adds up to 3 * 4 * 4 on one side.
+inline constexpr int kMaxGradient = 48;
+
+// Occupancy around a voxel corner: row [z][y] holds in bit x the voxel at corner - 3 + (x, y, z), all 0..5.
+struct Neighbourhood {
+  std::uint32_t row[6][6];
+};
+
+Neighbourhood read_neighbourhood(const VoxelReader& reader, glm::ivec3 corner);
+
+// Gradients at the eight voxel centres around the corner, by octant, pointing from filled to empty.
+void corner_gradients(const Neighbourhood& n, std::int8_t (&gradient)[8][3]);
+
+}  // namespace karst
