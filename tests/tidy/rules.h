@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// House rules that a program can check, one function a rule. Each takes one file's path (from the
+// repository's root, with '/') and text, and appends what it finds. tidy_test.cpp runs them over the
+// repository and over samples that break them on purpose.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace karst::tidy {
+
+struct Source {
+  std::string path;
+  std::string text;
+};
+
+struct Finding {
+  std::string path;
+  int line;  // from 1; 0 for the file as a whole
+  std::string what;
+};
+using Findings = std::vector<Finding>;
+
+// The longest line and the longest file that read well.
+inline constexpr int kMaxColumns = 110;
+inline constexpr int kMaxLines = 700;
+
+// Whether a path may be in the repository at all: known folders, and in each the kinds of files that belong
+// there.
+void check_known(const Source& source, Findings& out);
+
+// Whether check_text and the rest apply: everything but pictures and other binary test data.
+bool is_text(std::string_view path);
+
+// Lines of at most kMaxColumns characters, at most kMaxLines of them, no tabs, no carriage returns, no blanks
+// at a line's end, a newline at the file's end. Markdown tables and JSON may have longer lines.
+void check_text(const Source& source, Findings& out);
+
+// The licence line: first in sources, CMake files and shaders, second in scripts.
+void check_licence(const Source& source, Findings& out);
+
+// #pragma once in headers.
+void check_header_guard(const Source& source, Findings& out);
+
+// Floors (docs/architecture.md): each folder includes from itself and from below; the core includes GLM and
+// the standard library only, and no I/O.
+void check_includes(const Source& source, Findings& out);
+
+// Paths of one machine, and marks of unfinished work.
+void check_words(const Source& source, Findings& out);
+
+// Relative links in Markdown. exists: whether a path from the repository's root is there.
+void check_links(const Source& source, const std::function<bool(const std::string&)>& exists, Findings& out);
+
+}  // namespace karst::tidy

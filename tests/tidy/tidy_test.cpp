@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+// Runs the house rules over the repository, and each rule over a sample that breaks it.
+#include "tests/tidy/rules.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+namespace karst::tidy {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Everything in the working tree but what git keeps or ignores.
+std::vector<Source> repository() {
+  std::vector<Source> sources;
+  const fs::path root(KARST_SOURCE_DIR);
+  for (auto entry = fs::recursive_directory_iterator(root); entry != fs::recursive_directory_iterator();
+       ++entry) {
+    const std::string path = entry->path().lexically_relative(root).generic_string();
+    const bool ignored = path == ".git" || path == "build" || path == "out" || path == ".cache";
+    if (ignored) entry.disable_recursion_pending();
+    if (ignored || !entry->is_regular_file()) continue;
+    std::ifstream file(entry->path(), std::ios::binary);
+    sources.push_back({path, std::string(std::istreambuf_iterator<char>(file), {})});
+  }
+  std::sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) { return a.path < b.path; });
+  return sources;
+}
+
+using Rule = void (*)(const Source&, Findings&);
+
+std::string listing(const Findings& findings) {
+  std::ostringstream text;
+  for (const Finding& finding : findings)
+    text << finding.path << ':' << finding.line << ": " << finding.what << '\n';
+  return text.str();
+}
+
+void expect_clean(Rule rule, bool text_only) {
+  Findings findings;
+  const std::vector<Source> sources = repository();
+  EXPECT_GT(sources.size(), 20u) << "the repository was not found in " << KARST_SOURCE_DIR;
+  for (const Source& source : sources) {
+    if (!text_only || is_text(source.path)) rule(source, findings);
+  }
+  EXPECT_TRUE(findings.empty()) << listing(findings);
+}
+
+TEST(RepositoryTest, NoStrayFiles) {
+  expect_clean(check_known, false);
+}
+TEST(RepositoryTest, Text) {
+  expect_clean(check_text, true);
+}
+TEST(RepositoryTest, Licence) {
+  expect_clean(check_licence, true);
+}
+TEST(RepositoryTest, HeaderGuards) {
+  expect_clean(check_header_guard, true);
+}
+TEST(RepositoryTest, Includes) {
+  expect_clean(check_includes, true);
+}
+TEST(RepositoryTest, Words) {
+  expect_clean(check_words, true);
+}
+
+TEST(RepositoryTest, Links) {
+  Findings findings;
+  for (const Source& source : repository()) {
+    check_links(
+        source, [](const std::string& path) { return fs::exists(fs::path(KARST_SOURCE_DIR) / path); },
+        findings);
+  }
+  EXPECT_TRUE(findings.empty()) << listing(findings);
+}
+
+// --- the rules themselves
+
+int count(Rule rule, const std::string& path, const std::string& text) {
+  Findings findings;
+  rule({path, text}, findings);
+  return static_cast<int>(findings.size());
+}
+
+TEST(RuleTest, StrayFiles) {
+  for (const char* good : {"README.md", "dev", ".ci/run", "terrain/base/arena.h", "terrain/CMakeLists.txt",
+                           "gles_shaders/terrain.vert", "docs/images/canyon.png", "tests/unit/a_test.cpp"}) {
+    EXPECT_EQ(count(check_known, good, ""), 0) << good;
+  }
+  for (const char* bad :
+       {"notes.txt", "terrain/stray.h", "terrain/misc/a.h", "terrain/base/a.cc", "renderer/a.cpp.orig",
+        "docs/a.pdf", "tests/unit/core", "scripts/a.sh", ".ci/other", "app/a b.cpp", ".vscode/x.json"}) {
+    EXPECT_EQ(count(check_known, bad, ""), 1) << bad;
+  }
+}
+
+TEST(RuleTest, Text) {
+  const std::string limit(kMaxColumns, 'x');
+  EXPECT_EQ(count(check_text, "a.h", limit + "\n"), 0);
+  EXPECT_EQ(count(check_text, "a.h", limit + "x\n"), 1);
+  std::string accented;
+  for (int i = 0; i < kMaxColumns; ++i) accented += "\xc3\xa9";
+  EXPECT_EQ(count(check_text, "a.h", accented + "\n"), 0);
+  EXPECT_EQ(count(check_text, "a.md", "|" + limit + "|\n"), 0);
+  EXPECT_EQ(count(check_text, "a.md", "-" + limit + "-\n"), 1);
+  EXPECT_EQ(count(check_text, "a.h", "a\tb\n"), 1);
+  EXPECT_EQ(count(check_text, "a.h", "a \n"), 1);
+  EXPECT_EQ(count(check_text, "a.h", "a\r\n"), 1);
+  EXPECT_EQ(count(check_text, "a.h", "a"), 1);
+  EXPECT_EQ(count(check_text, "a.h", ""), 1);
+  std::string lines;
+  for (int i = 0; i < kMaxLines; ++i) lines += "\n";
+  EXPECT_EQ(count(check_text, "a.h", lines), 0);
+  EXPECT_EQ(count(check_text, "a.h", lines + "\n"), 1);
+}
+
+TEST(RuleTest, Licence) {
+  const std::string line = "SPDX-License-Identifier: MIT\n";
+  EXPECT_EQ(count(check_licence, "app/a.cpp", "// " + line), 0);
+  EXPECT_EQ(count(check_licence, "app/CMakeLists.txt", "# " + line), 0);
+  EXPECT_EQ(count(check_licence, "dev", "#!/bin/bash\n# " + line), 0);
+  EXPECT_EQ(count(check_licence, "LICENSE", "MIT\n"), 0);
+  EXPECT_EQ(count(check_licence, "app/a.cpp", "\n// " + line), 1);
+  EXPECT_EQ(count(check_licence, "app/a.cpp", ""), 1);
+  EXPECT_EQ(count(check_licence, "gles_shaders/a.frag", "#version 300 es\n"), 1);
+  EXPECT_EQ(count(check_licence, "app/CMakeLists.txt", "// " + line), 1);
+  EXPECT_EQ(count(check_licence, "dev", "#!/bin/bash\n"), 1);
+}
+
+TEST(RuleTest, HeaderGuard) {
+  EXPECT_EQ(count(check_header_guard, "app/a.h", "#pragma once\n"), 0);
+  EXPECT_EQ(count(check_header_guard, "app/a.cpp", "\n"), 0);
+  EXPECT_EQ(count(check_header_guard, "app/a.h", "#ifndef A\n#define A\n#endif\n"), 1);
+}
+
+TEST(RuleTest, FloorsGoDownwards) {
+  const auto includes = [](const std::string& path, const std::string& header) {
+    return count(check_includes, path, "#include " + header + "\n");
+  };
+  EXPECT_EQ(includes("terrain/base/a.h", "\"terrain/base/b.h\""), 0);
+  EXPECT_EQ(includes("terrain/world/a.h", "\"terrain/view/b.h\""), 0);
+  EXPECT_EQ(includes("renderer/a.h", "\"terrain/view/b.h\""), 0);
+  EXPECT_EQ(includes("platform/a.h", "\"terrain/base/status.h\""), 0);
+  EXPECT_EQ(includes("app/a.cpp", "\"renderer/b.h\""), 0);
+  EXPECT_EQ(includes("tests/gl/a_test.cpp", "\"platform/b.h\""), 0);
+
+  EXPECT_EQ(includes("terrain/base/a.h", "\"terrain/voxel/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/voxel/a.h", "\"terrain/surface/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/surface/a.h", "\"terrain/patch/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/patch/a.h", "\"terrain/view/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/view/a.h", "\"terrain/edit/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/edit/a.h", "\"terrain/world/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/patch/a.h", "\"renderer/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/base/a.h", "\"tests/support/b.h\""), 1);
+  EXPECT_EQ(includes("renderer/a.h", "\"platform/b.h\""), 1);
+  EXPECT_EQ(includes("platform/a.h", "\"renderer/b.h\""), 1);
+  EXPECT_EQ(includes("platform/a.h", "\"terrain/view/b.h\""), 1);
+  EXPECT_EQ(includes("app/a.cpp", "\"tests/support/b.h\""), 1);
+  EXPECT_EQ(includes("app/a.cpp", "\"b.h\""), 1);
+  EXPECT_EQ(includes("app/a.cpp", "\"../terrain/base/b.h\""), 1);
+  EXPECT_EQ(count(check_includes, "terrain/base/a.h", "#  include \"app/b.h\"\n"), 1);
+}
+
+TEST(RuleTest, LibrariesStayWhereTheyBelong) {
+  const auto includes = [](const std::string& path, const std::string& header) {
+    return count(check_includes, path, "#include <" + header + ">\n");
+  };
+  EXPECT_EQ(includes("terrain/view/a.h", "glm/vec3.hpp"), 0);
+  EXPECT_EQ(includes("terrain/view/a.h", "algorithm"), 0);
+  EXPECT_EQ(includes("terrain/patch/simd.h", "arm_neon.h"), 0);
+  EXPECT_EQ(includes("app/bake/a.cpp", "OpenImageIO/imageio.h"), 0);
+  EXPECT_EQ(includes("renderer/a.cpp", "GLES3/gl3.h"), 0);
+  EXPECT_EQ(includes("platform/a.cpp", "EGL/egl.h"), 0);
+
+  EXPECT_EQ(includes("terrain/view/a.h", "GLES3/gl3.h"), 1);
+  EXPECT_EQ(includes("terrain/view/a.h", "unistd.h"), 1);
+  EXPECT_EQ(includes("terrain/view/a.h", "nlohmann/json.hpp"), 1);
+  EXPECT_EQ(includes("terrain/world/a.cpp", "fstream"), 1);
+  EXPECT_EQ(includes("terrain/patch/a.cpp", "arm_neon.h"), 1);
+  EXPECT_EQ(includes("app/main.cpp", "OpenImageIO/imageio.h"), 1);
+  EXPECT_EQ(includes("renderer/a.cpp", "EGL/egl.h"), 1);
+  EXPECT_EQ(includes("platform/a.cpp", "GLES3/gl3.h"), 1);
+}
+
+TEST(RuleTest, Words) {
+  const std::string work = std::string("/wo") + "rk";
+  const std::string mark = std::string("TO") + "DO";
+  EXPECT_EQ(count(check_words, "a.md", "see ../shared/data, docs" + work + "\n"), 0);
+  EXPECT_EQ(count(check_words, "a.md", "the way " + mark + "S is a word of its own\n"), 0);
+  EXPECT_EQ(count(check_words, "a.md", work + "/main\n"), 1);
+  EXPECT_EQ(count(check_words, "a.cpp", "open(\"" + std::string("/tm") + "p/x\");\n"), 1);
+  EXPECT_EQ(count(check_words, "a.cpp", "// " + mark + ": later\n"), 1);
+}
+
+TEST(RuleTest, Links) {
+  const auto links = [](const std::string& text) {
+    Findings findings;
+    check_links(
+        {"docs/a.md", text},
+        [](const std::string& path) { return path == "docs/b.md" || path == "README.md"; }, findings);
+    return static_cast<int>(findings.size());
+  };
+  EXPECT_EQ(links("[b](b.md) and [top](../README.md#part), [web](https://example.org/x), [here](#part)\n"),
+            0);
+  EXPECT_EQ(links("[b](b.md) and [c](c.md)\n"), 1);
+  EXPECT_EQ(links("![picture](images/none.png)\n"), 1);
+}
+
+}  // namespace
+}  // namespace karst::tidy
