@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/voxel/voxel_reader.h"
+
+#include "terrain/voxel/voxelize.h"
+#include "tests/support/tree_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace karst {
+namespace {
+
+// The world side rule, from the octree's own look-up.
+bool expected(const Octree& tree, glm::ivec3 extent, glm::ivec3 v) {
+  if (v.y < 0) return true;
+  if (v.y >= extent.y) return false;
+  return tree.filled({std::clamp(v.x, 0, extent.x - 1), v.y, std::clamp(v.z, 0, extent.z - 1)});
+}
+
+TEST(VoxelReader, RowsAndSingleVoxelsFollowTheSideRule) {
+  TestRandom random(11);
+  for (int round = 0; round < 12; ++round) {
+    const int depth = random.range(1, 6);
+    const int size = 1 << depth;
+    const glm::ivec3 extent(random.range(1, size), random.range(1, size), random.range(1, size));
+    TreeMemory memory(depth);
+    const double filled_share = random.chance(0.3) ? 0.5 : random.chance(0.5) ? 0.02 : 0.98;
+    const auto noise = [&](glm::ivec3, bool) { return random.chance(filled_share); };
+    ASSERT_TRUE((VoxelizePredicate{extent, VoxelFunction(noise)}.run(memory.tree).ok()));
+    const VoxelReader reader(memory.tree, extent);
+    for (int i = 0; i < 4000; ++i) {
+      const glm::ivec3 v(random.range(-40, size + 40), random.range(-3, size + 3),
+                         random.range(-3, size + 3));
+      const int count = random.range(0, 32);
+      std::uint32_t bits = 0;
+      for (int k = 0; k < count; ++k) {
+        const bool filled = expected(memory.tree, extent, {v.x + k, v.y, v.z});
+        bits |= (filled ? 1u : 0u) << k;
+      }
+      ASSERT_EQ(reader.read_row(v.x, v.y, v.z, count), bits)
+          << v.x << " " << v.y << " " << v.z << " count " << count << " extent " << extent.x;
+      ASSERT_EQ(reader.filled(v), expected(memory.tree, extent, v));
+    }
+  }
+}
+
+TEST(VoxelReader, ExtremePositions) {
+  TreeMemory memory(3);
+  ASSERT_TRUE(memory.tree.set({7, 0, 0}, 3, true).ok());
+  const VoxelReader reader(memory.tree, {8, 7, 8});
+  const int low = std::numeric_limits<int>::min();
+  const int high = std::numeric_limits<int>::max();
+  EXPECT_EQ(reader.read_row(high, 0, 0, 32), 0xffffffffu);
+  EXPECT_EQ(reader.read_row(low, 0, 0, 32), 0u);
+  EXPECT_EQ(reader.read_row(high, 0, high, 32), 0u);
+  EXPECT_EQ(reader.read_row(0, low, 0, 32), 0xffffffffu);
+  EXPECT_EQ(reader.read_row(0, high, 0, 32), 0u);
+  EXPECT_EQ(reader.read_row(0, low, 0, 0), 0u);
+  EXPECT_EQ(reader.read_row(4, 0, 0, 99), 0xfffffff8u) << "more than a row holds is cut";
+  EXPECT_TRUE(reader.filled({high, 0, low}));
+  EXPECT_FALSE(reader.filled({low, 0, low}));
+}
+
+}  // namespace
+}  // namespace karst
