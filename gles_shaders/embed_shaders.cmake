@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+# cmake -D SHADER_DIR=... -D TEXT_DIR=... -D EMBEDDED=... -P embed_shaders.cmake
+#
+# For each line of variants.def: the two shader files with their includes spliced in and the variant's macros defined
+# after the version line. Comments and indentation are left out, so that the program carries only what the driver's
+# compiler needs. EMBEDDED becomes a C++ file with all texts (gles_shaders/shader_texts.h).
+
+cmake_minimum_required(VERSION 3.25)
+
+# Sets `out` to the text of `file` with #include "x" lines replaced by the files. No include guards: a file is included
+# once at most by each shader, which an error enforces.
+function(read_shader file out)
+  file(READ ${SHADER_DIR}/${file} text)
+  while(text MATCHES "#include \"([a-z_.]+)\"")
+    set(name ${CMAKE_MATCH_1})
+    if(name IN_LIST included)
+      message(FATAL_ERROR "${file} includes ${name} twice")
+    endif()
+    list(APPEND included ${name})
+    file(READ ${SHADER_DIR}/${name} part)
+    string(REPLACE "#include \"${name}\"" "${part}" text "${text}")
+  endwhile()
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(make_text file macros out)
+  read_shader(${file} text)
+  if(NOT text MATCHES "^#version 300 es\n")
+    message(FATAL_ERROR "${file} must begin with #version 300 es")
+  endif()
+  set(defines "")
+  string(REPLACE " " ";" macros "${macros}")
+  foreach(macro ${macros})
+    string(APPEND defines "#define ${macro} 1\n")
+  endforeach()
+  string(REGEX REPLACE "^#version 300 es\n" "#version 300 es\n${defines}" text "${text}")
+  string(REGEX REPLACE "[ ]*//[^\n]*" "" text "${text}")
+  string(REGEX REPLACE "\n[ ]+" "\n" text "${text}")
+  string(REGEX REPLACE "\n\n+" "\n" text "${text}")
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Semicolons would split lists: lines of variants.def hold none.
+file(STRINGS ${SHADER_DIR}/variants.def lines REGEX "^KARST_VARIANT")
+set(entries "")
+foreach(line ${lines})
+  if(NOT line MATCHES "^KARST_VARIANT\\(([a-z_]+), \"([a-z_.]+)\", \"([a-z_.]+)\", \"([A-Z_0-9 ]*)\"\\)$")
+    message(FATAL_ERROR "variants.def: cannot read '${line}'")
+  endif()
+  set(name ${CMAKE_MATCH_1})
+  set(vertex_file ${CMAKE_MATCH_2})
+  set(fragment_file ${CMAKE_MATCH_3})
+  set(macros "${CMAKE_MATCH_4}")
+  make_text(${vertex_file} "${macros}" vertex)
+  make_text(${fragment_file} "${macros}" fragment)
+  file(WRITE ${TEXT_DIR}/${name}.vert "${vertex}")
+  file(WRITE ${TEXT_DIR}/${name}.frag "${fragment}")
+  string(APPEND entries "    {\"${name}\",\n     R\"glsl(${vertex})glsl\",\n     R\"glsl(${fragment})glsl\"},\n")
+endforeach()
+file(WRITE ${EMBEDDED} "// SPDX-License-Identifier: MIT
+// Made by gles_shaders/embed_shaders.cmake.
+#include \"gles_shaders/shader_texts.h\"
+
+namespace karst {
+
+const ShaderText kShaderTexts[kShaderVariants] = {
+${entries}};
+
+}  // namespace karst
+")

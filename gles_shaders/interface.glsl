@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// What C++ and GLSL must agree on: attribute locations, texture units, sizes, and the uniform block. This one file is
+// included by the shaders (GL_ES is defined there) and by renderer/shader_interface.h; tests/gl checks that a linked
+// program has exactly these locations and offsets. Blocks hold vec4, ivec4 and mat4 only, so that std140 and C++ lay
+// them out alike.
+
+// Attributes: the 16 bytes of a vertex (terrain/patch/gpu_vertex.h), as two ivec4 of four shorts.
+#define KARST_LOCATION_POSITION 0 // xyz: position, w: packed normal
+#define KARST_LOCATION_MORPH 1    // xyz: morph position, w: packed morph normal
+
+// Texture units.
+#define KARST_UNIT_PAGE_ORIGINS 0
+#define KARST_UNIT_NOISE 1
+#define KARST_UNIT_COLUMN_TOPS 2
+#define KARST_UNIT_DEPTH 3
+
+// Binding point of the uniform block.
+#define KARST_BINDING_FRAME 0
+
+// A page is 2^5 vertices; page n has texel (n & 1023, n >> 10) of the page origin texture.
+#define KARST_PAGE_BITS 5
+#define KARST_PAGE_ROW_BITS 10
+
+#define KARST_STEPS_PER_VOXEL 8192.0
+
+#ifdef GL_ES
+#define KARST_BLOCK(name) layout(std140) uniform name
+#else
+#define KARST_BLOCK(name) struct alignas(16) name
+#endif
+
+// Everything that changes from frame to frame. Directions have unit length; colours are linear light. Components that
+// are not named are 0.
+KARST_BLOCK(FrameBlock) {
+  mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
+  ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
+  vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
+  vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up
+  vec4 ray_up;
+  vec4 ray_forward;
+  vec4 sun_direction;      // xyz: towards the sun
+  vec4 sun_light;          // rgb: light on a surface that faces the sun
+  vec4 sky_light;          // rgb: light on a surface that faces the zenith
+  vec4 ground_light;       // rgb: light on a surface that faces down
+  vec4 sky_zenith;         // rgb: the sky itself
+  vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
+  vec4 haze;               // x: 1 / distance at which 63 % is haze, 1/voxels
+  vec4 columns;            // xy: 1 / extent in x and z, 1/voxels
+};

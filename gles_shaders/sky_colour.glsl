@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// The sky as a function of direction. Terrain uses it too, for what it fades to in the distance.
+
+// direction: unit length. Without the disc of the sun.
+vec3 sky_colour(vec3 direction) {
+  // Air mass grows steeply towards the horizon: most of the gradient lies in the lowest third.
+  float height = max(direction.y, 0.0);
+  vec3 sky = mix(sky_horizon.rgb, sky_zenith.rgb, 1.0 - pow(1.0 - height, 3.5));
+  // Below the horizon there is no ground to see around the world: haze that darkens slowly downwards.
+  sky *= 1.0 - 0.45 * smoothstep(0.0, 1.0, -direction.y);
+  // Forward scattering around the sun: a wide, weak glow.
+  float towards_sun = max(dot(direction, sun_direction.xyz), 0.0);
+  return sky + sun_light.rgb * (0.04 * pow(towards_sun, 8.0));
+}

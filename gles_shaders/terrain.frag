@@ -1,0 +1,109 @@
+#version 300 es
+// SPDX-License-Identifier: MIT
+// Terrain surface: materials by slope (K 4.2.3), tri-planar noise, one directional light per pixel from interpolated
+// normals (K 4.1), light from sky and ground, haze. All lengths are voxels, so a world looks the same at any voxel size.
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+#include "interface.glsl"
+#include "output.glsl"
+#include "sky_colour.glsl"
+#include "surface_noise.glsl"
+
+uniform sampler2D column_tops;  // r: height of the lowest column top of the 3 x 3 around, voxels
+
+in vec3 normal_ws;
+in vec3 from_eye_ws;
+in vec3 in_patch;
+flat in ivec3 patch_voxel;
+
+out vec4 colour;
+
+// Voxels that one repeat of the noise texture covers at the three scales; powers of two, so that positions can be taken
+// modulo the repeat in integers and stay precise however far from the origin.
+const int kFarRepeat = 32;
+const int kMiddleRepeat = 4;
+const float kNearRepeatsPerVoxel = 2.0;
+
+// Albedos in linear light.
+const vec3 kGrassDark = vec3(0.040, 0.060, 0.016);
+const vec3 kGrassLight = vec3(0.125, 0.130, 0.040);
+const vec3 kSoil = vec3(0.170, 0.120, 0.072);
+const vec3 kRockDark = vec3(0.125, 0.100, 0.080);
+const vec3 kRockLight = vec3(0.330, 0.275, 0.210);
+const vec3 kRockWarm = vec3(0.290, 0.180, 0.105);
+const vec3 kCaveDark = vec3(0.055, 0.055, 0.060);
+const vec3 kCaveLight = vec3(0.190, 0.180, 0.160);
+
+// Voxels a pixel covers. At grazing angles the long side of the footprint alone would blur everything: take half of it,
+// which the smooth noise stands without visible flicker.
+float pixel_footprint() {
+  float a = length(dFdx(in_patch));
+  float b = length(dFdy(in_patch));
+  return max(max(a, b) * 0.5, min(a, b));
+}
+
+// How deep below open sky a point lies: 0 outside, 1 in a cave. column_tops takes the lowest of the neighbouring
+// columns, so cliffs and the mouths of caves count as outside.
+float cave_depth(vec3 position) {
+  float top = texture(column_tops, position.xz * columns.xy).r;
+  return smoothstep(0.25, 1.75, top - position.y);
+}
+
+vec3 surface_albedo(vec3 normal, vec3 position, float cave, SurfaceNoise far, SurfaceNoise middle,
+                    SurfaceNoise near, float footprint) {
+  float fine = middle.height * 0.6 + near.height * 0.4;
+
+  // Strata: a line through the noise texture along the height, warped a little, so that beds undulate. The lookup is
+  // one-dimensional; its footprint is that of the height alone.
+  float bed_position = position.y / 8.0 + far.mottle * 0.035 + middle.mottle * 0.004;
+  float bed_lod = log2(footprint / 8.0) + kNoiseSideLog2;
+  vec2 beds = textureLod(noise, vec2(0.37, bed_position), bed_lod).rg - kNeutral;
+  vec3 rock = mix(kRockDark, kRockLight, clamp(0.5 + 0.75 * beds.x + 0.45 * fine + 0.2 * far.height, 0.0, 1.0));
+  rock = mix(rock, kRockWarm, clamp(0.35 + 1.2 * beds.y + 0.5 * far.mottle, 0.0, 0.85));
+
+  vec3 soil = kSoil * (1.0 + 0.35 * middle.mottle + 0.45 * near.height);
+  vec3 grass = mix(kGrassDark, kGrassLight,
+                   clamp(0.45 + 0.55 * far.mottle + 0.40 * middle.mottle + 0.30 * near.mottle, 0.0, 1.0));
+
+  // Slopes: noise frays the borders between materials.
+  float flatness = normal.y + 0.10 * far.height + 0.10 * middle.height + 0.05 * near.height;
+  vec3 ground = mix(soil, grass, smoothstep(0.74, 0.86, flatness));
+  vec3 outside = mix(rock, ground, smoothstep(0.62, 0.76, flatness));
+
+  vec3 damp = mix(kCaveDark, kCaveLight, clamp(0.45 + 0.5 * fine + 0.45 * middle.mottle + 0.3 * far.mottle, 0.0, 1.0));
+  float ceiling = 1.0 - smoothstep(-0.30, -0.10, normal.y + 0.08 * middle.height);
+  return mix(outside, damp, max(ceiling, cave));
+}
+
+void main() {
+  vec3 normal = normalize(normal_ws);
+  vec3 position = vec3(patch_voxel) + in_patch;
+  float footprint = pixel_footprint();
+  float lod = log2(footprint) + kNoiseSideLog2;
+
+  vec3 weights = triplanar_weights(normal);
+  SurfaceNoise far = triplanar_noise((vec3(patch_voxel & (kFarRepeat - 1)) + in_patch) / float(kFarRepeat), weights,
+                                     lod - log2(float(kFarRepeat)));
+  SurfaceNoise middle = triplanar_noise((vec3(patch_voxel & (kMiddleRepeat - 1)) + in_patch) / float(kMiddleRepeat),
+                                        weights, lod - log2(float(kMiddleRepeat)));
+  SurfaceNoise near = triplanar_noise(in_patch * kNearRepeatsPerVoxel, weights, lod + log2(kNearRepeatsPerVoxel));
+
+  float cave = cave_depth(position);
+  vec3 albedo = surface_albedo(normal, position, cave, far, middle, near, footprint);
+
+  // Bump: the normal turns against the height field's gradient along the surface.
+  vec3 gradient = 0.5 * middle.gradient + 0.5 * near.gradient;
+  vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
+
+  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little.
+  float sun = max(dot(bumped, sun_direction.xyz), 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
+  float upward = 0.5 + 0.5 * bumped.y;
+  vec3 ambient = mix(ground_light.rgb, sky_light.rgb, upward) * (1.0 + 0.25 * middle.height + 0.25 * near.height);
+  vec3 light = albedo * (sun_light.rgb * sun * (1.0 - cave) + ambient * mix(1.0, 0.35, cave));
+
+  float distance_voxels = length(from_eye_ws);
+  vec3 direction = from_eye_ws / distance_voxels;
+  float hazed = 1.0 - exp(-distance_voxels * haze.x);
+  colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));
+}
