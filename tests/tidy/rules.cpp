@@ -209,7 +209,9 @@ void check_licence(const Source& source, Findings& out) {
   const bool script = is_script(source.path);
   if (!slashes && !script && !is_cmake(source.path)) return;
   const string wanted = string(slashes ? "//" : "#") + " SPDX-License-Identifier: MIT";
-  const int place = script ? 2 : 1;
+  // A shader's #version and a script's #! must stand on the first line.
+  const bool shader_stage = is_shader(source.path) && source.text.substr(0, 9) == "#version ";
+  const int place = script || shader_stage ? 2 : 1;
   bool found = false;
   for_each_line(source.text,
                 [&](int number, string_view line) { found = found || (number == place && line == wanted); });

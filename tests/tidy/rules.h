@@ -38,7 +38,7 @@ bool is_text(std::string_view path);
 // at a line's end, a newline at the file's end. Markdown tables and JSON may have longer lines.
 void check_text(const Source& source, Findings& out);
 
-// The licence line: first in sources, CMake files and shaders, second in scripts.
+// The licence line: first in sources, CMake files and shader parts, second after a #! or #version line.
 void check_licence(const Source& source, Findings& out);
 
 // #pragma once in headers.
