@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// An elevation image in memory, and the bilinear surface through its samples.
+//
+// Image row 0 is the north (smallest z) and column 0 the west (smallest x). World metres have their origin at
+// the image's centre in x and z; y is the elevation itself.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace karst::bake {
+
+// Limits on what a file may claim, checked before anything is allocated.
+inline constexpr int kMaxElevationSide = 32'768;  // samples
+inline constexpr std::int64_t kMaxElevationSamples =
+    1LL << 28;                                 // 1.25 GiB with the mask: a host's memory, not a typo's
+inline constexpr double kMinSpacingM = 1e-4;   // a scanned model
+inline constexpr double kMaxSpacingM = 1e6;    // a planet in 40 samples
+inline constexpr double kMaxElevationM = 1e5;  // |height|; four times Olympus Mons
+
+struct Elevation {
+  int width = 0;                    // samples from west to east, 2..kMaxElevationSide
+  int height = 0;                   // samples from north to south, 2..kMaxElevationSide
+  std::vector<float> heights_m;     // width x height, row by row; 0 where void
+  std::vector<std::uint8_t> valid;  // 1 where the sample is known, 0 where it is void
+  double spacing_x_m = 1.0;         // between columns, in [kMinSpacingM, kMaxSpacingM]
+  double spacing_z_m = 1.0;         // between rows
+  std::uint64_t voids = 0;          // samples that were void in the file
+  std::string source;               // for reports: "GeoTIFF int16, geographic"
+
+  std::size_t samples() const { return heights_m.size(); }
+  std::size_t at(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
+  }
+};
+
+struct ReadElevation {
+  std::string path{};
+  double pixel_size_m = 0;  // > 0 overrides what the file says; 0: the file must say
+  double z_scale = 1;       // heights are multiplied by this after nodata is taken out
+  bool allow_8bit = false;
+  std::vector<double> nodata{};  // values that mark voids, besides those the file names
+  int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image
+
+  // Reads TIFF, PNG, OpenEXR (told apart by their first bytes) or ENVI (a raw file with a .hdr beside it),
+  // one channel. Throws BakeError. Samples that are NaN, infinite, equal to a nodata value or, in signed
+  // 16-bit files, -32768 (SRTM's void) are void. At least one sample is valid.
+  Elevation run() const;
+};
+
+// Fills voids smoothly from the samples around them and marks all samples valid. `voids` keeps its count.
+// Precondition: at least one sample is valid.
+void fill_voids(Elevation& elevation);
+
+// The bilinear surface through the samples of an elevation that outlives it; beyond the outermost samples the
+// nearest border point. Called tens of millions of times.
+class ElevationSurface {
+ public:
+  explicit ElevationSurface(const Elevation& e)
+      : heights_(e.heights_m.data()),
+        valid_(e.valid.data()),
+        width_(static_cast<std::size_t>(e.width)),
+        last_column_(e.width - 1),
+        last_row_(e.height - 1),
+        columns_per_m_(1.0 / e.spacing_x_m),
+        rows_per_m_(1.0 / e.spacing_z_m) {}
+
+  // Elevation in metres at world metres x (east), z (south). Voids count as height 0: fill them or mind
+  // validity().
+  double at(double x_m, double z_m) const {
+    Cell c = cell(x_m, z_m);
+    const float* h = heights_ + c.first;
+    const double north = double{h[0]} + c.u * (double{h[1]} - double{h[0]});
+    h += width_;
+    const double south = double{h[0]} + c.u * (double{h[1]} - double{h[0]});
+    return north + c.v * (south - north);
+  }
+
+  // 1 where all samples around are known, 0 where none is, bilinear between.
+  double validity(double x_m, double z_m) const {
+    const Cell c = cell(x_m, z_m);
+    const std::uint8_t* m = valid_ + c.first;
+    const double north = m[0] + c.u * (m[1] - m[0]);
+    m += width_;
+    const double south = m[0] + c.u * (m[1] - m[0]);
+    return north + c.v * (south - north);
+  }
+
+  // Metres from the image's centre to the outermost samples.
+  double half_width_m() const { return 0.5 * last_column_ / columns_per_m_; }
+  double half_height_m() const { return 0.5 * last_row_ / rows_per_m_; }
+
+ private:
+  struct Cell {
+    std::size_t first;  // index of the north-west sample
+    double u, v;        // 0..1 towards east and south
+  };
+
+  Cell cell(double x_m, double z_m) const {
+    const double i = clamp(x_m * columns_per_m_ + 0.5 * last_column_, last_column_);
+    const double j = clamp(z_m * rows_per_m_ + 0.5 * last_row_, last_row_);
+    const int column = i < last_column_ ? static_cast<int>(i) : last_column_ - 1;
+    const int row = j < last_row_ ? static_cast<int>(j) : last_row_ - 1;
+    return {static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column), i - column, j - row};
+  }
+  static double clamp(double x, double high) { return x > 0 ? (x < high ? x : high) : 0; }  // NaN gives 0
+
+  const float* heights_;
+  const std::uint8_t* valid_;
+  std::size_t width_;
+  int last_column_, last_row_;
+  double columns_per_m_, rows_per_m_;
+};
+
+}  // namespace karst::bake

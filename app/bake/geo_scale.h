@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// How large a sample of an elevation image is on the ground.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace karst::bake {
+
+// Metres of a degree of longitude (x) and latitude (y) on the WGS84 ellipsoid at a latitude in degrees,
+// |latitude| < 90. EPSG dataset, ellipsoid 7030; Snyder, "Map Projections: A Working Manual" (USGS PP 1395,
+// 1987), equations 4-18, 4-19.
+struct DegreeM {
+  double x, y;
+};
+DegreeM metres_per_degree(double latitude_deg);
+
+// What a GeoTIFF says about its samples (OGC 19-008r4). OpenImageIO 2.4 drops these tags, so libtiff reads
+// them.
+struct GeoTiffTags {
+  std::optional<double> spacing_x_m, spacing_z_m;  // absent where the file has no pixel scale
+  std::optional<double> nodata;                    // GDAL_NODATA
+  double metres_per_unit = 1;                      // of the heights, VerticalUnitsGeoKey
+  bool geographic = false;
+};
+
+// height: rows of the image, for the mean latitude of a geographic one. Throws BakeError naming path and tag;
+// spacings are not range-checked here. need_scale false: tags that say nothing usable about the scale are no
+// error.
+GeoTiffTags read_geotiff_tags(const std::string& path, int height, bool need_scale);
+
+}  // namespace karst::bake

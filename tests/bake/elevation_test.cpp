@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: MIT
+// Elevation files of every kind that is read, and every way in which one can be wrong.
+#include "app/bake/elevation.h"
+
+#include "app/bake/bake_error.h"
+#include "app/bake/geo_scale.h"
+#include "tests/bake/bake_files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace karst::bake {
+namespace {
+
+constexpr int kWidth = 5, kHeight = 4;
+
+std::vector<float> ramp() {
+  std::vector<float> values(kWidth * kHeight);
+  std::iota(values.begin(), values.end(), 100.0f);
+  return values;
+}
+
+template <class T>
+std::string ramp_bytes() {
+  const std::vector<float> values = ramp();
+  return std::string(bytes_of(std::vector<T>(values.begin(), values.end())));
+}
+
+std::string float_bytes(float odd_one) {
+  std::vector<float> values = ramp();
+  values[7] = odd_one;
+  return std::string(bytes_of(values));
+}
+
+// The message of the error that reading gives; empty where there is none.
+std::string error_of(const ReadElevation& read) {
+  try {
+    (void)read.run();
+  } catch (const BakeError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+class ElevationTest : public ::testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& bytes) {
+    write_bytes(folder_.path(name), bytes);
+    return folder_.path(name);
+  }
+  // Expects one line that begins with the file and mentions the words.
+  void expect_error(const ReadElevation& read, const std::string& words) {
+    const std::string message = error_of(read);
+    EXPECT_NE(message.find(words), std::string::npos) << "got: " << message;
+    EXPECT_EQ(message.rfind(folder_.path(""), 0), 0u) << "got: " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  void expect_ramp(const Elevation& e) {
+    ASSERT_EQ(e.width, kWidth);
+    ASSERT_EQ(e.height, kHeight);
+    EXPECT_EQ(e.heights_m, ramp());
+    EXPECT_EQ(e.voids, 0u);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ElevationTest, ReadsTiffOfEveryType) {
+  for (const char* type : {"int16", "uint16", "float"}) {
+    SCOPED_TRACE(type);
+    const std::string path = folder_.path(std::string(type) + ".tif");
+    write_image(path, kWidth, kHeight, ramp(), type);
+    expect_ramp(ReadElevation{.path = path, .pixel_size_m = 2}.run());
+  }
+}
+
+TEST_F(ElevationTest, ReadsTiledTiff) {
+  const int side = 70;
+  std::vector<float> values(side * side);
+  std::iota(values.begin(), values.end(), -2000.0f);
+  const std::string path = folder_.path("tiled.tif");
+  write_image(path, side, side, values, "int16", 32);
+  EXPECT_EQ((ReadElevation{.path = path, .pixel_size_m = 2}.run().heights_m), values);
+}
+
+TEST_F(ElevationTest, ReadsPngAndExr) {
+  write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
+  write_image(folder_.path("h.exr"), kWidth, kHeight, ramp(), "half");
+  write_image(folder_.path("f.exr"), kWidth, kHeight, ramp(), "float");
+  for (const char* name : {"a.png", "h.exr", "f.exr"}) {
+    SCOPED_TRACE(name);
+    expect_ramp(ReadElevation{.path = folder_.path(name), .pixel_size_m = 2}.run());
+  }
+}
+
+TEST_F(ElevationTest, GeoTiffInMetres) {
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                       .pixel_scale(30, 25)
+                                       .tie_point(376313, 3807917)
+                                       .geo_keys({1024, 1, 3076, 9001})
+                                       .bytes());
+  const Elevation e = ReadElevation{.path = path}.run();
+  expect_ramp(e);
+  EXPECT_EQ(e.spacing_x_m, 30);
+  EXPECT_EQ(e.spacing_z_m, 25);
+}
+
+TEST_F(ElevationTest, GeoTiffInFeet) {
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                       .pixel_scale(10, 10)
+                                       .geo_keys({1024, 1, 3076, 9002, 4099, 9002})
+                                       .bytes());
+  const Elevation e = ReadElevation{.path = path}.run();
+  EXPECT_DOUBLE_EQ(e.spacing_x_m, 3.048);
+  EXPECT_FLOAT_EQ(e.heights_m[0], 30.48f);
+}
+
+TEST_F(ElevationTest, GeoTiffInDegrees) {
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                       .pixel_scale(0.001, 0.002)
+                                       .tie_point(138, 60.004)
+                                       .geo_keys({1024, 2, 2054, 9102})
+                                       .bytes());
+  const Elevation e = ReadElevation{.path = path}.run();
+  // At 60 degrees a degree is 55.80 km by 111.41 km (WGS84).
+  EXPECT_NEAR(e.spacing_x_m, 55.800, 0.005);
+  EXPECT_NEAR(e.spacing_z_m, 222.825, 0.01);
+}
+
+TEST(MetresPerDegree, MatchesPublishedLengths) {
+  // WGS84, in kilometres to the metre, as printed in tables of the length of a degree.
+  const struct {
+    double latitude, x_km, y_km;
+  } rows[] = {{0, 111.320, 110.574}, {15, 107.550, 110.649}, {-30, 96.486, 110.852},
+              {45, 78.847, 111.132}, {60, 55.800, 111.412},  {75, 28.902, 111.618}};
+  for (const auto& row : rows) {
+    EXPECT_NEAR(metres_per_degree(row.latitude).x, 1000 * row.x_km, 0.6) << row.latitude;
+    EXPECT_NEAR(metres_per_degree(row.latitude).y, 1000 * row.y_km, 0.6) << row.latitude;
+  }
+}
+
+TEST_F(ElevationTest, PixelSizeOverridesTheFile) {
+  const auto path = write(
+      "a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(30, 25).bytes());
+  const Elevation e = ReadElevation{.path = path, .pixel_size_m = 7}.run();
+  EXPECT_EQ(e.spacing_x_m, 7);
+  EXPECT_EQ(e.spacing_z_m, 7);
+}
+
+TEST_F(ElevationTest, ScaleAndCrop) {
+  write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
+  ReadElevation read{.path = folder_.path("a.tif"), .pixel_size_m = 1, .z_scale = 0.5, .crop = {1, 2, 3, 2}};
+  const Elevation e = read.run();
+  EXPECT_EQ(e.width, 3);
+  EXPECT_EQ(e.height, 2);
+  EXPECT_EQ(e.heights_m, (std::vector<float>{55.5f, 56, 56.5f, 58, 58.5f, 59}));
+  for (const auto& wrong :
+       {std::array{3, 0, 3, 2}, {0, 3, 2, 2}, {0, 0, 1, 2}, {-1, 0, 2, 2}, {2, 2, 0x7fffffff, 2}}) {
+    std::copy(wrong.begin(), wrong.end(), read.crop);
+    expect_error(read, "--crop");
+  }
+}
+
+TEST_F(ElevationTest, VoidsFromTagsSrtmAndArguments) {
+  std::vector<std::int16_t> values(kWidth * kHeight, 5);
+  values[3] = 32767;
+  values[4] = -32768;
+  values[8] = -9999;
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, std::string(bytes_of(values)))
+                                       .pixel_scale(1, 1)
+                                       .ascii(42113, "32767 ")
+                                       .bytes());
+  const Elevation e = ReadElevation{.path = path, .nodata = {-9999}}.run();
+  EXPECT_EQ(e.voids, 3u);
+  for (const std::size_t k : {3u, 4u, 8u}) EXPECT_EQ(e.valid[k], 0);
+  EXPECT_EQ(e.valid[0], 1);
+}
+
+TEST_F(ElevationTest, FloatNodataIsComparedAsFloat) {
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 32, 3, float_bytes(-3.4028235e38f))
+                                       .pixel_scale(1, 1)
+                                       .ascii(42113, "-3.40282346638529e+38")
+                                       .bytes());
+  EXPECT_EQ((ReadElevation{.path = path}.run().voids), 1u);
+}
+
+TEST_F(ElevationTest, NanAndInfinityAreVoids) {
+  for (const float odd : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity()}) {
+    const auto path =
+        write("a.tif", TiffBuilder(kWidth, kHeight, 32, 3, float_bytes(odd)).pixel_scale(1, 1).bytes());
+    const Elevation e = ReadElevation{.path = path}.run();
+    EXPECT_EQ(e.voids, 1u);
+    EXPECT_EQ(e.valid[7], 0);
+  }
+}
+
+TEST_F(ElevationTest, RefusesHeightsThatAreNone) {
+  const auto path =
+      write("a.tif", TiffBuilder(kWidth, kHeight, 32, 3, float_bytes(1e9f)).pixel_scale(1, 1).bytes());
+  expect_error({.path = path}, "column 2, row 1");
+  expect_error({.path = path, .nodata = {-1}, .crop = {0, 0, 5, 2}}, "--nodata");
+}
+
+TEST_F(ElevationTest, RefusesAllVoid) {
+  const std::vector<std::int16_t> values(kWidth * kHeight, -32768);
+  const auto path = write(
+      "a.tif", TiffBuilder(kWidth, kHeight, 16, 2, std::string(bytes_of(values))).pixel_scale(1, 1).bytes());
+  expect_error({.path = path}, "no sample is valid");
+}
+
+TEST_F(ElevationTest, RefusesUnknownPixelSize) {
+  write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
+  expect_error({.path = folder_.path("a.tif")}, "--pixel-size");
+}
+
+TEST_F(ElevationTest, RefusesAbsurdPixelScale) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double scale : {0.0, -30.0, 1e-9, 1e12, infinity, -infinity, std::nan("")}) {
+    const auto path =
+        write("a.tif",
+              TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(30, scale).bytes());
+    expect_error({.path = path}, "pixel size");
+  }
+}
+
+TEST_F(ElevationTest, RefusesGeographicThatCannotBeOnEarth) {
+  const auto tiff = [&] {
+    return TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(1, 1);
+  };
+  const std::vector<std::uint16_t> degrees = {1024, 2, 2054, 9102};
+  expect_error({.path = write("a.tif", tiff().geo_keys(degrees).bytes())}, "ModelTiepointTag");
+  expect_error({.path = write("b.tif", tiff().tie_point(0, 200).geo_keys(degrees).bytes())},
+               "ModelTiepointTag");
+  expect_error({.path = write("c.tif", tiff().tie_point(0, 20).geo_keys({1024, 2, 2054, 9101}).bytes())},
+               "GeogAngularUnitsGeoKey");
+  expect_error({.path = write("d.tif", tiff().geo_keys({1024, 1, 3076, 9999}).bytes())},
+               "ProjLinearUnitsGeoKey");
+  expect_error({.path = write("e.tif", tiff().geo_keys({1024, 1, 4099, 9999}).bytes())},
+               "VerticalUnitsGeoKey");
+}
+
+TEST_F(ElevationTest, RefusesEightBitsUnlessAsked) {
+  write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint8");
+  write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "uint8");
+  for (const char* name : {"a.png", "a.tif"}) {
+    ReadElevation read{.path = folder_.path(name), .pixel_size_m = 1};
+    expect_error(read, "--allow-8bit");
+    read.allow_8bit = true;
+    expect_ramp(read.run());
+  }
+}
+
+TEST_F(ElevationTest, RefusesSeveralChannels) {
+  std::vector<float> rgb(kWidth * kHeight * 3, 7);
+  write_image(folder_.path("a.png"), kWidth, kHeight, rgb, "uint16", 0, 3);
+  expect_error({.path = folder_.path("a.png"), .pixel_size_m = 1}, "channels");
+}
+
+TEST_F(ElevationTest, RefusesHostileSizes) {
+  const std::string pixels = ramp_bytes<std::int16_t>();
+  const std::uint32_t two31 = 0x80000000u;
+  for (const auto& [width, height] : {std::pair{two31, two31},
+                                      {two31, 1u},
+                                      {2u, two31},
+                                      {0xffffffffu, 0xffffffffu},
+                                      {0u, 0u},
+                                      {1u, 5u},
+                                      {40'000u, 10u},
+                                      {32'768u, 32'768u},
+                                      {0x7fffffffu, 2u}}) {
+    SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
+    const auto path = write("a.tif", TiffBuilder(width, height, 16, 2, pixels).pixel_scale(1, 1).bytes());
+    EXPECT_NE(error_of({.path = path}), "");
+  }
+}
+
+TEST_F(ElevationTest, RefusesHostilePngAndExrSizes) {
+  const IgnoreLeaks libraries_leak;
+  // Width and height of a PNG are big-endian at byte 16; its header's checksum is then wrong, which is an
+  // error too.
+  write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
+  std::string png = read_bytes(folder_.path("a.png"));
+  png.replace(16, 8, std::string("\x7f\xff\xff\xff\x7f\xff\xff\xff", 8));
+  EXPECT_NE(error_of({.path = write("b.png", png), .pixel_size_m = 1}), "");
+
+  write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "float");
+  const std::string exr = read_bytes(folder_.path("a.exr"));
+  const std::size_t box = exr.find("box2i", exr.find("dataWindow")) + 6 + 4;
+  for (const std::string& corner : {std::string("\xff\xff\xff\x7f\xff\xff\xff\x7f", 8),
+                                    std::string("\x00\x00\x10\x00\x00\x00\x10\x00", 8),
+                                    std::string("\xff\xff\xff\xff\xff\xff\xff\xff", 8)}) {
+    std::string hostile = exr;
+    hostile.replace(box + 8, 8, corner);
+    EXPECT_NE(error_of({.path = write("b.exr", hostile), .pixel_size_m = 1}), "");
+  }
+}
+
+TEST_F(ElevationTest, RefusesEveryTruncation) {
+  const IgnoreLeaks libraries_leak;
+  write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
+  write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
+  write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "half");
+  for (const char* name : {"a.tif", "a.png", "a.exr"}) {
+    const std::string whole = read_bytes(folder_.path(name));
+    // The last chunk of a PNG (12 bytes, IEND) holds no pixel: without it the image is still complete.
+    const std::size_t end = std::string(name) == "a.png" ? whole.size() - 12 - 4 : whole.size();
+    for (std::size_t size = 0; size < end; size += 3) {
+      SCOPED_TRACE(std::string(name) + " cut to " + std::to_string(size) + " of " +
+                   std::to_string(whole.size()));
+      EXPECT_NE(
+          error_of({.path = write(std::string("cut_") + name, whole.substr(0, size)), .pixel_size_m = 1}),
+          "");
+    }
+  }
+}
+
+TEST_F(ElevationTest, SurvivesFlippedBytes) {
+  const IgnoreLeaks libraries_leak;
+  write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
+  write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
+  write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "half");
+  std::uint32_t state = 1;
+  for (const char* name : {"a.tif", "a.png", "a.exr"}) {
+    const std::string whole = read_bytes(folder_.path(name));
+    for (int k = 0; k < 200; ++k) {
+      std::string damaged = whole;
+      for (int n = 0; n < 1 + k % 3; ++n) {
+        state = state * 1664525u + 1013904223u;
+        damaged[(state >> 8) % damaged.size()] = static_cast<char>(state >> 24);
+      }
+      (void)error_of(
+          {.path = write(std::string("odd_") + name, damaged), .pixel_size_m = 1});  // must not crash
+    }
+  }
+}
+
+TEST_F(ElevationTest, RefusesWhatIsNotElevation) {
+  expect_error({.path = folder_.path("missing.tif")}, "cannot be opened");
+  expect_error({.path = write("text.tif", "hello, this is no image")}, "not a TIFF");
+  expect_error({.path = write("empty.tif", "")}, "not a TIFF");
+  expect_error({.path = folder_.path("")}, "cannot be");
+}
+
+class EnviTest : public ElevationTest {
+ protected:
+  std::string write_envi(const std::string& header, const std::string& bytes) {
+    write("dem.hdr", header);
+    return write("dem.bil", bytes);
+  }
+  static std::string header(const std::string& type, const std::string& more = "") {
+    return "ENVI\ndescription = {\n  made for a test }\nsamples = 5\nlines   = 4\nbands   = 1\nheader offset "
+           "= 0\n"
+           "file type = ENVI Standard\ndata type = " +
+           type +
+           "\ninterleave = bil\nbyte order = 0\n"
+           "map info = {UTM, 1.000, 1.000, 376313.6, 3807917.8, 30.0, 20.0, 11, North, WGS-84, "
+           "units=Meters}\n" +
+           more;
+  }
+};
+
+TEST_F(EnviTest, ReadsEveryType) {
+  const auto read = [&](const std::string& type, const std::string& bytes) {
+    const Elevation e = ReadElevation{.path = write_envi(header(type), bytes), .allow_8bit = true}.run();
+    expect_ramp(e);
+    EXPECT_EQ(e.spacing_x_m, 30);
+    EXPECT_EQ(e.spacing_z_m, 20);
+  };
+  read("1", ramp_bytes<std::uint8_t>());
+  read("2", ramp_bytes<std::int16_t>());
+  read("4", ramp_bytes<float>());
+  read("12", ramp_bytes<std::uint16_t>());
+}
+
+TEST_F(EnviTest, BigEndianOffsetNodataAndTheOtherHeaderName) {
+  std::string bytes = ramp_bytes<std::int16_t>();
+  for (std::size_t k = 0; k < bytes.size(); k += 2) std::swap(bytes[k], bytes[k + 1]);
+  std::string text = header("2", "data ignore value = 103\n");
+  text.replace(text.find("byte order = 0"), 14, "byte order = 1");
+  text.replace(text.find("header offset = 0"), 17, "header offset = 3");
+  write("other.raw.hdr", text);
+  const Elevation e = ReadElevation{.path = write("other.raw", "abc" + bytes)}.run();
+  EXPECT_EQ(e.voids, 1u);
+  EXPECT_EQ(e.valid[3], 0);
+  EXPECT_EQ(e.heights_m[4], 104);
+}
+
+TEST_F(EnviTest, Degrees) {
+  std::string text = header("2");
+  const std::size_t at = text.find("map info");
+  text.replace(at, text.find('\n', at) - at,
+               "map info = {Geographic Lat/Lon, 1, 1, 138, 60.004, 0.001, 0.002, WGS-84, units=Degrees}");
+  const Elevation e = ReadElevation{.path = write_envi(text, ramp_bytes<std::int16_t>())}.run();
+  EXPECT_NEAR(e.spacing_x_m, 55.800, 0.005);
+  EXPECT_NEAR(e.spacing_z_m, 222.825, 0.01);
+}
+
+TEST_F(EnviTest, RefusesBadHeaders) {
+  const std::string good = header("2");
+  const auto expect = [&](const std::string& from, const std::string& to, const std::string& words) {
+    SCOPED_TRACE(to);
+    std::string text = good;
+    ASSERT_NE(text.find(from), std::string::npos);
+    text.replace(text.find(from), from.size(), to);
+    expect_error({.path = write_envi(text, ramp_bytes<std::int16_t>())}, words);
+  };
+  expect("ENVI\n", "ENVY\n", "first line");
+  expect("samples = 5", "samples = 2147483648", "samples");
+  expect("samples = 5", "samples = -5", "samples");
+  expect("samples = 5", "samples = 99999999999999999999", "samples");
+  expect("samples = 5", "samples = 5x", "samples");
+  expect("samples = 5\n", "", "samples: missing");
+  expect("samples = 5", "samples = 5\nsamples = 5", "given twice");
+  expect("lines   = 4", "lines = 0", "lines");
+  expect("samples = 5\nlines   = 4", "samples = 32768\nlines = 32768", "size");
+  expect("lines   = 4", "lines = 5", "truncated");
+  expect("bands   = 1", "bands = 3", "bands");
+  expect("data type = 2", "data type = 6", "data type");
+  expect("data type = 2", "data type = 1", "--allow-8bit");
+  expect("byte order = 0", "byte order = 2", "byte order");
+  expect("byte order = 0\n", "", "byte order");
+  expect("interleave = bil", "interleave = zip", "interleave");
+  expect("header offset = 0", "header offset = 4294967296", "header offset");
+  expect("30.0, 20.0", "0, 20.0", "pixel size");
+  expect("30.0, 20.0", "nan, 20.0", "pixel size");
+  expect("30.0, 20.0", "1e300, 20.0", "pixel size");
+  expect("30.0, 20.0", "a, 20.0", "map info");
+  expect("units=Meters", "units=Cubits", "units");
+  expect("units=Meters}", "units=Meters", "not closed");
+  expect("byte order = 0", "byte order", "without '='");
+}
+
+TEST_F(EnviTest, RefusesHeadersWithoutEnd) {
+  expect_error({.path = write_envi(header("2") + std::string(100'000, ';'), ramp_bytes<std::int16_t>())},
+               "longer");
+}
+
+TEST(FillVoids, PlaneStaysAPlaneAndRangeIsKept) {
+  Elevation e;
+  e.width = 40;
+  e.height = 33;
+  for (int j = 0; j < e.height; ++j) {
+    for (int i = 0; i < e.width; ++i) {
+      const bool in_hole = (i > 10 && i < 25 && j > 8 && j < 20) || (i > 30 && j < 4);
+      e.heights_m.push_back(in_hole ? 0.0f : static_cast<float>(3 * i + 2 * j));
+      e.valid.push_back(in_hole ? 0 : 1);
+    }
+  }
+  const std::vector<std::uint8_t> known = e.valid;
+  fill_voids(e);
+  for (int j = 0; j < e.height; ++j) {
+    for (int i = 0; i < e.width; ++i) {
+      const std::size_t k = e.at(i, j);
+      const float plane = static_cast<float>(3 * i + 2 * j);
+      if (known[k] != 0) {
+        ASSERT_EQ(e.heights_m[k], plane);
+      } else if (i < 30) {  // harmonic inside known samples: the plane again
+        EXPECT_NEAR(e.heights_m[k], plane, 1.5) << i << ' ' << j;
+      } else {  // open to the border: smooth, within what surrounds it
+        EXPECT_GT(e.heights_m[k], 85);
+        EXPECT_LT(e.heights_m[k], 130);
+      }
+      ASSERT_EQ(e.valid[k], 1);
+    }
+  }
+}
+
+TEST(FillVoids, OneSampleFillsEverything) {
+  Elevation e;
+  e.width = 9;
+  e.height = 2;
+  e.heights_m.assign(18, 0);
+  e.valid.assign(18, 0);
+  e.heights_m[13] = 42;
+  e.valid[13] = 1;
+  fill_voids(e);
+  for (const float h : e.heights_m) EXPECT_EQ(h, 42);
+}
+
+TEST(ElevationSurface, IsBilinearAndClamped) {
+  Elevation e;
+  e.width = 3;
+  e.height = 2;
+  e.heights_m = {0, 10, 20, 100, 110, 130};
+  e.valid = {1, 1, 0, 1, 1, 1};
+  e.spacing_x_m = 4;
+  e.spacing_z_m = 2;
+  const ElevationSurface s(e);
+  EXPECT_EQ(s.half_width_m(), 4);
+  EXPECT_EQ(s.half_height_m(), 1);
+  EXPECT_EQ(s.at(-4, -1), 0);
+  EXPECT_EQ(s.at(4, 1), 130);
+  EXPECT_EQ(s.at(0, -1), 10);
+  EXPECT_EQ(s.at(2, 0), (15 + 120) / 2.0);
+  EXPECT_EQ(s.at(-100, -100), 0);
+  EXPECT_EQ(s.at(100, 100), 130);
+  EXPECT_EQ(s.at(std::nan(""), -1), 0);
+  EXPECT_EQ(s.validity(4, -1), 0);
+  EXPECT_EQ(s.validity(2, -1), 0.5);
+  EXPECT_EQ(s.validity(-2, 0), 1);
+}
+
+}  // namespace
+}  // namespace karst::bake
