@@ -3,8 +3,8 @@
 // and never grows (design 5). kConfigFields states default, range, unit and reason of each; `karst budget`
 // and docs/memory.md print that table, and validate() enforces it.
 //
-// The defaults hold K's test scene (chapter 5: 3,560 patches, at most level 5) in 10 MiB of CPU memory and
-// 16 MiB of GPU memory. Programs that open a world start from the sizes that its file states.
+// The defaults hold K's test scene (section 5.4.3: 3,560 patches in 2,544 volumes; level 5) in 10 MiB of CPU
+// memory and 16 MiB of GPU memory. Programs that open a world start from the sizes that its file states.
 #pragma once
 
 #include "terrain/base/lattice.h"
@@ -64,9 +64,9 @@ inline constexpr std::array<ConfigField, 9> kConfigFields = {{
     {"max_volumes", &Config::max_volumes, 4'096, 1, kMostPatches, "intersection volumes",
      "a volume holds one patch or more, so never more than max_patches are of use"},
     {"max_patches", &Config::max_patches, 4'096, 1, kMostPatches, "patches",
-     "K's test scene has 3,560; at most 2^24, far above what a GPU can show"},
+     "K's test scene has 3,560 (table 5.2); at most 2^24, far above what a GPU can show"},
     {"max_level", &Config::max_level, 5, 1, kMaxLevel, "level of detail",
-     "K's finest level is 5; tables and scratch memory are made for 6 at most"},
+     "K states memory up to level 5 (table 5.6); tables and scratch memory are made for 6 at most"},
     {"max_height_blocks", &Config::max_height_blocks, 3'600, 0, kMostPatches, "patches with heights",
      "all of K's test scene at level 5 in 7.5 MiB; 0 draws undisplaced surfaces only"},
     {"max_draw_items", &Config::max_draw_items, 4'096, 1, kMostPages, "patches a pass",
