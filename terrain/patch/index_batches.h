@@ -5,6 +5,7 @@
 // all edges "same" is one contiguous range. Edges are numbered as in Patch (surface.h).
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -52,6 +53,15 @@ constexpr std::uint32_t max_patch_indices(int level) {
 
 // Fills the first index_count(max_level) values of out; the rest stays as it is.
 Status build_index_tables(int max_level, std::span<std::uint16_t> out);
+
+// Indices that a patch takes in a given state of its edges; see index_ranges.
+constexpr std::uint32_t patch_index_count(int level, unsigned lower_edges, unsigned skipped_edges) {
+  const auto cells = static_cast<std::uint32_t>(patch_cells(level));
+  const unsigned lower = level > 1 ? lower_edges & ~skipped_edges & 15u : 0u;
+  const auto lower_count = static_cast<std::uint32_t>(std::popcount(lower));
+  const auto skipped_count = static_cast<std::uint32_t>(std::popcount(skipped_edges & 15u));
+  return 3 * (2 * cells * cells - lower_count * (cells / 2) - skipped_count * cells);
+}
 
 inline constexpr int kMaxIndexRanges = 4;
 

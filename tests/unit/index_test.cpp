@@ -174,6 +174,9 @@ TEST_F(IndexBatches, RangesAreMergedAndFew) {
       for (unsigned skipped = 0; skipped < 16; ++skipped) {
         const int used = index_ranges(level, lower, skipped, ranges);
         most = std::max(most, used);
+        std::uint32_t count = 0;
+        for (int n = 0; n < used; ++n) count += ranges[n].count;
+        EXPECT_EQ(count, patch_index_count(level, lower, skipped)) << level << ' ' << lower << ' ' << skipped;
         for (int n = 1; n < used; ++n) EXPECT_GT(ranges[n].first, ranges[n - 1].first + ranges[n - 1].count);
       }
     }

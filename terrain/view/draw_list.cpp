@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// Two passes over what is in view and one over the items: culling writes a key and a patch a visible patch, a
+// counting sort puts them in order. A key is eight bits of distance, so that it shares 32 bits with a patch.
+#include "terrain/view/draw_list.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "terrain/patch/index_batches.h"
+
+namespace karst {
+namespace {
+
+constexpr std::uint32_t kKeyShift = 24;
+constexpr std::uint32_t kPatchMask = (1u << kKeyShift) - 1;
+static_assert(BoundsTree::kMaxPatches - 1 <= kPatchMask);
+
+constexpr std::uint32_t kBands = 256;
+using BandCounts = std::array<std::uint32_t, kBands>;
+
+// Exponent and first three bits of the mantissa of the squared distance: eight bands an octave of it, sixteen
+// an octave of the distance. The first band ends at 2^14 squared steps, 1/64 voxel; the last one begins near
+// 2^46, 990 voxels.
+std::uint32_t band(float squared_distance) {
+  constexpr std::uint32_t kMantissaShift = 23 - 3;
+  constexpr std::uint32_t kFirst = (127 + 14) << 3;
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(squared_distance) >> kMantissaShift;
+  return bits <= kFirst ? 0 : std::min(bits - kFirst, kBands - 1);
+}
+
+struct Collector {
+  const BuildDrawList& stage;
+  BandCounts counts{};
+  std::uint32_t visible = 0;
+
+  void add(PatchId id) {
+    const glm::vec3 d = glm::vec3(patch_origin(stage.surface.volume_of(id))) - stage.eye;
+    const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
+    ++counts[key];
+    stage.scratch[visible++] = key << kKeyShift | id;
+  }
+
+  void descend(int row, std::uint32_t n, PlaneMask mask) {
+    const BoundsTree& tree = *stage.tree;
+    mask = classify(*stage.frustum, tree.node(row, n), mask);
+    if (mask == kOutside) return;
+    const PatchId first = tree.first_patch(row, n);
+    const PatchId last = first + tree.patch_count(row, n);
+    if (mask == 0) {
+      for (PatchId id = first; id < last; ++id) add(id);
+    } else if (row == 0) {
+      for (PatchId id = first; id < last; ++id) {
+        if (classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), mask) != kOutside) add(id);
+      }
+    } else {
+      const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
+      for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) descend(row - 1, child, mask);
+    }
+  }
+};
+
+DrawItem make_item(const BuildDrawList& stage, PatchId id) {
+  const Patch& patch = stage.surface.patches[id];
+  const std::uint8_t level = stage.levels[id];
+  unsigned lower = 0;
+  for (unsigned e = 0; e < 4; ++e) {
+    const PatchEdge other = patch.neighbour[e];
+    if (other.exists() && stage.levels[other.patch()] < level) lower |= 1u << e;
+  }
+  const unsigned skipped = patch.collapsed != 0 ? 1u << 3 : 0u;
+  return {id, level, static_cast<std::uint8_t>(lower), static_cast<std::uint8_t>(skipped)};
+}
+
+}  // namespace
+
+Status BuildDrawList::validate() const {
+  const auto refuse = [](const char* what, const char* field) {
+    return Status{StatusCode::invalid_argument, what, field};
+  };
+  const std::size_t patches = surface.patches.size();
+  if (patches > BoundsTree::kMaxPatches) return refuse("more than 2^24 patches", "surface");
+  if (frustum_culling && frustum == nullptr) return refuse("missing", "frustum");
+  if (!std::isfinite(eye.x) || !std::isfinite(eye.y) || !std::isfinite(eye.z)) {
+    return refuse("not a finite number", "eye");
+  }
+  if (bounds.size() != patches) return refuse("must hold one box a patch", "bounds");
+  if (frustum_culling && tree == nullptr) return refuse("missing", "tree");
+  if (frustum_culling && tree->patches() != patches) return refuse("not built over the surface", "tree");
+  if (levels.size() != patches) return refuse("must hold one byte a patch", "levels");
+  if (scratch.size() < patches) return refuse("must hold one value a patch", "scratch");
+  return {};
+}
+
+Status BuildDrawList::run(Result& result) const {
+  result = {};
+  const auto patches = static_cast<std::uint32_t>(surface.patches.size());
+  if (patches == 0) return {};
+  Collector seen{*this};
+  if (frustum_culling) {
+    seen.descend(tree->rows() - 1, 0, kAllPlanes);
+  } else {
+    for (PatchId id = 0; id < patches; ++id) seen.add(id);
+  }
+
+  BandCounts position;  // where the next item of a band goes
+  std::uint32_t next = 0;
+  for (std::uint32_t b = 0; b < kBands; ++b) {
+    position[b] = next;
+    next += seen.counts[b];
+  }
+  for (const std::uint32_t entry : scratch.first(seen.visible)) {
+    const std::uint32_t at = position[entry >> kKeyShift]++;
+    if (at < items.size()) items[at] = make_item(*this, entry & kPatchMask);
+  }
+
+  result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
+  result.dropped = seen.visible - result.drawn;
+  result.culled_frustum = patches - seen.visible;
+  for (const DrawItem& item : items.first(result.drawn)) {
+    result.at_level[item.level] += 1;
+    result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;
+  }
+  if (result.dropped > 0) {
+    return {StatusCode::limit_reached, "more patches in view than draw items", "max_draw_items",
+            seen.visible};
+  }
+  return {};
+}
+
+}  // namespace karst
