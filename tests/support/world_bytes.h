@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// A small world file in memory, with made-up but consistent counts.
+#pragma once
+
+#include "terrain/base/lattice.h"
+#include "terrain/voxel/voxelize.h"
+#include "terrain/world/world_file.h"
+#include "tests/support/tree_memory.h"
+#include "tests/support/world_damage.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+namespace karst {
+
+struct TestWorld {
+  WorldInfo info;
+  TreeMemory memory;
+  std::vector<std::byte> mask;
+  std::vector<std::int16_t> samples;
+
+  TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
+    TestRandom random(seed);
+    const int size = 1 << depth;
+    info.voxel_size_m = 0.25 + random.range(0, 100);
+    for (double& axis : info.origin_m) axis = random.range(-100'000, 100'000) * 0.5;
+    info.extent = {random.range(2, size), random.range(1, size - 1), random.range(2, size)};
+    info.depth = depth;
+    info.level = level;
+    const auto noise = [&](glm::ivec3 v, bool) {
+      return random.chance(v.y < info.extent.y / 2 ? 0.95 : 0.05);
+    };
+    const Status status = VoxelizePredicate{info.extent, VoxelFunction(noise)}.run(memory.tree);
+    EXPECT_TRUE(status.ok()) << status.what();
+    info.octets = memory.tree.octets_used();
+    // Any counts that a surface could have: the file does not extract it.
+    const int corners = (info.extent.x - 1) * info.extent.y * (info.extent.z - 1);
+    info.volumes = static_cast<std::uint32_t>(random.range(0, std::min(corners, 40)));
+    info.patches = info.volumes * 2;
+    mask.assign((info.patches + 7) / 8, std::byte{0});
+    for (std::uint32_t p = 0; p < info.patches; ++p) {
+      if (!random.chance(0.7)) continue;
+      mask[p / 8] |= static_cast<std::byte>(1u << p % 8);
+      ++info.height_blocks;
+    }
+    samples.resize(info.height_blocks * static_cast<std::size_t>(patch_vertices(level)));
+    for (std::int16_t& s : samples) s = static_cast<std::int16_t>(random.range(-28'000, 28'000));
+    std::snprintf(info.name, sizeof info.name, "world %llu", static_cast<unsigned long long>(seed));
+  }
+
+  std::vector<std::byte> bytes() const {
+    std::vector<std::byte> out(world_file_bytes(info));
+    std::size_t written = 0;
+    const Status status = write_world(info, memory.tree, {mask, samples}, out, written);
+    EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
+    EXPECT_EQ(written, out.size());
+    return out;
+  }
+};
+
+inline bool same_nodes(const Octree& a, Octree::Node na, const Octree& b, Octree::Node nb) {
+  if (Octree::is_leaf(na) || Octree::is_leaf(nb)) return na == nb;
+  for (int octant = 0; octant < 8; ++octant) {
+    if (!same_nodes(a, a.child(na, octant), b, b.child(nb, octant))) return false;
+  }
+  return true;
+}
+
+}  // namespace karst

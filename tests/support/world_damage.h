@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Ways to damage the bytes of a world file. Needs no GoogleTest, so that libFuzzer can use it too.
+#pragma once
+
+#include "terrain/base/checksum.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace karst {
+
+// Byte offsets of docs/formats.md, typed in again: a reader that moved a field must fail the tests.
+namespace world_offsets {
+inline constexpr std::size_t kVersion = 8;
+inline constexpr std::size_t kHeaderBytes = 12;
+inline constexpr std::size_t kFileBytes = 16;
+inline constexpr std::size_t kSections = 24;
+inline constexpr std::size_t kHeaderCrc = 28;
+inline constexpr std::size_t kVoxelSize = 32;
+inline constexpr std::size_t kOrigin = 40;
+inline constexpr std::size_t kExtent = 64;
+inline constexpr std::size_t kDepth = 76;
+inline constexpr std::size_t kLevel = 80;
+inline constexpr std::size_t kOctets = 84;
+inline constexpr std::size_t kVolumes = 88;
+inline constexpr std::size_t kPatches = 92;
+inline constexpr std::size_t kHeightBlocks = 96;
+inline constexpr std::size_t kName = 104;
+inline constexpr std::size_t kTable = 192;
+inline constexpr std::size_t kEntry = 32;
+inline constexpr std::size_t kEntryFlags = 4;
+inline constexpr std::size_t kEntryOffset = 8;
+inline constexpr std::size_t kEntryBytes = 16;
+inline constexpr std::size_t kEntryCrc = 24;
+inline constexpr std::size_t kEntryReserved = 28;
+}  // namespace world_offsets
+
+template <class T>
+T load_at(std::span<const std::byte> bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+template <class T>
+void store_at(std::span<std::byte> bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+// Makes the checksums fit whatever the bytes say now, as far as they lie inside, so that damage reaches the
+// checks behind them.
+inline void fix_checksums(std::span<std::byte> file) {
+  using namespace world_offsets;
+  if (file.size() < kTable) return;
+  std::uint64_t sections = load_at<std::uint32_t>(file, kSections);
+  sections = std::min<std::uint64_t>(sections, (file.size() - kTable) / kEntry);
+  for (std::size_t i = 0; i < sections; ++i) {
+    const std::size_t entry = kTable + i * kEntry;
+    const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+    const auto bytes = load_at<std::uint64_t>(file, entry + kEntryBytes);
+    if (offset > file.size() || bytes > file.size() - offset) continue;
+    store_at(file, entry + kEntryCrc, crc32c(file.subspan(offset, bytes)));
+  }
+  const std::uint64_t header = load_at<std::uint32_t>(file, kHeaderBytes);
+  if (header < kTable || header > file.size()) return;
+  const std::uint32_t before = crc32c(file.first(kHeaderCrc));
+  store_at(file, kHeaderCrc, crc32c(file.subspan(kHeaderCrc + 4, header - kHeaderCrc - 4), before));
+}
+
+}  // namespace karst

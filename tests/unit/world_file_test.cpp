@@ -1,0 +1,478 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/world/world_file.h"
+
+#include "tests/support/world_bytes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+namespace karst {
+namespace {
+
+using namespace world_offsets;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void expect_same_info(const WorldInfo& a, const WorldInfo& b) {
+  EXPECT_EQ(a.voxel_size_m, b.voxel_size_m);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(a.origin_m[axis], b.origin_m[axis]);
+  EXPECT_EQ(a.extent, b.extent);
+  EXPECT_EQ(a.depth, b.depth);
+  EXPECT_EQ(a.level, b.level);
+  EXPECT_EQ(a.octets, b.octets);
+  EXPECT_EQ(a.volumes, b.volumes);
+  EXPECT_EQ(a.patches, b.patches);
+  EXPECT_EQ(a.height_blocks, b.height_blocks);
+  EXPECT_STREQ(a.name, b.name);
+}
+
+TEST(WorldFile, WhatIsWrittenIsReadAgain) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const TestWorld world(1 + static_cast<int>(seed % 5), 1 + static_cast<int>(seed % 6), seed);
+    const std::vector<std::byte> file = world.bytes();
+    WorldInfo info;
+    const Status status = read_world_info(file, info);
+    ASSERT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
+    expect_same_info(info, world.info);
+
+    TreeMemory copy(9, info.octets);
+    ASSERT_TRUE(read_octree(file, info, copy.tree).ok());
+    EXPECT_EQ(copy.tree.depth(), info.depth);
+    EXPECT_EQ(copy.tree.octets_used(), info.octets);
+    EXPECT_TRUE(same_nodes(copy.tree, copy.tree.root(), world.memory.tree, world.memory.tree.root()));
+
+    const WorldHeights heights = read_heights(file, info);
+    EXPECT_TRUE(std::equal(heights.mask.begin(), heights.mask.end(), world.mask.begin(), world.mask.end()));
+    EXPECT_TRUE(std::equal(heights.samples.begin(), heights.samples.end(), world.samples.begin(),
+                           world.samples.end()));
+
+    // Written from what was read, it is the same file.
+    std::vector<std::byte> again(file.size());
+    std::size_t written = 0;
+    ASSERT_TRUE(write_world(info, copy.tree, heights, again, written).ok());
+    EXPECT_EQ(again, file);
+  }
+}
+
+TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
+  const TestWorld world(4, 3, 5);
+  const std::vector<std::byte> file = world.bytes();
+  EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 1u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 3 * 32);
+  EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
+  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 3u);
+  EXPECT_EQ(load_at<double>(file, kVoxelSize), world.info.voxel_size_m);
+  EXPECT_EQ(load_at<double>(file, kOrigin + 16), world.info.origin_m[2]);
+  EXPECT_EQ(load_at<std::int32_t>(file, kExtent + 8), world.info.extent.z);
+  EXPECT_EQ(load_at<std::int32_t>(file, kDepth), 4);
+  EXPECT_EQ(load_at<std::int32_t>(file, kLevel), 3);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kOctets), world.info.octets);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kVolumes), world.info.volumes);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kPatches), world.info.patches);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kHeightBlocks), world.info.height_blocks);
+  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + kName), "world 5");
+  const char* const kinds[] = {"OCTR", "HMSK", "HGTS"};
+  const std::size_t bytes[] = {2u * world.info.octets + 1, (world.info.patches + 7) / 8,
+                               world.info.height_blocks * 81u * 2u};
+  std::size_t end = 192 + 3 * 32;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t entry = kTable + i * kEntry;
+    EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
+    EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 1u);
+    const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+    EXPECT_EQ(offset, (end + 63) / 64 * 64);
+    EXPECT_EQ(load_at<std::uint64_t>(file, entry + kEntryBytes), bytes[i]);
+    end = offset + bytes[i];
+  }
+  EXPECT_EQ(end, file.size());
+}
+
+// One field broken at a time: the writer and the reader both refuse it and name it.
+struct Broken {
+  const char* field;
+  std::size_t offset;  // of the field in the file
+  std::function<void(WorldInfo&)> spoil;
+  std::function<void(std::span<std::byte>)> spoil_file;
+};
+
+template <class T>
+Broken broken(const char* field, std::size_t offset, T WorldInfo::*member, T value) {
+  return {field, offset, [=](WorldInfo& info) { info.*member = value; },
+          [=](std::span<std::byte> file) { store_at(file, offset, value); }};
+}
+
+Broken broken_origin(std::size_t axis, double value) {
+  return {"origin_m", kOrigin + 8 * axis, [=](WorldInfo& info) { info.origin_m[axis] = value; },
+          [=](std::span<std::byte> file) { store_at(file, kOrigin + 8 * axis, value); }};
+}
+
+Broken broken_extent(int axis, std::int32_t value) {
+  const std::size_t offset = kExtent + 4 * static_cast<std::size_t>(axis);
+  return {"extent", offset, [=](WorldInfo& info) { info.extent[axis] = value; },
+          [=](std::span<std::byte> file) { store_at(file, offset, value); }};
+}
+
+Broken broken_name(std::size_t at, char value) {
+  return {"name", kName + at, [=](WorldInfo& info) { info.name[at] = value; },
+          [=](std::span<std::byte> file) { store_at(file, kName + at, value); }};
+}
+
+std::vector<Broken> all_broken() {
+  std::vector<Broken> list;
+  for (const double bad : {0.0, -1.0, 0.9e-6, 1.1e9, kNan, kInfinity, -kInfinity}) {
+    list.push_back(broken("voxel_size_m", kVoxelSize, &WorldInfo::voxel_size_m, bad));
+  }
+  for (const double bad : {1.1e12, -1.1e12, kNan, kInfinity, -kInfinity}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) list.push_back(broken_origin(axis, bad));
+  }
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+  for (const std::int32_t bad : {0, -1, 17, kMost, kLeast}) {
+    for (int axis = 0; axis < 3; ++axis) list.push_back(broken_extent(axis, bad));
+  }
+  list.push_back(broken_extent(0, 1));
+  list.push_back(broken_extent(1, 16));
+  list.push_back(broken_extent(2, 1));
+  for (const std::int32_t bad : {0, -1, 10, kMost, kLeast}) {
+    list.push_back(broken("depth", kDepth, &WorldInfo::depth, bad));
+  }
+  for (const std::int32_t bad : {0, -1, 7, kMost, kLeast}) {
+    list.push_back(broken("level", kLevel, &WorldInfo::level, bad));
+  }
+  for (const std::uint32_t bad : {586u, 0x7fffffffu, 0x80000000u, 0xffffffffu}) {  // depth 4 has 585
+    list.push_back(broken("octets", kOctets, &WorldInfo::octets, bad));
+  }
+  for (const std::uint32_t bad : {3376u, 0x80000000u, 0xffffffffu}) {
+    list.push_back(broken("volumes", kVolumes, &WorldInfo::volumes, bad));
+  }
+  for (const std::uint32_t bad : {0u, 1000u, 0x1000001u, 0x80000000u, 0xffffffffu}) {
+    list.push_back(broken("patches", kPatches, &WorldInfo::patches, bad));
+  }
+  for (const std::uint32_t bad : {1000u, 0x80000000u, 0xffffffffu}) {
+    list.push_back(broken("height_blocks", kHeightBlocks, &WorldInfo::height_blocks, bad));
+  }
+  list.push_back(broken_name(2, '\n'));
+  list.push_back(broken_name(0, '\x1b'));
+  list.push_back(broken_name(3, '\x7f'));
+  list.push_back(broken_name(1, '\x9b'));
+  list.push_back(broken_name(63, 'x'));
+  list.push_back(broken_name(20, 'x'));
+  return list;
+}
+
+TEST(WorldFile, EveryFieldOutOfRangeIsNamed) {
+  const TestWorld world(4, 2, 6);
+  ASSERT_GT(world.info.volumes, 0u);
+  const std::vector<std::byte> file = world.bytes();
+  for (const Broken& bad : all_broken()) {
+    WorldInfo info = world.info;
+    bad.spoil(info);
+    EXPECT_EQ(validate_world_info(info).code(), StatusCode::invalid_argument);
+    EXPECT_STREQ(validate_world_info(info).field(), bad.field);
+    std::vector<std::byte> out(file.size());
+    std::size_t written = 7;
+    EXPECT_STREQ(write_world(info, world.memory.tree, {world.mask, world.samples}, out, written).field(),
+                 bad.field);
+    EXPECT_EQ(written, 0u);
+
+    std::vector<std::byte> damaged = file;
+    bad.spoil_file(damaged);
+    WorldInfo untouched;
+    untouched.depth = 77;
+    EXPECT_STREQ(read_world_info(damaged, untouched).field(), "header_crc");
+    fix_checksums(damaged);
+    const Status status = read_world_info(damaged, untouched);
+    EXPECT_EQ(status.code(), StatusCode::corrupt);
+    EXPECT_STREQ(status.field(), bad.field);
+    EXPECT_EQ(status.value(), bad.offset) << bad.field;
+    EXPECT_EQ(untouched.depth, 77);
+  }
+}
+
+TEST(WorldFile, LimitsThemselvesAreAccepted) {
+  TestWorld world(4, 2, 7);
+  world.info.voxel_size_m = 1e-6;
+  world.info.origin_m[0] = 1e12;
+  world.info.origin_m[1] = -1e12;
+  std::memset(world.info.name, '~', 63);
+  EXPECT_TRUE(validate_world_info(world.info).ok());
+  world.info.voxel_size_m = 1e9;
+  std::memset(world.info.name, 0, 64);
+  world.info.extent = {16, 15, 16};
+  const std::vector<std::byte> file = world.bytes();
+  WorldInfo info;
+  EXPECT_TRUE(read_world_info(file, info).ok());
+  expect_same_info(info, world.info);
+}
+
+TEST(WorldFile, NothingButAWorldFileIsOne) {
+  WorldInfo info;
+  EXPECT_STREQ(read_world_info({}, info).field(), "magic");
+  std::vector<std::byte> text(500, std::byte{'a'});
+  EXPECT_STREQ(read_world_info(text, info).field(), "magic");
+
+  std::vector<std::byte> file = TestWorld(3, 1, 8).bytes();
+  store_at(file, kVersion, std::uint32_t{2});
+  fix_checksums(file);
+  const Status status = read_world_info(file, info);
+  EXPECT_EQ(status.code(), StatusCode::unsupported);
+  EXPECT_STREQ(status.field(), "version");
+  EXPECT_EQ(status.value(), kVersion);
+}
+
+TEST(WorldFile, MisalignedBytesAreRefused) {
+  const std::vector<std::byte> file = TestWorld(3, 1, 8).bytes();
+  std::vector<std::byte> shifted(file.size() + 1);
+  std::copy(file.begin(), file.end(), shifted.begin() + 1);
+  WorldInfo info;
+  const Status status = read_world_info(std::span(shifted).subspan(1), info);
+  EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+  EXPECT_STREQ(status.field(), "file");
+}
+
+TEST(WorldFile, SectionTableFaultsAreNamed) {
+  const TestWorld world(4, 2, 6);
+  const std::vector<std::byte> file = world.bytes();
+  const auto status_of = [&](const std::function<void(std::span<std::byte>)>& spoil) {
+    std::vector<std::byte> damaged = file;
+    spoil(damaged);
+    fix_checksums(damaged);
+    WorldInfo info;
+    return read_world_info(damaged, info);
+  };
+  const auto expect = [&](const char* field, std::size_t offset, auto value) {
+    const Status status = status_of([&](std::span<std::byte> bytes) { store_at(bytes, offset, value); });
+    EXPECT_EQ(status.code(), StatusCode::corrupt) << field;
+    EXPECT_STREQ(status.field(), field);
+    EXPECT_EQ(status.value(), offset);
+  };
+  for (const std::uint32_t bad : {17u, 0x80000000u, 0xffffffffu}) expect("sections", kSections, bad);
+  for (const std::uint32_t bad : {0u, 2u, 16u}) {
+    EXPECT_STREQ(status_of([&](std::span<std::byte> bytes) { store_at(bytes, kSections, bad); }).field(),
+                 "header_bytes");
+  }
+  for (const std::uint32_t bad : {0u, 191u, 224u, 0xffffffffu}) {
+    std::vector<std::byte> damaged = file;
+    store_at(damaged, kHeaderBytes, bad);
+    WorldInfo info;
+    EXPECT_STREQ(read_world_info(damaged, info).field(), "header_bytes");
+  }
+  for (const std::uint64_t bad :
+       {std::uint64_t{0}, std::uint64_t{1} << 31, std::uint64_t{1} << 63, ~std::uint64_t{0}}) {
+    expect("file_bytes", kFileBytes, bad);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t entry = kTable + i * kEntry;
+      expect("section offset", entry + kEntryOffset, bad);
+      if (bad != 0) expect("section bytes", entry + kEntryBytes, bad);
+    }
+  }
+  expect("section flags", kTable + kEntryFlags, std::uint32_t{3});
+  expect("section reserved", kTable + kEntryReserved, std::uint32_t{1});
+  expect("reserved", 100, std::uint8_t{1});
+  EXPECT_STREQ(status_of([](std::span<std::byte> bytes) { bytes[191] = std::byte{1}; }).field(), "reserved");
+  // A kind that is there twice, and one that is missing because its place holds an optional stranger.
+  EXPECT_STREQ(status_of([](std::span<std::byte> bytes) {
+                 std::memcpy(bytes.data() + kTable + kEntry, "OCTR", 4);
+               }).what(),
+               "a section is there twice");
+  const auto rename = [](std::uint32_t flags) {
+    return [=](std::span<std::byte> bytes) {
+      std::memcpy(bytes.data() + kTable + kEntry, "XTRA", 4);
+      store_at(bytes, kTable + kEntry + kEntryFlags, flags);
+    };
+  };
+  EXPECT_STREQ(status_of(rename(0)).what(), "a section is missing");
+  EXPECT_STREQ(status_of(rename(0)).field(), "height mask");
+  EXPECT_EQ(status_of(rename(1)).code(), StatusCode::unsupported);
+}
+
+TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
+  const TestWorld world(4, 2, 6);
+  const std::vector<std::byte> file = world.bytes();
+  // The header grows by one entry, so every section moves by 64 bytes at most; the stranger goes last.
+  const std::size_t old_header = kTable + 3 * kEntry;
+  const std::size_t new_header = old_header + kEntry;
+  std::vector<std::byte> longer(new_header);
+  std::copy_n(file.begin(), old_header, longer.begin());
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t entry = kTable + i * kEntry;
+    const std::uint64_t bytes = i < 3 ? load_at<std::uint64_t>(file, entry + kEntryBytes) : 5;
+    longer.resize((longer.size() + 63) / 64 * 64);
+    store_at(longer, entry + kEntryOffset, std::uint64_t{longer.size()});
+    store_at(longer, entry + kEntryBytes, bytes);
+    if (i < 3) {
+      const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+      longer.insert(longer.end(), file.begin() + static_cast<std::ptrdiff_t>(offset),
+                    file.begin() + static_cast<std::ptrdiff_t>(offset + bytes));
+    } else {
+      std::memcpy(longer.data() + entry, "NEWS", 4);
+      longer.resize(longer.size() + 5, std::byte{0x5a});
+    }
+  }
+  store_at(longer, kSections, std::uint32_t{4});
+  store_at(longer, kHeaderBytes, static_cast<std::uint32_t>(new_header));
+  store_at(longer, kFileBytes, std::uint64_t{longer.size()});
+  fix_checksums(longer);
+  WorldInfo info;
+  const Status status = read_world_info(longer, info);
+  ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+  TreeMemory copy(4);
+  EXPECT_TRUE(read_octree(longer, info, copy.tree).ok());
+  EXPECT_EQ(read_heights(longer, info).samples.size(), world.samples.size());
+
+  // The same section as a required one is more than this version can read.
+  store_at(longer, kTable + 3 * kEntry + kEntryFlags, std::uint32_t{1});
+  fix_checksums(longer);
+  EXPECT_EQ(read_world_info(longer, info).code(), StatusCode::unsupported);
+  EXPECT_STREQ(read_world_info(longer, info).field(), "section kind");
+}
+
+TEST(WorldFile, ContentsThatContradictTheHeaderAreNamed) {
+  const TestWorld world(4, 2, 6);
+  const std::vector<std::byte> file = world.bytes();
+  const auto start_of = [&](std::size_t i) {
+    return load_at<std::uint64_t>(file, kTable + i * kEntry + kEntryOffset);
+  };
+  WorldInfo info;
+
+  std::vector<std::byte> damaged = file;
+  damaged[start_of(1)] ^= std::byte{1};
+  EXPECT_STREQ(read_world_info(damaged, info).field(), "section crc");
+  fix_checksums(damaged);
+  EXPECT_STREQ(read_world_info(damaged, info).field(), "height mask");
+
+  for (const int bad : {28'001, -28'001, 32'767, -32'768}) {
+    damaged = file;
+    const std::size_t at = start_of(2) + 2 * (world.samples.size() - 3);
+    store_at(damaged, at, static_cast<std::int16_t>(bad));
+    fix_checksums(damaged);
+    const Status status = read_world_info(damaged, info);
+    EXPECT_STREQ(status.field(), "height samples");
+    EXPECT_EQ(status.value(), at);
+  }
+  // Counts that are possible, but not with these sections.
+  for (const std::size_t count : {kOctets, kPatches, kHeightBlocks}) {
+    damaged = file;
+    store_at(damaged, count, load_at<std::uint32_t>(file, count) - 1);
+    fix_checksums(damaged);
+    EXPECT_EQ(read_world_info(damaged, info).code(), StatusCode::corrupt);
+  }
+  // Between and after the sections.
+  damaged = file;
+  damaged[start_of(1) - 1] = std::byte{1};
+  EXPECT_STREQ(read_world_info(damaged, info).field(), "padding");
+  damaged = file;
+  damaged.resize(file.size() + 64);
+  store_at(damaged, kFileBytes, std::uint64_t{damaged.size()});
+  fix_checksums(damaged);
+  EXPECT_STREQ(read_world_info(damaged, info).field(), "padding");
+  EXPECT_EQ(read_world_info(damaged, info).value(), file.size());
+}
+
+TEST(WorldFile, OctreeFaultsAreNamedAndLeaveItEmpty) {
+  // One octet: the root and its eight leaves, in 3 bytes; depth 1 so that the leaves are voxels.
+  TreeMemory source(1);
+  ASSERT_TRUE(source.tree.set({1, 0, 0}, 1, true).ok());
+  WorldInfo info;
+  info.extent = {2, 1, 2};
+  info.depth = 1;
+  info.level = 1;
+  info.octets = 1;
+  std::vector<std::byte> file(world_file_bytes(info));
+  std::size_t written = 0;
+  ASSERT_TRUE(write_world(info, source.tree, {}, file, written).ok());
+  const std::size_t start = load_at<std::uint64_t>(file, kTable + kEntryOffset);
+  // Root internal (2), then octants 0 and 1: 0, 1.
+  ASSERT_EQ(file[start], std::byte{0b00'01'00'10});
+
+  struct Case {
+    std::size_t byte;
+    unsigned value;
+    const char* what;
+  };
+  const Case cases[] = {
+      {0, 0b00'01'00'11, "a node of the octree is of no kind"},
+      {0, 0b00'01'00'01, "a voxel outside the extent is filled"},
+      {0, 0b00'01'00'00, "the octree has fewer nodes than its octets hold"},
+      {0, 0b00'10'00'10, "the octree is deeper than its depth"},
+      {0, 0b00'00'00'10, "eight equal leaves are not collapsed"},
+      {0, 0b01'01'00'10, "a voxel outside the extent is filled"},
+      {2, 0b00'00'01'00, "unused bits of the octree are not 0"},
+  };
+  TreeMemory copy(1);
+  for (const Case& c : cases) {
+    std::vector<std::byte> damaged = file;
+    damaged[start + c.byte] = static_cast<std::byte>(c.value);
+    fix_checksums(damaged);
+    WorldInfo read;
+    ASSERT_TRUE(read_world_info(damaged, read).ok());
+    ASSERT_TRUE(copy.tree.set({0, 0, 0}, 1, true).ok());
+    const Status status = read_octree(damaged, read, copy.tree);
+    EXPECT_EQ(status.code(), StatusCode::corrupt);
+    EXPECT_STREQ(status.what(), c.what);
+    EXPECT_STREQ(status.field(), "octree");
+    EXPECT_GE(status.value(), start);
+    EXPECT_LT(status.value(), start + 3);
+    EXPECT_EQ(copy.tree.root(), Octree::kEmpty);
+    EXPECT_EQ(copy.tree.octets_used(), 0u);
+  }
+
+  TreeMemory none(1, 0);
+  const Status full = read_octree(file, info, none.tree);
+  EXPECT_EQ(full.code(), StatusCode::limit_reached);
+  EXPECT_STREQ(full.field(), "max_octets");
+  EXPECT_EQ(full.value(), 1u);
+}
+
+TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
+  const TestWorld world(4, 2, 6);
+  const WorldHeights heights{world.mask, world.samples};
+  std::vector<std::byte> out(world_file_bytes(world.info));
+  const auto field_of = [&](const WorldInfo& info, const Octree& tree, const WorldHeights& h) {
+    std::size_t written = 1;
+    const Status status = write_world(info, tree, h, out, written);
+    EXPECT_FALSE(status.ok());
+    EXPECT_EQ(written, 0u);
+    return std::string(status.field());
+  };
+  const Octree& tree = world.memory.tree;
+  EXPECT_EQ(field_of(world.info, TreeMemory(5).tree, heights), "depth");
+  EXPECT_EQ(field_of(world.info, TreeMemory(4).tree, heights), "octree");
+  WorldInfo info = world.info;
+  info.octets -= 1;
+  EXPECT_EQ(field_of(info, tree, heights), "octree");
+  info = world.info;
+  info.extent.x = 2;
+  info.volumes = 0;
+  info.patches = 0;
+  info.height_blocks = 0;
+  EXPECT_EQ(field_of(info, tree, {}), "octree");
+
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask.first(heights.mask.size() - 1), heights.samples}),
+            "mask");
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples.first(heights.samples.size() - 1)}),
+            "samples");
+  std::vector<std::byte> mask = world.mask;
+  mask[0] ^= std::byte{1};
+  EXPECT_EQ(field_of(world.info, tree, {mask, heights.samples}), "mask");
+  std::vector<std::int16_t> samples = world.samples;
+  samples.back() = -28'001;
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask, samples}), "samples");
+
+  out.pop_back();
+  std::size_t written = 1;
+  const Status status = write_world(world.info, tree, heights, out, written);
+  EXPECT_EQ(status.code(), StatusCode::limit_reached);
+  EXPECT_STREQ(status.field(), "out");
+  EXPECT_EQ(status.value(), out.size() + 1);
+}
+
+}  // namespace
+}  // namespace karst
