@@ -51,7 +51,7 @@ struct Displacement4 {
   Int4 axis[3];
 };
 
-inline Displacement4 displacement(const std::int8_t (&gradient)[8][3], const Float4 (&p)[3], Float4 height) {
+inline Displacement4 displacement(const Float4 (&gradient)[8][3], const Float4 (&p)[3], Float4 height) {
   // Weights of the lower and upper voxel centre on each axis; exactly 0 and 1 on the volume's faces.
   Float4 upper[3];
   Float4 lower[3];
@@ -64,27 +64,25 @@ inline Displacement4 displacement(const std::int8_t (&gradient)[8][3], const Flo
   Float4 g[3] = {simd::splat(0.0f), simd::splat(0.0f), simd::splat(0.0f)};
   for (int o = 0; o < 8; ++o) {
     const Float4 weight = xy[o & 3] * (o < 4 ? lower[2] : upper[2]);
-    for (int axis = 0; axis < 3; ++axis) g[axis] += weight * static_cast<float>(gradient[o][axis]);
+    for (int axis = 0; axis < 3; ++axis) g[axis] += weight * gradient[o][axis];
   }
   const Float4 length = simd::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-  const Float4 scale = height * static_cast<float>(1 << kFractionBits) / simd::max(length, simd::splat(kMinGradientLength));
+  const Float4 scale =
+      height * static_cast<float>(1 << kFractionBits) / simd::max(length, simd::splat(kMinGradientLength));
   Displacement4 d;
   for (int axis = 0; axis < 3; ++axis) d.axis[axis] = simd::to_int(g[axis] * scale);
   return d;
 }
 
-// Four positions from their curve parameter weights. to_half: 1 / n^4.
-inline void place(const LineCurve& curve, const Float4 (&weight)[3], float to_half, int shift, const Volume& volume, bool displaced,
-                  Float4 height, Int4 (&position)[3]) {
-  Float4 p[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = weight[0] * curve.control[0][axis] + weight[1] * curve.control[1][axis] + weight[2] * curve.control[2][axis];
-  }
+// From P (half voxels / 2^(4 level), integers) to the lattice. to_half: 2^(-4 level).
+template <bool kDisplaced>
+inline void place(const PatchShape& patch, const Float4 (&p)[3], float to_half, int shift, Float4 height,
+                  Int4 (&position)[3]) {
   Int4 fixed[3];
   for (int axis = 0; axis < 3; ++axis) fixed[axis] = simd::to_int(p[axis]) << shift;
-  if (displaced) {
+  if constexpr (kDisplaced) {
     const Float4 half[3] = {p[0] * to_half, p[1] * to_half, p[2] * to_half};
-    const Displacement4 d = displacement(volume.gradient, half, height);
+    const Displacement4 d = displacement(patch.gradient, half, height);
     for (int axis = 0; axis < 3; ++axis) fixed[axis] += d.axis[axis];
   }
   constexpr std::int32_t kRound = 1 << (kFractionBits - 1);
@@ -111,6 +109,9 @@ PatchShape PatchShape::make(const Surface& surface, const Heights& heights, int 
     s.heights = heights.block(p.height_block);
     s.heights_side = patch_side(heights.level);
     s.heights_stride = 1 << (heights.level - level);
+    for (int o = 0; o < 8; ++o) {
+      for (int axis = 0; axis < 3; ++axis) s.gradient[o][axis] = simd::splat(static_cast<float>(s.volume->gradient[o][axis]));
+    }
   }
   return s;
 }
@@ -128,15 +129,20 @@ GridLine GridLine::along_edge(int edge, int inset, int level, bool reversed) {
   return line;
 }
 
-void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z) {
+template <bool kDisplaced>
+static void displace_line_of(const PatchShape& patch, GridLine line, glm::vec3 offset, float* const (&out)[3]) {
   const int n = patch_cells(patch.level);
   const LineCurve curve = line_curve(*patch.shape, line, n);
+  Float4 control[3][3];
+  for (int a = 0; a < 3; ++a) {
+    for (int axis = 0; axis < 3; ++axis) control[a][axis] = simd::splat(curve.control[a][axis]);
+  }
   const float to_half = inverse_fourth(n);
   const int shift = fixed_shift(patch.level);
   const float size = static_cast<float>(n);
   const std::int16_t* heights = nullptr;
   int step = 0;
-  if (patch.heights != nullptr) {
+  if constexpr (kDisplaced) {
     heights = patch.heights + (line.j0 * patch.heights_side + line.i0) * patch.heights_stride;
     step = (line.dj * patch.heights_side + line.di) * patch.heights_stride;
   }
@@ -145,28 +151,64 @@ void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, flo
     const Float4 a = size - b;
     const Float4 weight[3] = {a * a, 2.0f * a * b, b * b};
     Float4 height = simd::splat(0.0f);
-    if (heights != nullptr) {
+    if constexpr (kDisplaced) {
       const int last = n - t < 3 ? n - t : 3;  // lanes beyond the line repeat its end
-      const auto at = [&](int lane) { return static_cast<float>(heights[(t + (lane < last ? lane : last)) * step]); };
-      height = Float4{at(0), at(1), at(2), at(3)};
+      const auto at = [&](int lane) { return std::int32_t{heights[(t + (lane < last ? lane : last)) * step]}; };
+      height = simd::to_float(Int4{at(0), at(1), at(2), at(3)});
+    }
+    Float4 p[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      p[axis] = weight[0] * control[0][axis] + weight[1] * control[1][axis] + weight[2] * control[2][axis];
     }
     Int4 position[3];
-    place(curve, weight, to_half, shift, *patch.volume, heights != nullptr, height, position);
-    simd::store(x + t, simd::to_float(position[0]) + offset.x);
-    simd::store(y + t, simd::to_float(position[1]) + offset.y);
-    simd::store(z + t, simd::to_float(position[2]) + offset.z);
+    place<kDisplaced>(patch, p, to_half, shift, height, position);
+    for (int axis = 0; axis < 3; ++axis) simd::store(out[axis] + t, simd::to_float(position[axis]) + offset[axis]);
   }
 }
 
-glm::ivec3 displace_vertex(const PatchShape& patch, int i, int j) {
+void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z) {
+  float* const out[3] = {x, y, z};
+  if (patch.heights != nullptr) {
+    displace_line_of<true>(patch, line, offset, out);
+  } else {
+    displace_line_of<false>(patch, line, offset, out);
+  }
+}
+
+Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const int (&j)[4]) {
   const int n = patch_cells(patch.level);
-  const LineCurve curve = line_curve(*patch.shape, {0, j, 1, 0}, n);
-  const Weights w = bernstein(i, n);
-  const Float4 weight[3] = {simd::splat(w.w[0]), simd::splat(w.w[1]), simd::splat(w.w[2])};
+  const auto weights = [n](const int (&t)[4], Float4 (&w)[3]) {
+    const Float4 b = simd::to_float(Int4{t[0], t[1], t[2], t[3]});
+    const Float4 a = static_cast<float>(n) - b;
+    w[0] = a * a;
+    w[1] = 2.0f * a * b;
+    w[2] = b * b;
+  };
+  Float4 u[3];
+  Float4 v[3];
+  weights(i, u);
+  weights(j, v);
+  Float4 p[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    p[axis] = simd::splat(0.0f);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const Float4 across = v[0] * patch.shape->control[0][a][axis] + v[1] * patch.shape->control[1][a][axis] +
+                            v[2] * patch.shape->control[2][a][axis];
+      p[axis] += u[a] * across;
+    }
+  }
   Int4 position[3];
-  place(curve, weight, inverse_fourth(n), fixed_shift(patch.level), *patch.volume, patch.heights != nullptr,
-        simd::splat(static_cast<float>(patch.height(i, j))), position);
-  return {position[0][0], position[1][0], position[2][0]};
+  const float to_half = inverse_fourth(n);
+  const int shift = fixed_shift(patch.level);
+  if (patch.heights != nullptr) {
+    const Int4 height = {patch.height(i[0], j[0]), patch.height(i[1], j[1]), patch.height(i[2], j[2]), patch.height(i[3], j[3])};
+    place<true>(patch, p, to_half, shift, simd::to_float(height), position);
+  } else {
+    place<false>(patch, p, to_half, shift, simd::splat(0.0f), position);
+  }
+  Vertices4 r;
+  for (int lane = 0; lane < 4; ++lane) r.position[lane] = {position[0][lane], position[1][lane], position[2][lane]};
+  return r;
 }
 
 void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch, std::span<glm::ivec3> out) {

@@ -24,10 +24,11 @@ namespace karst {
 // In the units of Volume::gradient, where a flat surface has 32 at the voxel centres beside it.
 inline constexpr float kMinGradientLength = 2.0f;
 
-// A patch with what its vertices depend on. Cheap to make; borrows everything.
+// A patch with what its vertices depend on, laid out for the inner loop. Borrows everything.
 struct PatchShape {
   const PatchCase* shape = nullptr;
   const Volume* volume = nullptr;
+  simd::Float4 gradient[8][3];            // the volume's, each in four equal lanes; set where heights are
   const std::int16_t* heights = nullptr;  // null: not displaced
   int heights_side = 0;                   // samples a row of heights
   int heights_stride = 1;                 // in i and j between vertices of the wanted level
@@ -54,8 +55,11 @@ struct GridLine {
 // x, y, z: room for 2^level + 1 values rounded up to a multiple of four.
 void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z);
 
-// One vertex, relative to the patch's origin; the same value as displace_line's.
-glm::ivec3 displace_vertex(const PatchShape& patch, int i, int j);
+// Any four vertices (i, j) of a patch, relative to its origin; the same values as displace_line's.
+struct Vertices4 {
+  glm::ivec3 position[4];
+};
+Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const int (&j)[4]);
 
 // All vertices of a patch, row by row (j * side + i): patch_vertices(level) positions relative to its origin.
 void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch, std::span<glm::ivec3> out);

@@ -161,47 +161,100 @@ void make_edge_normals(int e, bool has_neighbour, int level, int stride, PatchSc
   }
 }
 
-// Area vector of a patch's triangles at one of its corners.
-Exact corner_area(const PatchShape& shape, bool collapsed, int corner) {
-  const int n = patch_cells(shape.level);
-  if (collapsed && corner == 0) {
+// Area vector of two triangles at a grid corner: (vertex, ahead, diagonal) and (vertex, diagonal, behind), where ahead and
+// behind are next to the vertex on the edges that leave and reach the corner.
+Exact corner_area(Exact vertex, Exact ahead, Exact diagonal, Exact behind) {
+  return glm::cross(diagonal - vertex, behind - ahead);
+}
+
+struct GridCorner {
+  int i, j, di, dj;  // where it is, and the way inside
+};
+constexpr GridCorner grid_corner(int corner, int n) {
+  const bool right = corner == 1 || corner == 2;
+  const bool top = corner >= 2;
+  return {right ? n : 0, top ? n : 0, right ? -1 : 1, top ? -1 : 1};
+}
+
+// Edge `corner` leaves along u at corners 0 and 2, along v at 1 and 3.
+constexpr bool leaves_along_u(int corner) { return corner % 2 == 0; }
+
+// The area at a corner of a patch of which no vertex is known yet.
+Exact far_corner_area(const GenerateVertices& job, PatchCorner at_corner) {
+  const PatchShape shape = PatchShape::make(job.surface, job.heights, job.level, at_corner.patch);
+  const int n = patch_cells(job.level);
+  if (job.surface.patches[at_corner.patch].collapsed != 0 && at_corner.corner == 0) {
     // The apex: a fan over the row next to it.
     float line[3][kMaxLine];
     displace_line(shape, {1, 0, 0, 1}, glm::vec3(0), line[0], line[1], line[2]);
-    const Exact v(displace_vertex(shape, 0, 0));
+    const Exact v(displace_vertices(shape, {0, 0, 0, 0}, {0, 0, 0, 0}).position[0]);
     Exact sum(0.0);
     for (int j = 0; j < n; ++j) sum += glm::cross(line_position(line, j) - v, line_position(line, j + 1) - v);
     return sum;
   }
-  const int i = corner == 1 || corner == 2 ? n : 0;
-  const int j = corner >= 2 ? n : 0;
-  const int di = i == 0 ? 1 : -1;
-  const int dj = j == 0 ? 1 : -1;
-  const Exact v(displace_vertex(shape, i, j));
-  const Exact along_u = Exact(displace_vertex(shape, i + di, j)) - v;
-  const Exact along_v = Exact(displace_vertex(shape, i, j + dj)) - v;
-  const Exact diagonal = Exact(displace_vertex(shape, i + di, j + dj)) - v;
-  // Edge `corner` leaves along u at corners 0 and 2, along v at 1 and 3.
-  const bool leaves_along_u = corner % 2 == 0;
-  return glm::cross(diagonal, leaves_along_u ? along_v - along_u : along_u - along_v);
+  const GridCorner c = grid_corner(at_corner.corner, n);
+  const Vertices4 v = displace_vertices(shape, {c.i, c.i + c.di, c.i + c.di, c.i}, {c.j, c.j, c.j + c.dj, c.j + c.dj});
+  const bool u = leaves_along_u(at_corner.corner);
+  return corner_area(Exact(v.position[0]), Exact(v.position[u ? 1 : 3]), Exact(v.position[2]), Exact(v.position[u ? 3 : 1]));
+}
+
+Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, int stride, const PatchScratch& s) {
+  const int n = patch_cells(job.level);
+  if (job.surface.patches[at_corner.patch].collapsed != 0 && at_corner.corner == 0) {
+    const Exact v = grid_position(s, at(stride, 0, 0));
+    Exact sum(0.0);
+    for (int j = 0; j < n; ++j) {
+      sum += glm::cross(grid_position(s, at(stride, 1, j)) - v, grid_position(s, at(stride, 1, j + 1)) - v);
+    }
+    return sum;
+  }
+  const GridCorner c = grid_corner(at_corner.corner, n);
+  const Exact along_u = grid_position(s, at(stride, c.i + c.di, c.j));
+  const Exact along_v = grid_position(s, at(stride, c.i, c.j + c.dj));
+  const Exact diagonal = grid_position(s, at(stride, c.i + c.di, c.j + c.dj));
+  const bool u = leaves_along_u(at_corner.corner);
+  return corner_area(grid_position(s, at(stride, c.i, c.j)), u ? along_u : along_v, diagonal, u ? along_v : along_u);
+}
+
+// The neighbour across edge e at the corner where e starts (or ends), from the ghost line: its border is ours.
+Exact ghost_corner_area(int e, bool start, int level, int stride, const PatchScratch& s) {
+  const int n = patch_cells(level);
+  const GridLine line = GridLine::along_edge(e, 0, level, false);
+  const auto border = [&](int t) { return grid_position(s, at(stride, line.i0 + t * line.di, line.j0 + t * line.dj)); };
+  const auto ghost = [&](int t) { return line_position(s.ghost[e], t); };
+  // Seen from the neighbour, its edge along ours reaches our start, and leaves from our end.
+  return start ? corner_area(border(0), ghost(0), ghost(1), border(1))
+               : corner_area(border(n), border(n - 1), ghost(n - 1), ghost(n));
 }
 
 void make_corner_normals(const GenerateVertices& job, PatchId patch, int stride, PatchScratch& s) {
+  const std::span<const Patch> patches = job.surface.patches;
+  const Patch& p = patches[patch];
   const int n = patch_cells(job.level);
-  const bool collapsed = job.surface.patches[patch].collapsed != 0;
-  for (int corner = 0; corner < (collapsed ? 3 : 4); ++corner) {
+  const auto apex = [&](PatchCorner c) { return patches[c.patch].collapsed != 0 && c.corner == 0; };
+  for (int corner = 0; corner < 4 - p.collapsed; ++corner) {
     PatchCorner fan[kMaxCornerFan];
-    const int count = corner_fan(job.surface.patches, {patch, corner}, fan);
-    Exact sum(0.0);
-    for (int f = 0; f < count; ++f) {
-      const PatchShape shape = PatchShape::make(job.surface, job.heights, job.level, fan[f].patch);
-      sum += corner_area(shape, job.surface.patches[fan[f].patch].collapsed != 0, fan[f].corner);
+    const int count = corner_fan(patches, {patch, corner}, fan);
+    const int arriving = (corner + 3) % 4 == 3 && p.collapsed != 0 ? 2 : (corner + 3) % 4;
+    Exact sum = own_corner_area(job, fan[0], stride, s);
+    for (int f = 1; f < count; ++f) {
+      const PatchEdge before = p.neighbour[arriving];
+      const PatchEdge after = p.neighbour[corner];
+      const auto is = [&](PatchEdge edge, int its_corner) {
+        return edge.exists() && edge.patch() == fan[f].patch && its_corner == fan[f].corner && !apex(fan[f]);
+      };
+      if (is(before, before.edge())) {
+        sum += ghost_corner_area(arriving, false, job.level, stride, s);
+      } else if (is(after, (after.edge() + 1) & 3)) {
+        sum += ghost_corner_area(corner, true, job.level, stride, s);
+      } else {
+        sum += far_corner_area(job, fan[f]);
+      }
     }
-    const int i = corner == 1 || corner == 2 ? n : 0;
-    const int j = corner >= 2 ? n : 0;
-    set_normal(s, at(stride, i, j), sum);
-    if (collapsed && corner == 0) {
-      for (int apex = 1; apex <= n; ++apex) set_normal(s, at(stride, 0, apex), sum);
+    const GridCorner c = grid_corner(corner, n);
+    set_normal(s, at(stride, c.i, c.j), sum);
+    if (apex(fan[0])) {
+      for (int j = 1; j <= n; ++j) set_normal(s, at(stride, 0, j), sum);
     }
   }
 }
@@ -233,16 +286,16 @@ inline Int4 encode_octahedral4(const Vec4& n) {
   return (snorm8(u) & 0xff) | (snorm8(v) & 0xff) << 8;
 }
 
-struct Vertices4 {
+struct PackedVertices {
   Int4 vertex[simd::kLanes];  // four GpuVertex
 };
 
 // position, morph: integers held in floats; morph_sum is twice the morph position.
-inline Vertices4 pack(const Vec4& position, const Vec4& normal, const Vec4& morph_sum, const Vec4& morph_normal) {
+inline PackedVertices pack(const Vec4& position, const Vec4& normal, const Vec4& morph_sum, const Vec4& morph_normal) {
   const auto half = [](Float4 sum) { return (simd::to_int(sum) + 1) >> 1; };
   const Int4 n = encode_octahedral4(normal);
   const Int4 m = encode_octahedral4(morph_normal);
-  Vertices4 r;
+  PackedVertices r;
   r.vertex[0] = (simd::to_int(position.x) & 0xffff) | simd::to_int(position.y) << 16;
   r.vertex[1] = (simd::to_int(position.z) & 0xffff) | n << 16;
   r.vertex[2] = (half(morph_sum.x) & 0xffff) | half(morph_sum.y) << 16;
@@ -273,7 +326,7 @@ GpuVertex* emit_odd_row(int side, int stride, int j, const PatchScratch& s, GpuV
     const Parents down = parents(s, c - stride + 1, c + stride - 1);
     const Vec4 diagonal_position = select(rising, up.position_sum, down.position_sum);
     const Vec4 diagonal_normal = select(rising, up.normal_sum, down.normal_sum);
-    const Vertices4 v =
+    const PackedVertices v =
         pack(load(s.position, c), load(s.normal, c), select(kEvenLanes, upright.position_sum, diagonal_position),
              select(kEvenLanes, upright.normal_sum, diagonal_normal));
     const int lanes = side - i < simd::kLanes ? side - i : simd::kLanes;
@@ -287,7 +340,7 @@ GpuVertex* emit_even_row(int side, int stride, int j, const PatchScratch& s, Gpu
   for (int i = 0; i < side - 1; i += simd::kLanes) {
     const int c = at(stride, i, j);
     const Parents level = parents(s, c - 1, c + 1);
-    const Vertices4 v = pack(load(s.position, c), load(s.normal, c), level.position_sum, level.normal_sum);
+    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), level.position_sum, level.normal_sum);
     simd::store(out++, v.vertex[1]);
     if (i + 3 < side) simd::store(out++, v.vertex[3]);
   }
@@ -300,7 +353,7 @@ void emit_level_1(int stride, const PatchScratch& s, GpuVertex* out) {
     const int c = at(stride, 0, j);
     const Vec4 p = load(s.position, c);
     const Vec4 n = load(s.normal, c);
-    const Vertices4 v = pack(p, n, p + p, n);
+    const PackedVertices v = pack(p, n, p + p, n);
     for (int lane = 0; lane < 3; ++lane) simd::store(out++, v.vertex[lane]);
   }
 }
