@@ -34,7 +34,7 @@ struct FitHeights {
 
   struct Result {
     std::uint64_t vertices = 0;
-    std::uint64_t misses = 0;     // vertices with no crossing in reach: these take the mean of fitted neighbours
+    std::uint64_t misses = 0;  // vertices with no crossing in reach: they go where |field| is least
   };
 
   Status validate() const;
@@ -42,13 +42,15 @@ struct FitHeights {
   void run(PatchId first, PatchId last, Result& result) const;
 };
 
-// Removes folds: lowers the differences of heights around triangles whose normal is turned against W until none is
-// left or `max_passes` are used. Keeps shared vertices equal. Returns in `left` the triangles still folded.
+// Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle is folded or
+// max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is turned against W at
+// its vertices; in a height field (height_field = true), when it does not face upwards.
 struct RepairFolds {
   Surface surface;
   int level = 0;
   std::span<std::int16_t> heights;  // in and out, layout as in FitHeights
-  int max_passes = 64;
+  bool height_field = false;
+  int max_passes = 200;
 
   struct Result {
     std::uint64_t folded_before = 0;  // triangles
@@ -58,7 +60,7 @@ struct RepairFolds {
   };
 
   Status validate() const;
-  // Uses the heap (it is a bake-time stage, never called by the board program).
+  // Uses the heap: a bake-time stage, never called by the board program.
   Result run() const;
 };
 
