@@ -173,24 +173,37 @@ using InputFile = std::unique_ptr<OIIO::ImageInput>;
   fail(path, "unreadable image: " + (why.empty() ? "truncated or damaged" : why));
 }
 
+// Rows [row, last) into band. Scanlines are read one by one: OpenImageIO 2.4's read_scanlines returns success
+// and stale memory where a TIFF is truncated (tests/bake, RefusesEveryTruncation).
+template <class T>
+bool read_band(OIIO::ImageInput& input, OIIO::TypeDesc type, int row, int last, std::vector<T>& band) {
+  const OIIO::ImageSpec& spec = input.spec();
+  if (spec.tile_width > 0) {
+    return input.read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + row, spec.y + last, spec.z,
+                            spec.z + 1, 0, 1, type, band.data());
+  }
+  const auto width = static_cast<std::size_t>(spec.width);
+  for (int k = row; k < last; ++k) {
+    if (!input.read_scanline(spec.y + k, spec.z, type,
+                             band.data() + static_cast<std::size_t>(k - row) * width)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 template <class T>
 void read_bands(const std::string& path, OIIO::ImageInput& input, OIIO::TypeDesc type, SampleSink& sink) {
   const OIIO::ImageSpec& spec = input.spec();
-  const bool tiled = spec.tile_width > 0;
-  const int rows = tiled ? spec.tile_height : kBandRows;
-  std::vector<T> band(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(rows));
+  const int rows = spec.tile_width > 0 ? spec.tile_height : kBandRows;
+  const auto width = static_cast<std::size_t>(spec.width);
+  std::vector<T> band(width * static_cast<std::size_t>(rows));
   const int end = sink.end_row();
   for (int row = 0; row < end; row += rows) {
     const int last = std::min(row + rows, spec.height);
-    const bool ok =
-        tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + row, spec.y + last, spec.z,
-                                 spec.z + 1, 0, 1, type, band.data())
-              : input.read_scanlines(0, 0, spec.y + row, spec.y + last, spec.z, 0, 1, type, band.data());
-    if (!ok) fail_reading(path, input);
-    for (int k = row; k < last; ++k) {
-      sink.take_row(k,
-                    band.data() + static_cast<std::size_t>(k - row) * static_cast<std::size_t>(spec.width));
-    }
+    if (!read_band(input, type, row, last, band)) fail_reading(path, input);
+    for (int k = row; k < last; ++k)
+      sink.take_row(k, band.data() + static_cast<std::size_t>(k - row) * width);
   }
 }
 
