@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+// Levels of detail: K's distances, and neighbours at most one level apart by raising only, against brute
+// force.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "terrain/view/camera.h"
+#include "terrain/view/select_lod.h"
+#include "tests/support/grid_surface.h"
+#include "tests/support/tree_memory.h"
+
+namespace karst {
+namespace {
+
+double fraction(TestRandom& random) {
+  return static_cast<double>(random.next() >> 11) * 0x1p-53;
+}
+
+Camera camera_at(glm::dvec3 position) {
+  CameraSettings s;
+  s.position = position;
+  Camera camera;
+  EXPECT_TRUE(make_camera(s, camera).ok());
+  return camera;
+}
+
+SelectLod stage_over(const GridSurface& grid, const Camera& camera, std::vector<std::uint8_t>& levels) {
+  levels.assign(grid.patches.size(), 77);
+  SelectLod stage;
+  stage.camera = &camera;
+  stage.surface = grid.surface();
+  stage.bounds = grid.bounds;
+  stage.tree = &grid.tree;
+  stage.levels = levels;
+  return stage;
+}
+
+// Straight from the definition, patch by patch, in double. near_threshold tells where float may decide
+// otherwise.
+std::vector<std::uint8_t> levels_by_distance(const SelectLod& stage, bool& near_threshold) {
+  std::vector<std::uint8_t> result;
+  const glm::dvec3 eye = eye_lattice(*stage.camera);
+  near_threshold = false;
+  for (PatchId id = 0; id < stage.surface.patches.size(); ++id) {
+    const LatticeBox box = patch_box(stage.surface, stage.bounds, id);
+    double squared = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double d = std::max({box.min[axis] - eye[axis], eye[axis] - box.max[axis], 0.0});
+      squared += d * d;
+    }
+    const double voxels = std::sqrt(squared) / kStepsPerVoxel;
+    const int top = std::min(stage.settings.max_level, stage.settings.resident_level);
+    int level = 1;
+    for (int m = 2; m <= top; ++m) {
+      const double threshold = stage.settings.distance_voxels / std::pow(2.0, m - 2);
+      if (voxels < threshold) level = m;
+      if (std::abs(voxels - threshold) < 1e-5 * threshold) near_threshold = true;
+    }
+    result.push_back(static_cast<std::uint8_t>(level));
+  }
+  return result;
+}
+
+// Raises any patch that is two levels below a neighbour, until there is none.
+std::uint32_t raise_until_legal(const Surface& surface, std::vector<std::uint8_t>& levels) {
+  const std::vector<std::uint8_t> before = levels;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const Patch& patch : surface.patches) {
+      const std::uint8_t own = levels[static_cast<std::size_t>(&patch - surface.patches.data())];
+      for (const PatchEdge edge : patch.neighbour) {
+        if (!edge.exists() || levels[edge.patch()] + 1 >= own) continue;
+        levels[edge.patch()] = static_cast<std::uint8_t>(own - 1);
+        changed = true;
+      }
+    }
+  }
+  std::uint32_t raised = 0;
+  for (std::size_t id = 0; id < levels.size(); ++id) raised += levels[id] != before[id] ? 1u : 0u;
+  return raised;
+}
+
+TEST(SelectLod, FollowsDistanceInPowersOfTwo) {
+  // Flat boxes of no size, the eye above the first column's patch: a patch's distance is how far along x it
+  // is.
+  GridSurface grid = make_grid_surface(200, 1, 0.0, 1);
+  for (Volume& volume : grid.volumes) volume.corner[1] = 10;
+  ASSERT_TRUE(grid.tree.build(grid.surface(), grid.bounds).ok());
+  const Camera camera = camera_at({1.0, 10.0, 1.0});
+  std::vector<std::uint8_t> levels;
+  SelectLod stage = stage_over(grid, camera, levels);
+  stage.settings = {.max_level = 6, .resident_level = 6, .distance_voxels = 128.0};
+  ASSERT_TRUE(stage.validate().ok());
+  EXPECT_EQ(stage.run().raised, 0u);
+  const auto level_at = [&](int x) {
+    for (std::size_t id = 0; id < levels.size(); ++id) {
+      if (grid.volumes[id].corner[0] == x + 1) return static_cast<int>(levels[id]);
+    }
+    return 0;
+  };
+  const int expected[][2] = {{0, 6},  {7, 6},  {8, 5},  {15, 5},  {16, 4},
+                             {32, 3}, {63, 3}, {64, 2}, {127, 2}, {128, 1}};
+  for (const auto& [x, level] : expected) EXPECT_EQ(level_at(x), level) << x;
+
+  stage.settings.max_level = 3;
+  stage.run();
+  EXPECT_EQ(level_at(0), 3);
+  stage.settings = {.max_level = 6, .resident_level = 2, .distance_voxels = 128.0};
+  stage.run();
+  EXPECT_EQ(level_at(0), 2);
+  stage.settings = {.max_level = 6, .resident_level = 6, .distance_voxels = 0.0};
+  stage.run();
+  EXPECT_EQ(*std::max_element(levels.begin(), levels.end()), 1);
+  stage.settings = {.mode = LodMode::full, .max_level = 4, .resident_level = 6};
+  stage.run();
+  EXPECT_EQ(*std::min_element(levels.begin(), levels.end()), 4);
+  EXPECT_EQ(*std::max_element(levels.begin(), levels.end()), 4);
+}
+
+TEST(SelectLod, AgreesWithBruteForce) {
+  TestRandom random(21);
+  int compared = 0;
+  std::uint32_t raised = 0;
+  for (int round = 0; round < 400; ++round) {
+    GridSurface grid =
+        make_grid_surface(random.range(1, 60), random.range(1, 60), 3.5 * fraction(random), random.next());
+    // Links across the grid put patches of any distance next to each other, so that much has to be raised.
+    const int links = round % 2 == 0 ? 0 : static_cast<int>(random.below(400));
+    for (int n = 0; n < links; ++n) {
+      const auto patches = static_cast<std::uint32_t>(grid.patches.size());
+      const PatchEdge a = PatchEdge::make(random.below(patches), random.range(0, 3));
+      const PatchEdge b = PatchEdge::make(random.below(patches), random.range(0, 3));
+      if (a == b) continue;
+      for (const PatchEdge end : {a, b}) {
+        PatchEdge& old = grid.patches[end.patch()].neighbour[end.edge()];
+        if (old.exists()) grid.patches[old.patch()].neighbour[old.edge()] = {};
+        old = {};
+      }
+      grid.patches[a.patch()].neighbour[a.edge()] = b;
+      grid.patches[b.patch()].neighbour[b.edge()] = a;
+    }
+    const double reach = round % 50 == 0 ? 1e6 : 60.0;
+    const Camera camera =
+        camera_at({reach * fraction(random), 30.0 * fraction(random), reach * fraction(random)});
+    std::vector<std::uint8_t> levels;
+    SelectLod stage = stage_over(grid, camera, levels);
+    stage.settings.max_level = random.range(round % 10 == 0 ? 1 : 4, kMaxLevel);
+    stage.settings.resident_level = random.range(round % 10 == 1 ? 1 : 4, kMaxLevel);
+    stage.settings.distance_voxels = std::pow(10.0, 0.5 + 2.0 * fraction(random));
+    ASSERT_TRUE(stage.validate().ok());
+    const SelectLod::Result result = stage.run();
+    bool near_threshold = false;
+    std::vector<std::uint8_t> expected = levels_by_distance(stage, near_threshold);
+    if (near_threshold) continue;
+    ++compared;
+    ASSERT_EQ(result.raised, raise_until_legal(grid.surface(), expected));
+    ASSERT_EQ(levels, expected) << "round " << round;
+    raised += result.raised;
+    for (const Patch& patch : grid.patches) {
+      const int own = levels[static_cast<std::size_t>(&patch - grid.patches.data())];
+      for (const PatchEdge edge : patch.neighbour) {
+        if (!edge.exists()) continue;
+        ASSERT_LE(std::abs(own - levels[edge.patch()]), 1);
+      }
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(raised, 500u);
+}
+
+TEST(SelectLod, RefusesOneWrongFieldAtATime) {
+  const GridSurface grid = make_grid_surface(5, 5, 1.0, 3);
+  const Camera camera = camera_at({0, 0, 0});
+  const BoundsTree empty;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  using Break = std::function<void(SelectLod&)>;
+  const std::vector<std::pair<const char*, Break>> cases = {
+      {"mode", [](SelectLod& s) { s.settings.mode = static_cast<LodMode>(9); }},
+      {"max_level", [](SelectLod& s) { s.settings.max_level = 0; }},
+      {"max_level", [](SelectLod& s) { s.settings.max_level = kMaxLevel + 1; }},
+      {"resident_level", [](SelectLod& s) { s.settings.resident_level = 0; }},
+      {"resident_level", [](SelectLod& s) { s.settings.resident_level = kMaxLevel + 1; }},
+      {"distance_voxels", [](SelectLod& s) { s.settings.distance_voxels = -1.0; }},
+      {"distance_voxels", [=](SelectLod& s) { s.settings.distance_voxels = nan; }},
+      {"distance_voxels", [](SelectLod& s) { s.settings.distance_voxels = 1e9; }},
+      {"camera", [](SelectLod& s) { s.camera = nullptr; }},
+      {"bounds", [](SelectLod& s) { s.bounds = s.bounds.first(24); }},
+      {"tree", [](SelectLod& s) { s.tree = nullptr; }},
+      {"tree", [&](SelectLod& s) { s.tree = &empty; }},
+      {"levels", [](SelectLod& s) { s.levels = s.levels.first(24); }},
+  };
+  for (const auto& [field, break_it] : cases) {
+    std::vector<std::uint8_t> levels;
+    SelectLod stage = stage_over(grid, camera, levels);
+    ASSERT_TRUE(stage.validate().ok());
+    break_it(stage);
+    EXPECT_EQ(stage.validate().code(), StatusCode::invalid_argument) << field;
+    EXPECT_STREQ(stage.validate().field(), field);
+  }
+}
+
+TEST(SelectLod, EmptySurfaceIsFine) {
+  const Camera camera = camera_at({0, 0, 0});
+  const BoundsTree tree;
+  SelectLod stage;
+  stage.camera = &camera;
+  stage.tree = &tree;
+  EXPECT_TRUE(stage.validate().ok());
+  EXPECT_EQ(stage.run().raised, 0u);
+}
+
+}  // namespace
+}  // namespace karst

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+// The draw list and its index stream: what is listed, in which order, with which edges, and in how many
+// chunks.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "terrain/patch/gpu_vertex.h"
+#include "terrain/patch/index_batches.h"
+#include "terrain/view/camera.h"
+#include "terrain/view/draw_list.h"
+#include "terrain/view/expand_indices.h"
+#include "terrain/view/select_lod.h"
+#include "tests/support/grid_surface.h"
+#include "tests/support/tree_memory.h"
+
+namespace karst {
+namespace {
+
+// A grid with levels chosen for a camera in its middle, and a draw list over it.
+class View : public testing::Test {
+ protected:
+  View() : grid_(make_grid_surface(40, 40, 1.0, 5)), levels_(grid_.patches.size()), scratch_(levels_.size()) {
+    grid_.patches[3].collapsed = 1;
+    grid_.patches[3].neighbour[3] = {};
+    CameraSettings s;
+    s.position = {20.0, 25.0, 38.0};
+    s.pitch_deg = -20.0;
+    EXPECT_TRUE(make_camera(s, camera_).ok());
+    frustum_ = make_frustum(camera_);
+    items_.resize(levels_.size());
+    SelectLod select;
+    select.camera = &camera_;
+    select.surface = grid_.surface();
+    select.bounds = grid_.bounds;
+    select.tree = &grid_.tree;
+    select.levels = levels_;
+    select.settings.distance_voxels = 60.0;
+    EXPECT_TRUE(select.validate().ok());
+    select.run();
+  }
+
+  BuildDrawList stage() {
+    BuildDrawList result;
+    result.frustum = &frustum_;
+    result.eye = glm::vec3(eye_lattice(camera_));
+    result.surface = grid_.surface();
+    result.bounds = grid_.bounds;
+    result.tree = &grid_.tree;
+    result.levels = levels_;
+    result.scratch = scratch_;
+    result.items = items_;
+    return result;
+  }
+
+  float distance(PatchId id) const {
+    return glm::distance(glm::vec3(patch_origin(grid_.volumes[id])), glm::vec3(eye_lattice(camera_)));
+  }
+
+  GridSurface grid_;
+  Camera camera_;
+  Frustum frustum_;
+  std::vector<std::uint8_t> levels_;
+  std::vector<std::uint32_t> scratch_;
+  std::vector<DrawItem> items_;
+};
+
+TEST_F(View, ListsEveryPatchWithItsEdges) {
+  BuildDrawList build = stage();
+  build.frustum_culling = false;
+  build.frustum = nullptr;
+  ASSERT_TRUE(build.validate().ok());
+  BuildDrawList::Result result;
+  ASSERT_TRUE(build.run(result).ok());
+  ASSERT_EQ(result.drawn, grid_.patches.size());
+  EXPECT_EQ(result.culled_frustum, 0u);
+  std::vector<int> listed(grid_.patches.size(), 0);
+  std::uint32_t triangles = 0;
+  int lower_seen = 0;
+  for (const DrawItem& item : items_) {
+    ++listed[item.patch];
+    EXPECT_EQ(item.level, levels_[item.patch]);
+    for (int e = 0; e < 4; ++e) {
+      const PatchEdge other = grid_.patches[item.patch].neighbour[e];
+      const bool lower = other.exists() && levels_[other.patch()] == item.level - 1;
+      EXPECT_EQ((item.lower_edges >> e & 1) != 0, lower);
+      lower_seen += lower ? 1 : 0;
+    }
+    EXPECT_EQ(item.skipped_edges, item.patch == 3 ? 0b1000 : 0);
+    triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;
+  }
+  EXPECT_EQ(*std::min_element(listed.begin(), listed.end()), 1);
+  EXPECT_EQ(*std::max_element(listed.begin(), listed.end()), 1);
+  EXPECT_GT(lower_seen, 50);
+  EXPECT_EQ(result.triangles, triangles);
+  std::uint32_t at_levels = 0;
+  for (int level = 1; level <= kMaxLevel; ++level) {
+    EXPECT_EQ(result.at_level[level], std::count(levels_.begin(), levels_.end(), level));
+    at_levels += result.at_level[level];
+  }
+  EXPECT_EQ(at_levels, result.drawn);
+}
+
+TEST_F(View, NearestComeFirst) {
+  BuildDrawList::Result result;
+  ASSERT_TRUE(stage().run(result).ok());
+  ASSERT_GT(result.drawn, 300u);
+  ASSERT_GT(result.culled_frustum, 300u);
+  for (std::uint32_t n = 1; n < result.drawn; ++n) {
+    const float before = distance(items_[n - 1].patch);
+    const float here = distance(items_[n].patch);
+    EXPECT_GT(here, before / 1.07f) << "out of order by more than a band's width";
+  }
+  // The same inputs give the same list.
+  const std::vector<DrawItem> first = items_;
+  std::fill(scratch_.begin(), scratch_.end(), 0xdeadbeefu);
+  ASSERT_TRUE(stage().run(result).ok());
+  EXPECT_EQ(first, items_);
+}
+
+TEST_F(View, FullListKeepsTheNearest) {
+  BuildDrawList::Result whole;
+  ASSERT_TRUE(stage().run(whole).ok());
+  const std::vector<DrawItem> all(items_.begin(), items_.begin() + whole.drawn);
+  for (const std::uint32_t room : {0u, 1u, 100u, whole.drawn - 1}) {
+    BuildDrawList build = stage();
+    std::vector<DrawItem> few(room + 1, DrawItem{77, 0, 0, 0});
+    build.items = std::span(few).first(room);
+    ASSERT_TRUE(build.validate().ok());
+    BuildDrawList::Result result;
+    const Status status = build.run(result);
+    EXPECT_EQ(status.code(), StatusCode::limit_reached);
+    EXPECT_STREQ(status.field(), "max_draw_items");
+    EXPECT_EQ(status.value(), whole.drawn);
+    EXPECT_EQ(result.drawn, room);
+    EXPECT_EQ(result.dropped, whole.drawn - room);
+    EXPECT_TRUE(std::equal(all.begin(), all.begin() + room, few.begin()));
+    EXPECT_EQ(few.back().patch, 77u) << "written past the end";
+  }
+}
+
+TEST_F(View, RefusesOneWrongFieldAtATime) {
+  const BoundsTree empty;
+  using Break = std::function<void(BuildDrawList&)>;
+  const std::vector<std::pair<const char*, Break>> cases = {
+      {"frustum", [](BuildDrawList& s) { s.frustum = nullptr; }},
+      {"eye", [](BuildDrawList& s) { s.eye.y = std::numeric_limits<float>::quiet_NaN(); }},
+      {"eye", [](BuildDrawList& s) { s.eye.z = std::numeric_limits<float>::infinity(); }},
+      {"bounds", [](BuildDrawList& s) { s.bounds = s.bounds.first(3); }},
+      {"tree", [](BuildDrawList& s) { s.tree = nullptr; }},
+      {"tree", [&](BuildDrawList& s) { s.tree = &empty; }},
+      {"levels", [](BuildDrawList& s) { s.levels = s.levels.first(3); }},
+      {"scratch", [](BuildDrawList& s) { s.scratch = s.scratch.first(s.scratch.size() - 1); }},
+  };
+  for (const auto& [field, break_it] : cases) {
+    BuildDrawList build = stage();
+    ASSERT_TRUE(build.validate().ok());
+    break_it(build);
+    EXPECT_EQ(build.validate().code(), StatusCode::invalid_argument) << field;
+    EXPECT_STREQ(build.validate().field(), field);
+  }
+}
+
+TEST_F(View, EmptySurfaceIsFine) {
+  const BoundsTree empty;
+  BuildDrawList build;
+  build.frustum = &frustum_;
+  build.tree = &empty;
+  ASSERT_TRUE(build.validate().ok());
+  BuildDrawList::Result result;
+  EXPECT_TRUE(build.run(result).ok());
+  EXPECT_EQ(result.drawn, 0u);
+}
+
+class Expand : public View {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(stage().run(result_).ok());
+    items_.resize(result_.drawn);
+    table_.resize(index_count(kMaxLevel));
+    ASSERT_TRUE(build_index_tables(kMaxLevel, table_).ok());
+    for (std::size_t id = 0; id < grid_.patches.size(); ++id) {
+      first_vertex_.push_back(static_cast<std::uint32_t>(10'000 * id));
+    }
+  }
+
+  // Straight from the table, item by item.
+  std::vector<std::uint32_t> expected() const {
+    std::vector<std::uint32_t> all;
+    for (const DrawItem& item : items_) {
+      if (first_vertex_[item.patch] == kNoVertices) continue;
+      IndexRange ranges[kMaxIndexRanges];
+      const int used = index_ranges(item.level, item.lower_edges, item.skipped_edges, ranges);
+      for (int r = 0; r < used; ++r) {
+        for (std::uint32_t n = 0; n < ranges[r].count; ++n) {
+          all.push_back(first_vertex_[item.patch] + table_[ranges[r].first + n]);
+        }
+      }
+    }
+    return all;
+  }
+
+  BuildDrawList::Result result_;
+  std::vector<std::uint16_t> table_;
+  std::vector<std::uint32_t> first_vertex_;
+};
+
+TEST_F(Expand, ChunksOfAnySizeMakeTheWholeStream) {
+  first_vertex_[items_[2].patch] = kNoVertices;
+  first_vertex_[items_.back().patch] = kNoVertices;
+  const std::vector<std::uint32_t> wanted = expected();
+  ASSERT_GT(wanted.size(), 100'000u);
+  for (const std::size_t room :
+       {std::size_t{ExpandIndices::least_room(5)}, std::size_t{10'001}, wanted.size() - 1, wanted.size()}) {
+    std::vector<std::uint32_t> out(room + 1, 0xabcdabcdu);
+    const ExpandIndices expand{table_, items_, first_vertex_, std::span(out).first(room)};
+    ASSERT_TRUE(expand.validate(5).ok());
+    std::vector<std::uint32_t> stream;
+    std::uint32_t left_out = 0;
+    int chunks = 0;
+    for (ExpandIndices::Chunk c; c.next_item < items_.size(); ++chunks) {
+      const std::uint32_t from = c.next_item;
+      c = expand.run(from);
+      ASSERT_GT(c.next_item, from);
+      ASSERT_LE(c.indices, room);
+      stream.insert(stream.end(), out.begin(), out.begin() + c.indices);
+      left_out += c.left_out;
+      ASSERT_EQ(out.back(), 0xabcdabcdu) << "written past the end";
+    }
+    EXPECT_EQ(stream, wanted);
+    EXPECT_EQ(left_out, 2u);
+    EXPECT_EQ(chunks == 1, room >= wanted.size());
+  }
+}
+
+TEST_F(Expand, TrianglesOfTheResultAreThoseOfTheStream) {
+  EXPECT_EQ(expected().size(), 3u * result_.triangles);
+}
+
+TEST_F(Expand, RefusesOneWrongFieldAtATime) {
+  std::vector<std::uint32_t> out(ExpandIndices::least_room(5));
+  const ExpandIndices good{table_, items_, first_vertex_, out};
+  EXPECT_TRUE(good.validate(5).ok());
+  EXPECT_STREQ(good.validate(0).field(), "max_level");
+  EXPECT_STREQ(good.validate(kMaxLevel + 1).field(), "max_level");
+  EXPECT_STREQ(good.validate(6).field(), "out");
+  ExpandIndices bad = good;
+  bad.table = bad.table.first(index_count(5) - 1);
+  EXPECT_STREQ(bad.validate(5).field(), "table");
+  bad = good;
+  bad.first_vertex = {};
+  EXPECT_STREQ(bad.validate(5).field(), "first_vertex");
+  bad = good;
+  bad.out = bad.out.first(out.size() - 1);
+  EXPECT_STREQ(bad.validate(5).field(), "out");
+  EXPECT_EQ(bad.validate(5).value(), ExpandIndices::least_room(5));
+}
+
+}  // namespace
+}  // namespace karst
