@@ -164,6 +164,8 @@ std::vector<Broken> all_broken() {
   list.push_back(broken_name(1, '\x9b'));
   list.push_back(broken_name(63, 'x'));
   list.push_back(broken_name(20, 'x'));
+  list.push_back({"name", kName, [](WorldInfo& info) { std::memset(info.name, 'x', kWorldNameBytes); },
+                  [](std::span<std::byte> file) { std::memset(file.data() + kName, 'x', kWorldNameBytes); }});
   return list;
 }
 
