@@ -14,10 +14,10 @@
 namespace karst {
 
 // Everybody who takes GPU memory. kGpuConsumerNames holds the same words for reports.
-enum class GpuConsumer : std::uint8_t { vertices, page_origins, stream_indices, uniforms, targets };
-inline constexpr std::size_t kGpuConsumerCount = 5;
+enum class GpuConsumer : std::uint8_t { vertices, page_origins, stream_indices, uniforms, textures, targets };
+inline constexpr std::size_t kGpuConsumerCount = 6;
 inline constexpr std::array<const char*, kGpuConsumerCount> kGpuConsumerNames = {
-    "vertices", "page_origins", "stream_indices", "uniforms", "targets"};
+    "vertices", "page_origins", "stream_indices", "uniforms", "textures", "targets"};
 
 class Budget {
  public:

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/frame_block.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace karst {
+namespace {
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+bool inside(double value, double least, double most) {
+  return value >= least && value <= most;
+}
+
+float smooth_step(double low, double high, double value) {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return static_cast<float>(t * t * (3.0 - 2.0 * t));
+}
+
+glm::vec3 mix(glm::vec3 a, glm::vec3 b, float t) {
+  return a + (b - a) * t;
+}
+
+glm::vec4 xyz(glm::vec3 v) {
+  return {v, 0.0f};
+}
+
+// Linear light, relative to a white surface in full sun being 3: the tone curve is made for that. The shares
+// of sun and sky are those of a clear day: about 5 to 1 on level ground at noon.
+void set_light(const FrameLight& light, shader::FrameBlock& block) {
+  const double elevation = light.sun_elevation_deg;
+  const float height = smooth_step(0.0, 35.0, elevation);  // 0 at the horizon, 1 from mid-morning on
+  const float day = smooth_step(-8.0, 8.0, elevation);     // fades to night below the horizon
+  const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
+
+  block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.4f, 3.1f, 2.7f}, height) * disc);
+  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.13f, 0.29f, 0.66f}, height);
+  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.66f, 0.78f, 0.92f}, height);
+  constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
+  constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
+  block.sky_zenith = xyz(mix(kNightZenith, zenith, day));
+  block.sky_horizon = xyz(mix(kNightHorizon, horizon, day));
+  block.sky_light = xyz((glm::vec3(block.sky_zenith) * 0.6f + glm::vec3(block.sky_horizon) * 0.4f) * 1.15f);
+  // Light that the ground throws back: a brownish fifth of what falls on it.
+  const float level = std::max(0.0f, block.sun_direction.y);
+  block.ground_light = xyz((glm::vec3(block.sun_light) * level + glm::vec3(block.sky_light)) *
+                           glm::vec3(0.13f, 0.11f, 0.085f));
+}
+
+}  // namespace
+
+Status FrameLight::validate() const {
+  if (!inside(sun_azimuth_deg, -360, 360)) {
+    return {StatusCode::invalid_argument, "not within -360..360 degrees", "sun_azimuth_deg"};
+  }
+  if (!inside(sun_elevation_deg, -90, 90)) {
+    return {StatusCode::invalid_argument, "not within -90..90 degrees", "sun_elevation_deg"};
+  }
+  if (!inside(haze_voxels, 1e-3, 1 << 24)) {
+    return {StatusCode::invalid_argument, "not within 0.001..2^24 voxels", "haze_voxels"};
+  }
+  return {};
+}
+
+shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent) {
+  shader::FrameBlock block{};
+  block.clip_from_lattice = clip_from_lattice(camera);
+  block.camera_voxel = glm::ivec4(camera.voxel, 0);
+  block.camera_fine = glm::vec4(camera.fine, 0.0f);
+  const glm::dmat3 axes = world_from_view(camera);
+  const double half_height = 1.0 / projection_scale(camera);  // of the picture at distance 1
+  block.ray_right = xyz(glm::vec3(axes[0] * (half_height * camera.aspect)));
+  block.ray_up = xyz(glm::vec3(axes[1] * half_height));
+  block.ray_forward = xyz(glm::vec3(-axes[2]));
+
+  const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
+  const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
+  block.sun_direction = xyz(glm::vec3(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                                      -std::cos(azimuth) * std::cos(elevation)));
+  set_light(light, block);
+  block.haze.x = static_cast<float>(1.0 / light.haze_voxels);
+  block.columns.x = 1.0f / static_cast<float>(extent.x);
+  block.columns.y = 1.0f / static_cast<float>(extent.z);
+  return block;
+}
+
+}  // namespace karst

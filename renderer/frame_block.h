@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// From a camera and a sun to what shaders need of a frame.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "renderer/shader_interface.h"
+#include "terrain/base/status.h"
+#include "terrain/view/camera.h"
+
+namespace karst {
+
+// Light and air of a frame. Colours follow from the sun's height, the distance that haze takes from the
+// world's size.
+struct FrameLight {
+  double sun_azimuth_deg = 150.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
+  double sun_elevation_deg = 38.0;  // -90..90 above the horizon
+  double haze_voxels = 400.0;       // above 0, ..2^24: distance at which 63 % of the light is haze
+  // invalid_argument naming the first field outside its range.
+  Status validate() const;
+};
+
+// extent: of the world in voxels, at least 1 on each axis. light is valid.
+shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent);
+
+}  // namespace karst

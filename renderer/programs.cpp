@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/programs.h"
+
+#include <cstdio>
+#include <cstring>
+
+#include "renderer/shader_interface.h"
+
+namespace karst {
+namespace {
+
+struct Sampler {
+  const char* name;
+  GLint unit;
+};
+// Names are the same in all shaders; a program that has no such sampler is left alone.
+constexpr Sampler kSamplers[] = {{"page_origins", KARST_UNIT_PAGE_ORIGINS},
+                                 {"noise", KARST_UNIT_NOISE},
+                                 {"column_tops", KARST_UNIT_COLUMN_TOPS},
+                                 {"depth", KARST_UNIT_DEPTH}};
+
+constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
+
+// Begins the log with "terrain (vertex): " and returns the room behind it.
+std::span<char> begin_log(std::span<char> log, const char* name, const char* stage) {
+  const int used = std::snprintf(log.data(), log.size(), "%s (%s): ", name, stage);
+  const std::size_t length = used < 0 ? 0 : static_cast<std::size_t>(used);
+  return length < log.size() ? log.subspan(length) : std::span<char>();
+}
+
+// Attaches a new shader, which the program keeps alive; its result is read after all are under way, because
+// drivers may compile in the background.
+void attach_shader(const Gl& gl, GLuint program, GLenum stage, const char* text) {
+  const GLuint shader = gl.CreateShader(stage);
+  gl.ShaderSource(shader, 1, &text, nullptr);
+  gl.CompileShader(shader);
+  gl.AttachShader(program, shader);
+  gl.DeleteShader(shader);
+}
+
+// Writes the first shader's log that has an error; a link error otherwise.
+void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, std::span<char> log) {
+  for (const bool vertex : {true, false}) {
+    const GLuint shader = gl.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
+    const char* source = vertex ? text.vertex : text.fragment;
+    gl.ShaderSource(shader, 1, &source, nullptr);
+    gl.CompileShader(shader);
+    GLint ok = GL_FALSE;
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (ok == GL_FALSE) {
+      const std::span<char> room = begin_log(log, text.name, vertex ? "vertex shader" : "fragment shader");
+      if (!room.empty()) gl.GetShaderInfoLog(shader, static_cast<GLsizei>(room.size()), nullptr, room.data());
+    }
+    gl.DeleteShader(shader);
+    if (ok == GL_FALSE) return;
+  }
+  const std::span<char> room = begin_log(log, text.name, "linking");
+  if (!room.empty()) gl.GetProgramInfoLog(program, static_cast<GLsizei>(room.size()), nullptr, room.data());
+}
+
+void connect(const Gl& gl, GLuint program) {
+  const GLuint block = gl.GetUniformBlockIndex(program, "FrameBlock");
+  if (block != GL_INVALID_INDEX) gl.UniformBlockBinding(program, block, KARST_BINDING_FRAME);
+  gl.UseProgram(program);
+  for (const Sampler& sampler : kSamplers) {
+    const GLint location = gl.GetUniformLocation(program, sampler.name);
+    if (location >= 0) gl.Uniform1i(location, sampler.unit);
+  }
+}
+
+}  // namespace
+
+Status Programs::create(const Gl& gl, std::span<char> log) {
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    programs_[i] = gl.CreateProgram();
+    attach_shader(gl, programs_[i], GL_VERTEX_SHADER, kShaderTexts[i].vertex);
+    attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment);
+    gl.LinkProgram(programs_[i]);
+  }
+  const Status status = link_all(gl, log);
+  if (!status.ok()) destroy(gl);
+  return status;
+}
+
+Status Programs::link_all(const Gl& gl, std::span<char> log) {
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    GLint ok = GL_FALSE;
+    gl.GetProgramiv(programs_[i], GL_LINK_STATUS, &ok);
+    if (ok == GL_FALSE) {
+      describe_failure(gl, programs_[i], kShaderTexts[i], log);
+      return kShaderFailed;
+    }
+    connect(gl, programs_[i]);
+  }
+  gl.UseProgram(0);
+  return {};
+}
+
+void Programs::destroy(const Gl& gl) {
+  for (GLuint& program : programs_) {
+    if (program != 0) gl.DeleteProgram(program);
+    program = 0;
+  }
+}
+
+}  // namespace karst

@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/renderer.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+#include "renderer/column_tops.h"
+#include "renderer/noise_texture.h"
+#include "terrain/patch/index_batches.h"
+#include "terrain/view/expand_indices.h"
+
+namespace karst {
+namespace {
+
+constexpr int kPagesPerRow = 1 << KARST_PAGE_ROW_BITS;
+
+int page_rows(std::uint32_t pages) {
+  return static_cast<int>((pages + kPagesPerRow - 1) / kPagesPerRow);
+}
+
+// A full mip pyramid of a square texture of 2^side_log2 texels.
+constexpr std::size_t mip_texels(int side_log2) {
+  return ((std::size_t{4} << (2 * side_log2)) - 1) / 3;
+}
+
+Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
+  return {StatusCode::invalid_argument, what, field, value};
+}
+
+bool inside(std::int64_t value, std::int64_t least, std::int64_t most) {
+  return value >= least && value <= most;
+}
+
+// GL takes offsets into buffers as pointers.
+const void* buffer_offset(std::size_t bytes) {
+  return reinterpret_cast<const void*>(bytes);
+}
+
+}  // namespace
+
+Status RendererSettings::validate() const {
+  if (!inside(width, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "width");
+  if (!inside(height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "height");
+  if (!inside(vertex_pages, 1, kMostPages))
+    return invalid("not within its range", "vertex_pages", vertex_pages);
+  if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
+    return invalid("not within its range", "stream_indices", stream_indices);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
+  }
+  return {};
+}
+
+void RendererSettings::add_to(Budget& budget) const {
+  const auto area = [](int a, int b) { return static_cast<std::size_t>(a) * static_cast<std::size_t>(b); };
+  budget.add(GpuConsumer::vertices, std::size_t{vertex_pages} * kPageVertices * sizeof(GpuVertex));
+  budget.add(GpuConsumer::page_origins, area(page_rows(vertex_pages), kPagesPerRow) * 8);
+  budget.add(GpuConsumer::stream_indices, std::size_t{stream_indices} * 4);
+  budget.add(GpuConsumer::uniforms, sizeof(shader::FrameBlock));
+  budget.add(GpuConsumer::textures, mip_texels(kNoiseSideLog2) * 4 + area(extent.x, extent.z) * 2);
+  budget.add(GpuConsumer::targets, area(width, height) * 8);
+}
+
+Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
+  destroy();
+  message_[0] = '\0';
+  if (const Status status = settings.validate(); !status.ok()) return status;
+  gl_ = gl;
+  settings_ = settings;
+  caps_ = {};
+  if (const Status status = query_gl_caps(gl_, caps_); !status.ok()) {
+    std::snprintf(message_, sizeof message_, "%s", caps_.version);
+    return status;
+  }
+  if (const Status status = check_device(); !status.ok()) return status;
+  created_ = true;  // from here on destroy() has something to do
+  if (caps_.debug && settings_.debug) {
+    gl_.Enable(GL_DEBUG_OUTPUT_KHR);
+    gl_.Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS_KHR);
+    gl_.DebugMessageCallbackKHR(on_debug_message, this);
+    gl_.DebugMessageControlKHR(GL_DONT_CARE, GL_DONT_CARE, GL_DONT_CARE, 0, nullptr, GL_FALSE);
+    gl_.DebugMessageControlKHR(GL_DONT_CARE, GL_DEBUG_TYPE_ERROR_KHR, GL_DONT_CARE, 0, nullptr, GL_TRUE);
+  }
+  Status status = programs_.create(gl_, message_);
+  if (status.ok()) status = create_targets();
+  if (status.ok()) {
+    create_buffers();
+    create_textures();
+    timer_.create(gl_, caps_.timer_query);
+    label_objects();
+    if (take_error() != GL_NO_ERROR) {
+      status = {StatusCode::limit_reached, "the driver could not make the buffers and textures",
+                "GPU memory"};
+    }
+  }
+  if (!status.ok()) destroy();
+  return status;
+}
+
+void Renderer::destroy() {
+  if (!created_) return;
+  if (caps_.debug && settings_.debug) gl_.DebugMessageCallbackKHR(nullptr, nullptr);
+  timer_.destroy(gl_);
+  programs_.destroy(gl_);
+  GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
+  GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
+  GLuint* const textures[] = {&page_origins_, &noise_, &column_tops_, &depth_};
+  GLuint* const framebuffers[] = {&target_, &colour_target_};
+  for (GLuint* name : buffers) gl_.DeleteBuffers(1, name);
+  for (GLuint* name : arrays) gl_.DeleteVertexArrays(1, name);
+  for (GLuint* name : textures) gl_.DeleteTextures(1, name);
+  for (GLuint* name : framebuffers) gl_.DeleteFramebuffers(1, name);
+  gl_.DeleteRenderbuffers(1, &colour_);
+  for (GLuint* name : buffers) *name = 0;
+  for (GLuint* name : arrays) *name = 0;
+  for (GLuint* name : textures) *name = 0;
+  for (GLuint* name : framebuffers) *name = 0;
+  colour_ = 0;
+  pending_.count = 0;
+  has_picture_ = false;
+  created_ = false;
+}
+
+// OpenGL ES 3.0 promises textures of 2048 and indices up to 2^24 - 1; a Config within its ranges needs no
+// more, pictures may.
+Status Renderer::check_device() const {
+  const auto limit = [](const char* field, std::int64_t value) {
+    return Status{StatusCode::limit_reached, "more than the device can do", field,
+                  static_cast<std::uint64_t>(value)};
+  };
+  const std::int32_t most_pixels = std::min(caps_.max_texture_size, caps_.max_renderbuffer_size);
+  if (settings_.width > std::min(most_pixels, caps_.max_viewport[0])) return limit("width", settings_.width);
+  if (settings_.height > std::min(most_pixels, caps_.max_viewport[1]))
+    return limit("height", settings_.height);
+  if (page_rows(settings_.vertex_pages) > caps_.max_texture_size ||
+      std::int64_t{settings_.vertex_pages} * kPageVertices - 1 > caps_.max_element_index) {
+    return limit("vertex_pages", settings_.vertex_pages);
+  }
+  return {};
+}
+
+Status Renderer::create_targets() {
+  gl_.GenRenderbuffers(1, &colour_);
+  gl_.BindRenderbuffer(GL_RENDERBUFFER, colour_);
+  gl_.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, settings_.width, settings_.height);
+  depth_ =
+      make_texture(KARST_UNIT_DEPTH, GL_DEPTH_COMPONENT24, 1, settings_.width, settings_.height, GL_NEAREST);
+  gl_.GenFramebuffers(1, &target_);
+  gl_.GenFramebuffers(1, &colour_target_);
+  for (const GLuint framebuffer : {colour_target_, target_}) {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
+    if (framebuffer == target_) {
+      gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
+    }
+    if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+      return {StatusCode::limit_reached, "the driver could not make a framebuffer of this size",
+              "width, height"};
+    }
+  }
+  return {};
+}
+
+void Renderer::create_buffers() {
+  constexpr GLsizei kStride = sizeof(GpuVertex);
+  gl_.GenBuffers(1, &vertex_buffer_);
+  gl_.GenBuffers(1, &index_buffer_);
+  gl_.GenBuffers(1, &frame_buffer_);
+  gl_.GenVertexArrays(1, &no_attributes_);
+  gl_.GenVertexArrays(1, &vertex_array_);
+  gl_.BindVertexArray(vertex_array_);
+  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(settings_.vertex_pages) * kPageVertices * kStride,
+                 nullptr, GL_DYNAMIC_DRAW);
+  gl_.VertexAttribIPointer(KARST_LOCATION_POSITION, 4, GL_SHORT, kStride, buffer_offset(0));
+  gl_.VertexAttribIPointer(KARST_LOCATION_MORPH, 4, GL_SHORT, kStride, buffer_offset(kStride / 2));
+  gl_.EnableVertexAttribArray(KARST_LOCATION_POSITION);
+  gl_.EnableVertexAttribArray(KARST_LOCATION_MORPH);
+  gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_);
+  gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(settings_.stream_indices) * 4, nullptr,
+                 GL_STREAM_DRAW);
+  gl_.BindVertexArray(0);
+  gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
+  gl_.BufferData(GL_UNIFORM_BUFFER, sizeof(shader::FrameBlock), nullptr, GL_DYNAMIC_DRAW);
+}
+
+GLuint Renderer::make_texture(GLenum unit, GLenum format, int levels, int width, int height, GLenum filter) {
+  GLuint texture = 0;
+  gl_.GenTextures(1, &texture);
+  gl_.ActiveTexture(GL_TEXTURE0 + unit);
+  gl_.BindTexture(GL_TEXTURE_2D, texture);
+  gl_.TexStorage2D(GL_TEXTURE_2D, levels, format, width, height);
+  const GLint smaller = static_cast<GLint>(levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : filter);
+  const GLint wrap = levels > 1 ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, smaller);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, wrap);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, wrap);
+  return texture;
+}
+
+void Renderer::create_textures() {
+  page_origins_ = make_texture(KARST_UNIT_PAGE_ORIGINS, GL_RGBA16I, 1, kPagesPerRow,
+                               page_rows(settings_.vertex_pages), GL_NEAREST);
+
+  noise_ = make_texture(KARST_UNIT_NOISE, GL_RGBA8, kNoiseSideLog2 + 1, kNoiseSide, kNoiseSide, GL_LINEAR);
+  NoiseRows rows;
+  std::uint8_t noise_row[kNoiseSide * 4];
+  for (int t = 0; t < kNoiseSide; ++t) {
+    rows.next(noise_row);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, t, kNoiseSide, 1, GL_RGBA, GL_UNSIGNED_BYTE, noise_row);
+  }
+  gl_.GenerateMipmap(GL_TEXTURE_2D);
+
+  column_tops_ =
+      make_texture(KARST_UNIT_COLUMN_TOPS, GL_R16F, 1, settings_.extent.x, settings_.extent.z, GL_LINEAR);
+  float top_row[1 << kMaxDepth];
+  std::fill(std::begin(top_row), std::end(top_row), -1e4f);  // below everything: no cave anywhere
+  for (int z = 0; z < settings_.extent.z; ++z) {
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings_.extent.x, 1, GL_RED, GL_FLOAT, top_row);
+  }
+}
+
+void Renderer::label_objects() {
+  if (!caps_.debug) return;
+  const auto label = [&](GLenum kind, GLuint name, const char* text) {
+    gl_.ObjectLabelKHR(kind, name, -1, text);
+  };
+  label(GL_BUFFER_KHR, vertex_buffer_, "vertices");
+  label(GL_BUFFER_KHR, index_buffer_, "stream_indices");
+  label(GL_BUFFER_KHR, frame_buffer_, "frame block");
+  label(GL_VERTEX_ARRAY_KHR, vertex_array_, "terrain");
+  label(GL_TEXTURE, page_origins_, "page_origins");
+  label(GL_TEXTURE, noise_, "noise");
+  label(GL_TEXTURE, column_tops_, "column_tops");
+  label(GL_TEXTURE, depth_, "depth");
+  label(GL_RENDERBUFFER, colour_, "colour");
+  label(GL_FRAMEBUFFER, target_, "target");
+  label(GL_FRAMEBUFFER, colour_target_, "target without depth");
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    label(GL_PROGRAM_KHR, programs_[static_cast<ShaderVariant>(i)], kShaderTexts[i].name);
+  }
+}
+
+void Renderer::upload_columns(const Octree& octree) {
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_COLUMN_TOPS);
+  float row[1 << kMaxDepth];
+  for (int z = 0; z < settings_.extent.z; ++z) {
+    column_tops_row(octree, settings_.extent, z, row);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings_.extent.x, 1, GL_RED, GL_FLOAT, row);
+  }
+}
+
+Status Renderer::upload_patch(std::uint32_t first_page, std::span<const GpuVertex> vertices,
+                              glm::ivec3 origin) {
+  const std::uint32_t pages = pages_for(vertices.size());
+  if (first_page > settings_.vertex_pages || pages > settings_.vertex_pages - first_page) {
+    return invalid("the slot does not lie in the vertex buffer", "first_page", first_page);
+  }
+  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
+  gl_.BufferSubData(GL_ARRAY_BUFFER,
+                    static_cast<GLintptr>(std::size_t{first_page} * kPageVertices * sizeof(GpuVertex)),
+                    static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data());
+  for (std::uint32_t page = first_page; page < first_page + pages; ++page) {
+    const bool row_starts = page % kPagesPerRow == 0;
+    if (row_starts || page != pending_.first_page + pending_.count) flush_origins();
+    if (pending_.count == 0) pending_.first_page = page;
+    std::int16_t* texel = pending_.texels[pending_.count++];
+    for (int axis = 0; axis < 3; ++axis) texel[axis] = static_cast<std::int16_t>(origin[axis]);
+    texel[3] = 0;
+  }
+  return {};
+}
+
+void Renderer::flush_origins() {
+  if (pending_.count == 0) return;
+  const auto x = static_cast<GLint>(pending_.first_page % kPagesPerRow);
+  const auto y = static_cast<GLint>(pending_.first_page / kPagesPerRow);
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_ORIGINS);
+  gl_.TexSubImage2D(GL_TEXTURE_2D, 0, x, y, static_cast<GLsizei>(pending_.count), 1, GL_RGBA_INTEGER,
+                    GL_SHORT, pending_.texels);
+  pending_.count = 0;
+}
+
+Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
+  counts = {};
+  if (const Status status = input.light.validate(); !status.ok()) return status;
+  flush_origins();
+  const shader::FrameBlock block = make_frame_block(input.camera, input.light, settings_.extent);
+  gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
+  gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+  gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);
+
+  timer_.begin(gl_);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  gl_.Viewport(0, 0, settings_.width, settings_.height);
+  const GLenum colour = GL_COLOR_ATTACHMENT0;
+  gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);  // terrain and sky cover every pixel
+  gl_.Enable(GL_DEPTH_TEST);
+  gl_.Enable(GL_CULL_FACE);
+  gl_.CullFace(GL_BACK);
+  gl_.DepthMask(GL_TRUE);
+  gl_.DepthFunc(GL_LESS);
+  gl_.Clear(GL_DEPTH_BUFFER_BIT);
+
+  push_group("terrain");
+  const Status status = draw_items(input, counts);
+  pop_group();
+  if (!status.ok()) return status;
+
+  push_group("sky");
+  // Where nothing was drawn the depth is still 1, which is the sky's.
+  gl_.DepthFunc(GL_EQUAL);
+  gl_.DepthMask(GL_FALSE);
+  gl_.BindVertexArray(no_attributes_);
+  gl_.UseProgram(programs_[ShaderVariant::sky]);
+  gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+  gl_.DepthMask(GL_TRUE);
+  pop_group();
+  counts.draw_calls += 1;
+  counts.triangles += 1;
+
+  if (!settings_.keep_depth) {
+    const GLenum depth = GL_DEPTH_ATTACHMENT;
+    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
+  }
+  timer_.end(gl_);
+  has_picture_ = true;
+  return {};
+}
+
+Status Renderer::draw_items(const FrameInput& input, FrameCounts& counts) {
+  if (input.items.empty()) return {};
+  gl_.UseProgram(programs_[ShaderVariant::terrain]);
+  gl_.BindVertexArray(vertex_array_);
+  ExpandIndices expand;
+  expand.table = input.index_table;
+  expand.items = input.items;
+  expand.first_vertex = input.first_vertex;
+  const auto bytes = static_cast<GLsizeiptr>(settings_.stream_indices) * 4;
+  for (ExpandIndices::Chunk chunk; chunk.next_item < input.items.size();) {
+    // Invalidating lets the driver give fresh memory while the GPU still reads the last chunk.
+    void* mapped = gl_.MapBufferRange(GL_ELEMENT_ARRAY_BUFFER, 0, bytes,
+                                      GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT);
+    if (mapped == nullptr)
+      return {StatusCode::limit_reached, "the driver cannot map the index stream", "GPU memory"};
+    expand.out = {static_cast<std::uint32_t*>(mapped), settings_.stream_indices};
+    const Status status = chunk.next_item == 0 ? expand.validate(input.max_level) : Status();
+    if (status.ok()) chunk = expand.run(chunk.next_item);
+    const bool intact = gl_.UnmapBuffer(GL_ELEMENT_ARRAY_BUFFER) == GL_TRUE;
+    if (!status.ok()) return status;
+    counts.left_out += chunk.left_out;
+    // What was written is lost where a driver says so (a change of the screen's mode): the next frame draws
+    // it.
+    if (!intact || chunk.indices == 0) continue;
+    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(chunk.indices), GL_UNSIGNED_INT, buffer_offset(0));
+    counts.draw_calls += 1;
+    counts.triangles += chunk.indices / 3;
+  }
+  return {};
+}
+
+// GL's rows go upwards; pictures' go downwards.
+void Renderer::read_pixels(void* rgba) {
+  gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
+  gl_.ReadPixels(0, 0, settings_.width, settings_.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+  const std::size_t row = static_cast<std::size_t>(settings_.width) * 4;
+  auto* top = static_cast<std::uint8_t*>(rgba);
+  auto* bottom = top + row * static_cast<std::size_t>(settings_.height - 1);
+  for (; top < bottom; top += row, bottom -= row) std::swap_ranges(top, top + row, bottom);
+}
+
+Status Renderer::read_colour(std::span<std::uint8_t> rgba) {
+  const std::size_t bytes =
+      static_cast<std::size_t>(settings_.width) * static_cast<std::size_t>(settings_.height) * 4;
+  if (!has_picture_) return invalid("nothing was drawn yet", "picture");
+  if (rgba.size() < bytes) return invalid("too short", "rgba", bytes);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  read_pixels(rgba.data());
+  return {};
+}
+
+Status Renderer::read_depth(std::span<float> depth) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(settings_.width) * static_cast<std::size_t>(settings_.height);
+  if (!has_picture_ || !settings_.keep_depth) return invalid("no depth was kept", "keep_depth");
+  if (depth.size() < pixels) return invalid("too short", "depth", pixels);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, colour_target_);
+  gl_.Viewport(0, 0, settings_.width, settings_.height);
+  gl_.Disable(GL_DEPTH_TEST);
+  gl_.BindVertexArray(no_attributes_);
+  gl_.UseProgram(programs_[ShaderVariant::depth_copy]);
+  gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+  read_pixels(depth.data());
+  has_picture_ = false;
+  for (float& value : depth.first(pixels)) {
+    std::uint8_t bytes[4];
+    std::memcpy(bytes, &value, 4);
+    const unsigned bits =
+        static_cast<unsigned>(bytes[0]) << 16 | static_cast<unsigned>(bytes[1]) << 8 | bytes[2];
+    value = static_cast<float>(bits) / 16777215.0f;
+  }
+  return {};
+}
+
+GLenum Renderer::take_error() {
+  const GLenum first = gl_.GetError();
+  // Errors are flags, one a kind: a handful at most. A lost context gives errors without end.
+  for (int i = 0; first != GL_NO_ERROR && i < 16 && gl_.GetError() != GL_NO_ERROR;) ++i;
+  return first;
+}
+
+void Renderer::push_group(const char* name) {
+  if (caps_.debug) gl_.PushDebugGroupKHR(GL_DEBUG_SOURCE_APPLICATION_KHR, 0, -1, name);
+}
+
+void Renderer::pop_group() {
+  if (caps_.debug) gl_.PopDebugGroupKHR();
+}
+
+void GL_APIENTRY Renderer::on_debug_message(GLenum /*source*/, GLenum /*type*/, GLuint /*id*/,
+                                            GLenum /*severity*/, GLsizei /*length*/, const GLchar* text,
+                                            const void* user) {
+  // The user pointer is the renderer that registered it, which is not const.
+  auto* self = const_cast<Renderer*>(static_cast<const Renderer*>(user));
+  if (self->message_[0] == '\0') std::snprintf(self->message_, sizeof self->message_, "%s", text);
+}
+
+}  // namespace karst

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL ES 3.0 pipeline: all GL objects are made by create() and none after it; a frame allocates
+// nothing.
+//
+// Vertices of all patches lie in one buffer, cut into pages of kPageVertices; a patch's slot is a run of
+// pages, and a small texture tells the vertex shader the patch's origin by page. Indices are streamed as 32
+// bits from the shared tables (terrain/view/expand_indices.h), so a pass is one draw call, or a few where the
+// stream is full.
+//
+// Needs a current context in every call, the destructor included.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "renderer/frame_block.h"
+#include "renderer/gl.h"
+#include "renderer/gl_caps.h"
+#include "renderer/gpu_timer.h"
+#include "renderer/programs.h"
+#include "terrain/base/budget.h"
+#include "terrain/base/status.h"
+#include "terrain/patch/gpu_vertex.h"
+#include "terrain/view/camera.h"
+#include "terrain/view/draw_list.h"
+#include "terrain/voxel/octree.h"
+
+namespace karst {
+
+struct RendererSettings {
+  int width = 1280;  // of the picture, pixels, 1..kMaxPicture
+  int height = 720;
+  std::uint32_t vertex_pages = 0;    // Config::gpu_vertex_pages, 1..kMostPages
+  std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
+  glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
+
+  bool debug = false;  // takes the driver's error messages (message()); wants a debug context
+
+  static constexpr int kMaxPicture = 16384;  // pixels a side
+
+  // invalid_argument naming the first field outside its range.
+  Status validate() const;
+  // Adds what create() will take.
+  void add_to(Budget& budget) const;
+};
+
+struct FrameInput {
+  Camera camera;
+  FrameLight light;
+  std::span<const DrawItem> items;              // of a valid draw list; may be empty
+  std::span<const std::uint32_t> first_vertex;  // by patch; kNoVertices: not resident, the item is left out
+  std::span<const std::uint16_t> index_table;   // build_index_tables()
+  int max_level = kMaxLevel;                    // of index_table and items
+};
+
+struct FrameCounts {
+  std::uint64_t triangles = 0;  // submitted, all passes
+  std::uint32_t draw_calls = 0;
+  std::uint32_t left_out = 0;  // items without resident vertices
+};
+
+class Renderer {
+ public:
+  Renderer() = default;
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  ~Renderer() { destroy(); }
+
+  // unsupported or limit_reached where the device cannot do it, naming the function, limit or shader;
+  // message() then may hold more. The renderer is empty after a failure.
+  Status create(const Gl& gl, const RendererSettings& settings);
+  void destroy();
+
+  // What the driver said when create() failed, or the first KHR_debug error since; "" where nothing was said.
+  const char* message() const { return message_; }
+  const GlCaps& caps() const { return caps_; }
+  const RendererSettings& settings() const { return settings_; }
+
+  // Tells where the ground is open to the sky (column_tops.h). Without it, all of it is.
+  void upload_columns(const Octree& octree);
+
+  // Copies a patch's vertices to its slot: pages first_page .. first_page + pages_for(vertices.size()) - 1.
+  // origin: the patch's, in voxels. invalid_argument where the slot does not lie in the buffer.
+  Status upload_patch(std::uint32_t first_page, std::span<const GpuVertex> vertices, glm::ivec3 origin);
+  static constexpr std::uint32_t pages_for(std::size_t vertices) {
+    return static_cast<std::uint32_t>((vertices + kPageVertices - 1) / kPageVertices);
+  }
+
+  // Draws one picture into the offscreen target. invalid_argument names what does not fit; nothing is drawn
+  // then.
+  Status draw(const FrameInput& input, FrameCounts& counts);
+  void finish() { gl_.Finish(); }
+
+  // GPU time of the newest finished frame's terrain pass in milliseconds; NaN where it is not known (yet).
+  double terrain_gpu_ms() { return timer_.latest_ms(gl_); }
+
+  // Reads the last picture, row 0 at the top. rgba: width x height x 4 bytes.
+  Status read_colour(std::span<std::uint8_t> rgba);
+  // Reads its depth, row 0 at the top, 0 (near) to 1 (far), steps of 1/(2^24 - 1). depth: width x height.
+  // Needs keep_depth; overwrites the picture, so read_colour() comes first.
+  Status read_depth(std::span<float> depth);
+
+  // The first GL error since the last call, GL_NO_ERROR where there was none. For tests and for the end of a
+  // run: asking makes some drivers wait.
+  GLenum take_error();
+
+ private:
+  // Origins of consecutive pages that are not in the texture yet: patches are mostly uploaded in a row.
+  struct PendingOrigins {
+    std::int16_t texels[1 << KARST_PAGE_ROW_BITS][4];
+    std::uint32_t first_page = 0;
+    std::uint32_t count = 0;
+  };
+
+  Status check_device() const;
+  Status create_targets();
+  void create_buffers();
+  void create_textures();
+  void label_objects();
+  GLuint make_texture(GLenum unit, GLenum format, int levels, int width, int height, GLenum filter);
+  void flush_origins();
+  Status draw_items(const FrameInput& input, FrameCounts& counts);
+  void read_pixels(void* rgba);
+  void push_group(const char* name);
+  void pop_group();
+  static void GL_APIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, GLenum severity,
+                                           GLsizei length, const GLchar* text, const void* user);
+
+  Gl gl_;
+  GlCaps caps_;
+  RendererSettings settings_;
+  bool created_ = false;
+  bool has_picture_ = false;
+  Programs programs_;
+  GpuTimer timer_;
+  GLuint vertex_buffer_ = 0;
+  GLuint index_buffer_ = 0;
+  GLuint frame_buffer_ = 0;  // the uniform block's
+  GLuint vertex_array_ = 0;
+  GLuint no_attributes_ = 0;  // vertex array of the full-screen passes
+  GLuint page_origins_ = 0;
+  GLuint noise_ = 0;
+  GLuint column_tops_ = 0;
+  GLuint depth_ = 0;
+  GLuint colour_ = 0;
+  GLuint target_ = 0;         // framebuffer: colour_ and depth_
+  GLuint colour_target_ = 0;  // framebuffer: colour_ alone
+  PendingOrigins pending_;
+  char message_[2048] = {};
+};
+
+}  // namespace karst

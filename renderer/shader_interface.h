@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// gles_shaders/interface.glsl as C++: the same macros, and the uniform block as a struct.
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include "terrain/base/config.h"
+#include "terrain/base/lattice.h"
+
+namespace karst::shader {
+
+using mat4 = glm::mat4;
+using vec4 = glm::vec4;
+using ivec4 = glm::ivec4;
+
+#include "gles_shaders/interface.glsl"
+
+static_assert(kPageVertices == 1u << KARST_PAGE_BITS);
+static_assert(kStepsPerVoxel == static_cast<int>(KARST_STEPS_PER_VOXEL));
+
+}  // namespace karst::shader
