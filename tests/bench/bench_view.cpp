@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// What a frame costs before the GPU: levels of detail, culling, draw list and index stream over a made-up
+// surface of about the size of K's test scene (3,560 patches), and over one of 100 times as many.
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <span>
+#include <vector>
+
+#include "terrain/patch/index_batches.h"
+#include "terrain/view/camera.h"
+#include "terrain/view/draw_list.h"
+#include "terrain/view/expand_indices.h"
+#include "terrain/view/select_lod.h"
+#include "tests/bench/bench.h"
+#include "tests/support/grid_surface.h"
+
+namespace karst {
+namespace {
+
+struct Scene {
+  GridSurface grid;
+  Camera camera;
+  std::vector<std::uint8_t> levels;
+  std::vector<std::uint32_t> scratch, first_vertex, stream;
+  std::vector<DrawItem> items;
+  std::vector<std::uint16_t> table;
+};
+
+int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int repeats) {
+  Scene s{make_grid_surface(side, side, 0.5, 7), {}, {}, {}, {}, {}, {}, {}};
+  const std::size_t patches = s.grid.patches.size();
+  CameraSettings settings;
+  settings.position = eye;
+  settings.yaw_deg = yaw_deg;
+  settings.pitch_deg = -12.0;
+  if (!make_camera(settings, s.camera).ok()) return 1;
+  s.levels.resize(patches);
+  s.scratch.resize(patches);
+  s.items.resize(patches);
+  for (std::size_t id = 0; id < patches; ++id)
+    s.first_vertex.push_back(static_cast<std::uint32_t>(id * 1'089));
+  s.stream.resize(786'432);  // Config::stream_indices
+  s.table.resize(index_count(kMaxLevel));
+  if (!build_index_tables(kMaxLevel, s.table).ok()) return 1;
+
+  SelectLod select;
+  select.camera = &s.camera;
+  select.surface = s.grid.surface();
+  select.bounds = s.grid.bounds;
+  select.tree = &s.grid.tree;
+  select.levels = s.levels;
+  BuildDrawList build;
+  build.eye = glm::vec3(eye_lattice(s.camera));
+  build.surface = select.surface;
+  build.bounds = s.grid.bounds;
+  build.tree = &s.grid.tree;
+  build.levels = s.levels;
+  build.scratch = s.scratch;
+  build.items = s.items;
+  if (!select.validate().ok()) return 1;
+
+  SelectLod::Result selected;
+  BuildDrawList::Result list;
+  const auto lod = bench::measure(repeats, [&] { selected = select.run(); });
+  bool ok = true;
+  const auto culled = bench::measure(repeats, [&] {
+    const Frustum frustum = make_frustum(s.camera);
+    build.frustum = &frustum;
+    ok = build.run(list).ok() && ok;
+  });
+  const ExpandIndices expand{s.table, std::span(s.items).first(list.drawn), s.first_vertex, s.stream};
+  if (!ok || !expand.validate(select.settings.max_level).ok()) return 1;
+  std::size_t indices = 0;
+  const auto expanded = bench::measure(repeats, [&] {
+    indices = 0;
+    for (ExpandIndices::Chunk c; c.next_item < list.drawn; indices += c.indices) c = expand.run(c.next_item);
+  });
+  const auto refit = bench::measure(
+      std::max(repeats / 10, 1), [&] { ok = s.grid.tree.build(select.surface, s.grid.bounds).ok() && ok; });
+
+  std::printf("view %s: %zu patches, %u drawn, %u raised, %u triangles, %zu indices\n", name, patches,
+              list.drawn, selected.raised, list.triangles, indices);
+  const auto line = [](const char* what, bench::Times t) {
+    std::printf("  %-24s median %8.4f ms  least %8.4f ms\n", what, t.median_ms, t.least_ms);
+  };
+  line("levels of detail", lod);
+  line("culling and draw list", culled);
+  std::printf("  %-24s median %8.4f ms\n", "both", lod.median_ms + culled.median_ms);
+  line("index stream", expanded);
+  std::printf("  %-24s        %8.2f GB/s written\n", "",
+              static_cast<double>(indices) * sizeof(std::uint32_t) / (expanded.median_ms * 1e6));
+  line("box hierarchy, all anew", refit);
+  return ok && indices == 3u * list.triangles ? 0 : 1;
+}
+
+int run_view(bool smoke) {
+  const int repeats = smoke ? 1 : 1'000;
+  int failed = run_scene("K's size, corner", 59, {2.0, 22.0, 58.0}, -40.0, repeats);
+  failed |= run_scene("K's size, middle", 59, {30.0, 22.0, 30.0}, 0.0, repeats);
+  if (!smoke) failed |= run_scene("large", 500, {250.0, 30.0, 250.0}, 30.0, repeats / 10);
+  return failed;
+}
+
+const bench::Register registered{{"view", run_view}};
+
+}  // namespace
+}  // namespace karst
