@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -80,6 +82,17 @@ TEST(ConfigTest, EveryDrawItemHasRoomAtLevelOne) {
   config.gpu_vertex_pages = 100;
   config.stream_indices = 2399;
   EXPECT_STREQ(config.validate().field(), "stream_indices");
+}
+
+TEST(ConfigTest, DocsShowTheTable) {
+  std::ifstream file(KARST_SOURCE_DIR "/docs/memory.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  for (const ConfigField& field : kConfigFields) {
+    const std::string row = "| `" + std::string(field.name) + "` | " + std::to_string(field.default_value) +
+                            " | " + std::to_string(field.min) + " – " + std::to_string(field.max) + " | " +
+                            field.unit + " | " + field.reason + " |\n";
+    EXPECT_NE(page.find(row), std::string::npos) << "docs/memory.md lacks this row:\n" << row;
+  }
 }
 
 TEST(ConfigTest, LevelOneFitsOnePage) {
