@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace karst {
 namespace {
@@ -25,8 +26,8 @@ glm::ivec3 octant_corner(glm::ivec3 corner, std::int32_t half, int octant) {
           corner.z + (octant & 4 ? half : 0)};
 }
 
-// Number of voxels that a column's top fills, by the rule "y + 0.5 < top". The comparison is false for NaN,
-// so that a hole has none. In double, where top - 0.5 is exact for every float that is not clamped.
+// Number of voxels that a column's top fills, by the rule "y + 0.5 < top". In double, where top - 0.5 is
+// exact for every float that is not clamped.
 std::int32_t filled_below(float top, std::int32_t limit) {
   const double t = std::ceil(static_cast<double>(top) - 0.5);
   if (!(t > 0.0)) return 0;
@@ -67,16 +68,21 @@ class HeightBuilder {
   void column_range(glm::ivec3 corner, std::int32_t size, std::int32_t& low, std::int32_t& high) const {
     const std::int32_t x_end = std::min(corner.x + size, job_.extent.x);
     const std::int32_t z_end = std::min(corner.z + size, job_.extent.z);
-    low = job_.extent.y;
-    high = 0;
+    // In floats, and as voxels only at the end: filled_below rises with the top, and is slow to call for
+    // each.
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    float lowest = kInfinity;
+    float highest = -kInfinity;
     for (std::int32_t z = corner.z; z < z_end; ++z) {
       const float* row = job_.tops.data() + std::int64_t{z} * job_.extent.x;
       for (std::int32_t x = corner.x; x < x_end; ++x) {
-        const std::int32_t filled = filled_below(row[x], job_.extent.y);
-        low = std::min(low, filled);
-        high = std::max(high, filled);
+        const float top = std::isnan(row[x]) ? -kInfinity : row[x];
+        lowest = std::min(lowest, top);
+        highest = std::max(highest, top);
       }
     }
+    low = filled_below(lowest, job_.extent.y);
+    high = filled_below(highest, job_.extent.y);
     if (corner.x + size > job_.extent.x || corner.z + size > job_.extent.z) low = 0;
   }
 
