@@ -22,30 +22,6 @@ Weights bernstein(int t, int n) {
   return {{a * a, 2.0f * a * b, b * b}};
 }
 
-// The quadratic Bézier curve that a grid line follows: three control points times n^2, integers up to 2^12.
-struct LineCurve {
-  float control[3][3];
-};
-
-LineCurve line_curve(const PatchCase& shape, GridLine line, int n) {
-  const bool along_u = line.di != 0;
-  const Weights across = bernstein(along_u ? line.j0 : line.i0, n);
-  const bool backwards = line.di + line.dj < 0;
-  LineCurve curve{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const std::size_t along = backwards ? 2 - a : a;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      float sum = 0;
-      for (std::size_t b = 0; b < 3; ++b) {
-        const std::int8_t c = along_u ? shape.control[b][along][axis] : shape.control[along][b][axis];
-        sum += across.w[b] * static_cast<float>(c);
-      }
-      curve.control[a][axis] = sum;
-    }
-  }
-  return curve;
-}
-
 // W h for four vertices, in 2^-12 lattice steps. p: position in half voxels, in [-1, 1].
 struct Displacement4 {
   Int4 axis[3];
@@ -103,8 +79,14 @@ PatchShape PatchShape::make(const Surface& surface, const Heights& heights, int 
   const Patch& p = surface.patches[patch];
   PatchShape s;
   s.volume = &surface.volumes[p.volume];
-  s.shape = &kCaseTable[s.volume->configuration].patch[p.case_patch];
   s.level = level;
+  const PatchCase& shape = kCaseTable[s.volume->configuration].patch[p.case_patch];
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& c = shape.control[j][i];
+      s.control[j][i] = simd::to_float(Int4{c[0], c[1], c[2], 0});
+    }
+  }
   if (p.height_block != kNoHeights) {
     s.heights = heights.block(p.height_block);
     s.heights_side = patch_side(heights.level);
@@ -129,10 +111,23 @@ GridLine GridLine::along_edge(int edge, int inset, int level, bool reversed) {
   return line;
 }
 
+LineCurve line_curve(const PatchShape& patch, GridLine line) {
+  const bool along_u = line.di != 0;
+  const Weights across = bernstein(along_u ? line.j0 : line.i0, patch_cells(patch.level));
+  const bool backwards = line.di + line.dj < 0;
+  LineCurve curve;
+  for (int a = 0; a < 3; ++a) {
+    const int along = backwards ? 2 - a : a;
+    const auto point = [&](int b) { return along_u ? patch.control[b][along] : patch.control[along][b]; };
+    curve.control[a] = across.w[0] * point(0) + across.w[1] * point(1) + across.w[2] * point(2);
+  }
+  return curve;
+}
+
 template <bool kDisplaced>
-static void displace_line_of(const PatchShape& patch, GridLine line, glm::vec3 offset, float* const (&out)[3]) {
+static inline void displace_points_of(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points,
+                                      glm::vec3 offset, float* const (&out)[3]) {
   const int n = patch_cells(patch.level);
-  const LineCurve curve = line_curve(*patch.shape, line, n);
   Float4 control[3][3];
   for (int a = 0; a < 3; ++a) {
     for (int axis = 0; axis < 3; ++axis) control[a][axis] = simd::splat(curve.control[a][axis]);
@@ -141,20 +136,27 @@ static void displace_line_of(const PatchShape& patch, GridLine line, glm::vec3 o
   const int shift = fixed_shift(patch.level);
   const float size = static_cast<float>(n);
   const std::int16_t* heights = nullptr;
-  int step = 0;
+  std::ptrdiff_t height_step = 0;
   if constexpr (kDisplaced) {
-    heights = patch.heights + (line.j0 * patch.heights_side + line.i0) * patch.heights_stride;
-    step = (line.dj * patch.heights_side + line.di) * patch.heights_stride;
+    height_step = (line.dj * patch.heights_side + line.di) * patch.heights_stride;
+    heights = patch.heights + (line.j0 * patch.heights_side + line.i0) * patch.heights_stride + points.first * height_step;
+    height_step *= points.step;
   }
-  for (int t = 0; t <= n; t += simd::kLanes) {
-    const Float4 b = static_cast<float>(t) + Float4{0, 1, 2, 3};
+  const Float4 lane_t = static_cast<float>(points.step) * Float4{0, 1, 2, 3};
+  for (int k = 0; k < points.count; k += simd::kLanes) {
+    const Float4 b = static_cast<float>(points.first + k * points.step) + lane_t;
     const Float4 a = size - b;
     const Float4 weight[3] = {a * a, 2.0f * a * b, b * b};
     Float4 height = simd::splat(0.0f);
     if constexpr (kDisplaced) {
-      const int last = n - t < 3 ? n - t : 3;  // lanes beyond the line repeat its end
-      const auto at = [&](int lane) { return std::int32_t{heights[(t + (lane < last ? lane : last)) * step]}; };
-      height = simd::to_float(Int4{at(0), at(1), at(2), at(3)});
+      const std::int16_t* h = heights + k * height_step;
+      if (k + simd::kLanes <= points.count) {
+        height = simd::to_float(Int4{h[0], h[height_step], h[2 * height_step], h[3 * height_step]});
+      } else {  // lanes beyond the line repeat its end
+        const int last = points.count - k - 1;
+        const auto lane = [&](int l) { return std::int32_t{h[(l < last ? l : last) * height_step]}; };
+        height = simd::to_float(Int4{lane(0), lane(1), lane(2), lane(3)});
+      }
     }
     Float4 p[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -162,17 +164,22 @@ static void displace_line_of(const PatchShape& patch, GridLine line, glm::vec3 o
     }
     Int4 position[3];
     place<kDisplaced>(patch, p, to_half, shift, height, position);
-    for (int axis = 0; axis < 3; ++axis) simd::store(out[axis] + t, simd::to_float(position[axis]) + offset[axis]);
+    for (int axis = 0; axis < 3; ++axis) simd::store(out[axis] + k, simd::to_float(position[axis]) + offset[axis]);
+  }
+}
+
+void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points, glm::vec3 offset, float* x,
+                     float* y, float* z) {
+  float* const out[3] = {x, y, z};
+  if (patch.heights != nullptr) {
+    displace_points_of<true>(patch, curve, line, points, offset, out);
+  } else {
+    displace_points_of<false>(patch, curve, line, points, offset, out);
   }
 }
 
 void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z) {
-  float* const out[3] = {x, y, z};
-  if (patch.heights != nullptr) {
-    displace_line_of<true>(patch, line, offset, out);
-  } else {
-    displace_line_of<false>(patch, line, offset, out);
-  }
+  displace_points(patch, line_curve(patch, line), line, {0, 1, patch_side(patch.level)}, offset, x, y, z);
 }
 
 Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const int (&j)[4]) {
@@ -189,11 +196,10 @@ Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const in
   weights(i, u);
   weights(j, v);
   Float4 p[3];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis) {
     p[axis] = simd::splat(0.0f);
-    for (std::size_t a = 0; a < 3; ++a) {
-      const Float4 across = v[0] * patch.shape->control[0][a][axis] + v[1] * patch.shape->control[1][a][axis] +
-                            v[2] * patch.shape->control[2][a][axis];
+    for (int a = 0; a < 3; ++a) {
+      const Float4 across = v[0] * patch.control[0][a][axis] + v[1] * patch.control[1][a][axis] + v[2] * patch.control[2][a][axis];
       p[axis] += u[a] * across;
     }
   }
@@ -224,10 +230,10 @@ void displaced_positions(const Surface& surface, const Heights& heights, int lev
 BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j) {
   const PatchShape shape = PatchShape::make(surface, Heights{}, level, patch);
   const int n = patch_cells(level);
-  const LineCurve curve = line_curve(*shape.shape, {0, j, 1, 0}, n);
+  const LineCurve curve = line_curve(shape, {0, j, 1, 0});
   const Weights w = bernstein(i, n);
   glm::dvec3 p(0.0);  // half voxels
-  for (std::size_t a = 0; a < 3; ++a) {
+  for (int a = 0; a < 3; ++a) {
     for (int axis = 0; axis < 3; ++axis) p[axis] += double{w.w[a]} * double{curve.control[a][axis]};
   }
   const double cells = n;

@@ -26,8 +26,8 @@ inline constexpr float kMinGradientLength = 2.0f;
 
 // A patch with what its vertices depend on, laid out for the inner loop. Borrows everything.
 struct PatchShape {
-  const PatchCase* shape = nullptr;
   const Volume* volume = nullptr;
+  simd::Float4 control[3][3];             // [j][i]: control points, half voxels; lanes are axes
   simd::Float4 gradient[8][3];            // the volume's, each in four equal lanes; set where heights are
   const std::int16_t* heights = nullptr;  // null: not displaced
   int heights_side = 0;                   // samples a row of heights
@@ -50,6 +50,20 @@ struct GridLine {
   // Parallel to edge e, `inset` rows inside, running from corner e to corner e + 1 (or back when reversed).
   static GridLine along_edge(int edge, int inset, int level, bool reversed);
 };
+
+// The quadratic Bézier curve that a grid line follows.
+struct LineCurve {
+  simd::Float4 control[3];  // times 4^level, integers up to 2^12; lanes are axes
+};
+LineCurve line_curve(const PatchShape& patch, GridLine line);
+
+// Vertices t = first, first + step, ... of a line (`count` of them), as displace_line gives them.
+// x, y, z: room for count values rounded up to a multiple of four.
+struct LinePoints {
+  int first, step, count;
+};
+void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points, glm::vec3 offset, float* x,
+                     float* y, float* z);
 
 // Displaced positions in lattice steps relative to the patch's origin, as floats that hold integers, plus offset.
 // x, y, z: room for 2^level + 1 values rounded up to a multiple of four.

@@ -25,19 +25,22 @@ namespace {
 using simd::Float4;
 using simd::Int4;
 
-constexpr int kLeftPad = simd::kLanes;  // floats before a row, so that lanes at i - 1 can be read
+// A row of the grid holds its even columns, then its odd ones, so that lanes of one parity lie together: what a vertex
+// needs of its neighbours depends on the parity of its column and row. Each half has room before it for the lane
+// at column -1 and after it for lanes past the end.
+constexpr int kPad = simd::kLanes;
+constexpr int half_row(int level) { return kPad + (patch_cells(level) / 2 + 1 + simd::kLanes - 1) / simd::kLanes * simd::kLanes + kPad; }
 constexpr int kMaxSide = patch_side(kMaxLevel);
-constexpr int kMaxStride = kLeftPad + kMaxSide + 2 * simd::kLanes - 1;
-constexpr int kMaxGrid = kMaxStride * kMaxSide + simd::kLanes;
+constexpr int kMaxGrid = 2 * half_row(kMaxLevel) * kMaxSide;
 constexpr int kMaxLine = kMaxSide + simd::kLanes;
 
-// Floats between rows of the grid: pad, the row, and room for lanes past its end.
-constexpr int grid_stride(int level) { return (kLeftPad + patch_side(level) + simd::kLanes) / simd::kLanes * simd::kLanes; }
+// Where column i of row j lies. Columns i, i + 2, i + 4 and i + 6 are four lanes.
+struct Layout {
+  int half;  // floats between the halves of a row
 
-struct Grid {
-  float* x;
-  float* y;
-  float* z;
+  explicit constexpr Layout(int level) : half(half_row(level)) {}
+  constexpr int stride() const { return 2 * half; }
+  constexpr int at(int i, int j) const { return j * stride() + (i & 1) * half + kPad + (i >> 1); }
 };
 
 }  // namespace
@@ -50,15 +53,18 @@ struct PatchScratch {
 
 namespace {
 
-constexpr int at(int stride, int i, int j) { return j * stride + kLeftPad + i; }
-
 // --- positions ---------------------------------------------------------------------------------------------
 
-void make_positions(const PatchShape& shape, int stride, PatchScratch& s) {
-  const int side = patch_side(shape.level);
-  for (int j = 0; j < side; ++j) {
-    const int row = at(stride, 0, j);
-    displace_line(shape, {0, j, 1, 0}, glm::vec3(0), s.position[0] + row, s.position[1] + row, s.position[2] + row);
+void make_positions(const PatchShape& shape, Layout layout, PatchScratch& s) {
+  const int n = patch_cells(shape.level);
+  for (int j = 0; j <= n; ++j) {
+    const GridLine line = {0, j, 1, 0};
+    const LineCurve curve = line_curve(shape, line);
+    for (int parity = 0; parity < 2; ++parity) {
+      const int row = layout.at(parity, j);
+      displace_points(shape, curve, line, {parity, 2, n / 2 + 1 - parity}, glm::vec3(0), s.position[0] + row, s.position[1] + row,
+                      s.position[2] + row);
+    }
   }
 }
 
@@ -96,27 +102,35 @@ inline Vec4 select(Int4 mask, const Vec4& a, const Vec4& b) {
   return {simd::select(mask, a.x, b.x), simd::select(mask, a.y, b.y), simd::select(mask, a.z, b.z)};
 }
 
-constexpr Int4 kEvenLanes = {-1, 0, -1, 0};
-constexpr Int4 kOddLanes = {0, -1, 0, -1};
-
-// Rows 1..n-1. Columns 0 and n get values too, which the border pass replaces.
-void make_inner_normals(int n, int stride, PatchScratch& s) {
+// Rows 1..n-1. Columns 0 and n get values too, which the border passes replace.
+// The polygon of eight neighbours is cut into three quadrilaterals; a quadrilateral's area vector is the cross product of
+// its diagonals, so the vertex itself is not needed.
+void make_inner_normals(int n, Layout layout, PatchScratch& s) {
+  const int up = layout.stride();
   for (int j = 1; j < n; ++j) {
-    const Int4 eight = j % 2 == 0 ? kEvenLanes : kOddLanes;
-    for (int i = 0; i <= n; i += simd::kLanes) {
-      const int c = at(stride, i, j);
-      const Vec4 v = load(s.position, c);
-      const Vec4 e = load(s.position, c + 1) - v;
-      const Vec4 w = load(s.position, c - 1) - v;
-      const Vec4 north = load(s.position, c + stride) - v;
-      const Vec4 south = load(s.position, c - stride) - v;
-      const Vec4 four = cross(e - w, north - south);
-      const Vec4 ne = load(s.position, c + stride + 1) - v;
-      const Vec4 nw = load(s.position, c + stride - 1) - v;
-      const Vec4 sw = load(s.position, c - stride - 1) - v;
-      const Vec4 se = load(s.position, c - stride + 1) - v;
-      const Vec4 ring = (cross(ne, north - e) + cross(nw, w - north)) + (cross(sw, south - w) + cross(se, e - south));
-      store(s.normal, c, select(eight, ring, four));
+    for (int parity = 0; parity < 2; ++parity) {
+      const int other = layout.at(1 - parity, j);
+      for (int k = 0; k < n / 2 + 1 - parity; k += simd::kLanes) {
+        const int c = layout.at(parity, j) + k;
+        const int east = other + k + (parity == 0 ? 0 : 1);  // column i + 1
+        const int west = east - 1;                           // column i - 1
+        const Vec4 e = load(s.position, east);
+        const Vec4 w = load(s.position, west);
+        const Vec4 north = load(s.position, c + up);
+        const Vec4 south = load(s.position, c - up);
+        if ((parity + j) % 2 != 0) {
+          store(s.normal, c, cross(e - w, north - south));
+          continue;
+        }
+        const Vec4 ne = load(s.position, east + up);
+        const Vec4 nw = load(s.position, west + up);
+        const Vec4 sw = load(s.position, west - up);
+        const Vec4 se = load(s.position, east - up);
+        const Vec4 upper = cross(north - e, nw - ne);
+        const Vec4 middle = cross(w - e, se - nw);
+        const Vec4 lower = cross(south - w, se - sw);
+        store(s.normal, c, upper + middle + lower);
+      }
     }
   }
 }
@@ -127,8 +141,9 @@ using Exact = glm::dvec3;
 Exact grid_position(const PatchScratch& s, int index) { return {s.position[0][index], s.position[1][index], s.position[2][index]}; }
 Exact line_position(const float (&line)[3][kMaxLine], int t) { return {line[0][t], line[1][t], line[2][t]}; }
 
+// An exact zero may come with either sign, depending on the order of terms; adding zero makes it positive.
 void set_normal(PatchScratch& s, int index, Exact n) {
-  for (int axis = 0; axis < 3; ++axis) s.normal[axis][index] = static_cast<float>(n[axis]);
+  for (int axis = 0; axis < 3; ++axis) s.normal[axis][index] = static_cast<float>(n[axis] + 0.0);
 }
 
 // Area vector of the half ring on one side of an edge vertex: from `ahead` over the row inside to `behind`, all relative
@@ -139,25 +154,33 @@ Exact half_ring(bool even, Exact ahead, Exact behind, Exact inside_ahead, Exact 
 }
 
 // Vertices 1..n-1 of edge e.
-void make_edge_normals(int e, bool has_neighbour, int level, int stride, PatchScratch& s) {
+void make_edge_normals(int e, bool has_neighbour, int level, Layout layout, PatchScratch& s) {
   const int n = patch_cells(level);
   const GridLine line = GridLine::along_edge(e, 0, level, false);
   const GridLine inner = GridLine::along_edge(e, 1, level, false);
-  const int step = at(stride, line.di, line.dj) - at(stride, 0, 0);
-  const int first = at(stride, line.i0, line.j0);
-  const int first_inner = at(stride, inner.i0, inner.j0);
+  const auto index = [&](GridLine l, int t) { return layout.at(l.i0 + t * l.di, l.j0 + t * l.dj); };
+  Exact behind_at = grid_position(s, index(line, 0));
+  Exact at = grid_position(s, index(line, 1));
   for (int t = 1; t < n; ++t) {
-    const Exact v = grid_position(s, first + t * step);
-    const auto own = [&](int base, int u) { return grid_position(s, base + u * step) - v; };
-    const Exact ahead = own(first, t + 1);
-    const Exact behind = own(first, t - 1);
+    const Exact ahead_at = grid_position(s, index(line, t + 1));
     const bool even = t % 2 == 0;
-    Exact sum = half_ring(even, ahead, behind, own(first_inner, t + 1), own(first_inner, t), own(first_inner, t - 1));
-    if (has_neighbour) {
-      const auto theirs = [&](int u) { return line_position(s.ghost[e], u) - v; };
-      sum += half_ring(even, behind, ahead, theirs(t - 1), theirs(t), theirs(t + 1));
+    const auto own = [&](int u) { return grid_position(s, index(inner, u)); };
+    const auto theirs = [&](int u) { return line_position(s.ghost[e], u); };
+    Exact sum;
+    if (!has_neighbour) {
+      const auto relative = [&](int u) { return own(u) - at; };
+      sum = half_ring(even, ahead_at - at, behind_at - at, relative(t + 1), relative(t), relative(t - 1));
+    } else if (even) {
+      const Exact own_behind = own(t - 1);
+      const Exact their_ahead = theirs(t + 1);
+      sum = glm::cross(own(t) - ahead_at, own_behind - own(t + 1)) + glm::cross(behind_at - ahead_at, their_ahead - own_behind) +
+            glm::cross(theirs(t) - behind_at, their_ahead - theirs(t - 1));
+    } else {
+      sum = glm::cross(ahead_at - behind_at, own(t) - theirs(t));
     }
-    set_normal(s, first + t * step, sum);
+    set_normal(s, index(line, t), sum);
+    behind_at = at;
+    at = ahead_at;
   }
 }
 
@@ -198,36 +221,36 @@ Exact far_corner_area(const GenerateVertices& job, PatchCorner at_corner) {
   return corner_area(Exact(v.position[0]), Exact(v.position[u ? 1 : 3]), Exact(v.position[2]), Exact(v.position[u ? 3 : 1]));
 }
 
-Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, int stride, const PatchScratch& s) {
+Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, Layout layout, const PatchScratch& s) {
   const int n = patch_cells(job.level);
   if (job.surface.patches[at_corner.patch].collapsed != 0 && at_corner.corner == 0) {
-    const Exact v = grid_position(s, at(stride, 0, 0));
+    const Exact v = grid_position(s, layout.at(0, 0));
     Exact sum(0.0);
     for (int j = 0; j < n; ++j) {
-      sum += glm::cross(grid_position(s, at(stride, 1, j)) - v, grid_position(s, at(stride, 1, j + 1)) - v);
+      sum += glm::cross(grid_position(s, layout.at(1, j)) - v, grid_position(s, layout.at(1, j + 1)) - v);
     }
     return sum;
   }
   const GridCorner c = grid_corner(at_corner.corner, n);
-  const Exact along_u = grid_position(s, at(stride, c.i + c.di, c.j));
-  const Exact along_v = grid_position(s, at(stride, c.i, c.j + c.dj));
-  const Exact diagonal = grid_position(s, at(stride, c.i + c.di, c.j + c.dj));
+  const Exact along_u = grid_position(s, layout.at(c.i + c.di, c.j));
+  const Exact along_v = grid_position(s, layout.at(c.i, c.j + c.dj));
+  const Exact diagonal = grid_position(s, layout.at(c.i + c.di, c.j + c.dj));
   const bool u = leaves_along_u(at_corner.corner);
-  return corner_area(grid_position(s, at(stride, c.i, c.j)), u ? along_u : along_v, diagonal, u ? along_v : along_u);
+  return corner_area(grid_position(s, layout.at(c.i, c.j)), u ? along_u : along_v, diagonal, u ? along_v : along_u);
 }
 
 // The neighbour across edge e at the corner where e starts (or ends), from the ghost line: its border is ours.
-Exact ghost_corner_area(int e, bool start, int level, int stride, const PatchScratch& s) {
+Exact ghost_corner_area(int e, bool start, int level, Layout layout, const PatchScratch& s) {
   const int n = patch_cells(level);
   const GridLine line = GridLine::along_edge(e, 0, level, false);
-  const auto border = [&](int t) { return grid_position(s, at(stride, line.i0 + t * line.di, line.j0 + t * line.dj)); };
+  const auto border = [&](int t) { return grid_position(s, layout.at(line.i0 + t * line.di, line.j0 + t * line.dj)); };
   const auto ghost = [&](int t) { return line_position(s.ghost[e], t); };
   // Seen from the neighbour, its edge along ours reaches our start, and leaves from our end.
   return start ? corner_area(border(0), ghost(0), ghost(1), border(1))
                : corner_area(border(n), border(n - 1), ghost(n - 1), ghost(n));
 }
 
-void make_corner_normals(const GenerateVertices& job, PatchId patch, int stride, PatchScratch& s) {
+void make_corner_normals(const GenerateVertices& job, PatchId patch, Layout layout, PatchScratch& s) {
   const std::span<const Patch> patches = job.surface.patches;
   const Patch& p = patches[patch];
   const int n = patch_cells(job.level);
@@ -236,7 +259,7 @@ void make_corner_normals(const GenerateVertices& job, PatchId patch, int stride,
     PatchCorner fan[kMaxCornerFan];
     const int count = corner_fan(patches, {patch, corner}, fan);
     const int arriving = (corner + 3) % 4 == 3 && p.collapsed != 0 ? 2 : (corner + 3) % 4;
-    Exact sum = own_corner_area(job, fan[0], stride, s);
+    Exact sum = own_corner_area(job, fan[0], layout, s);
     for (int f = 1; f < count; ++f) {
       const PatchEdge before = p.neighbour[arriving];
       const PatchEdge after = p.neighbour[corner];
@@ -244,29 +267,31 @@ void make_corner_normals(const GenerateVertices& job, PatchId patch, int stride,
         return edge.exists() && edge.patch() == fan[f].patch && its_corner == fan[f].corner && !apex(fan[f]);
       };
       if (is(before, before.edge())) {
-        sum += ghost_corner_area(arriving, false, job.level, stride, s);
+        sum += ghost_corner_area(arriving, false, job.level, layout, s);
       } else if (is(after, (after.edge() + 1) & 3)) {
-        sum += ghost_corner_area(corner, true, job.level, stride, s);
+        sum += ghost_corner_area(corner, true, job.level, layout, s);
       } else {
         sum += far_corner_area(job, fan[f]);
       }
     }
     const GridCorner c = grid_corner(corner, n);
-    set_normal(s, at(stride, c.i, c.j), sum);
+    set_normal(s, layout.at(c.i, c.j), sum);
     if (apex(fan[0])) {
-      for (int j = 1; j <= n; ++j) set_normal(s, at(stride, 0, j), sum);
+      for (int j = 1; j <= n; ++j) set_normal(s, layout.at(0, j), sum);
     }
   }
 }
 
-void normalise(int n, int stride, PatchScratch& s) {
+void normalise(int n, Layout layout, PatchScratch& s) {
   for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i <= n; i += simd::kLanes) {
-      const int c = at(stride, i, j);
-      const Vec4 v = load(s.normal, c);
-      const Float4 length = simd::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-      const Float4 scale = 1.0f / simd::max(length, simd::splat(1e-12f));
-      store(s.normal, c, {v.x * scale, v.y * scale, v.z * scale});
+    for (int parity = 0; parity < 2; ++parity) {
+      for (int k = 0; k < n / 2 + 1 - parity; k += simd::kLanes) {
+        const int c = layout.at(parity, j) + k;
+        const Vec4 v = load(s.normal, c);
+        const Float4 length = simd::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+        const Float4 scale = 1.0f / simd::max(length, simd::splat(1e-12f));
+        store(s.normal, c, {v.x * scale, v.y * scale, v.z * scale});
+      }
     }
   }
 }
@@ -277,13 +302,16 @@ void normalise(int n, int stride, PatchScratch& s) {
 inline Int4 encode_octahedral4(const Vec4& n) {
   const Float4 sum = simd::abs(n.x) + simd::abs(n.y) + simd::abs(n.z);
   const Float4 scale = 1.0f / simd::max(sum, simd::splat(1e-30f));
-  const Float4 x = n.x * scale;
-  const Float4 y = n.y * scale;
-  const Int4 lower = n.z < 0.0f;
-  const Float4 u = simd::select(lower, simd::copy_sign(1.0f - simd::abs(y), x), x);
-  const Float4 v = simd::select(lower, simd::copy_sign(1.0f - simd::abs(x), y), y);
-  const auto snorm8 = [](Float4 f) { return simd::to_int(f * 127.0f + simd::copy_sign(simd::splat(0.5f), f)); };
-  return (snorm8(u) & 0xff) | (snorm8(v) & 0xff) << 8;
+  Float4 x = n.x * scale;
+  Float4 z = n.z * scale;
+  const Int4 lower = n.y < 0.0f;
+  if (simd::any(lower)) {
+    const Float4 fold_x = simd::copy_sign(1.0f - simd::abs(z), x);
+    z = simd::select(lower, simd::copy_sign(1.0f - simd::abs(x), z), z);
+    x = simd::select(lower, fold_x, x);
+  }
+  const auto biased = [](Float4 v) { return simd::to_int(v * 127.0f + 128.5f); };
+  return (biased(x) | biased(z) << 8) ^ 0x8080;
 }
 
 struct PackedVertices {
@@ -312,93 +340,109 @@ inline Parents parents(const PatchScratch& s, int a, int b) {
   return {load(s.position, a) + load(s.position, b), load(s.normal, a) + load(s.normal, b)};
 }
 
-// A row of odd j: every vertex is new at this level. Even i lie between their neighbours above and below, odd i on
-// the diagonal of the coarser cell, which alternates like K's pattern (figure 3.27).
-GpuVertex* emit_odd_row(int side, int stride, int j, const PatchScratch& s, GpuVertex* out) {
-  const bool rising_first = (j / 2) % 2 == 0;  // diagonal of the first coarser cell goes from (0,0) to (1,1)
-  const Int4 lane1 = {0, -1, 0, 0};
-  const Int4 lane3 = {0, 0, 0, -1};
-  const Int4 rising = rising_first ? lane1 : lane3;
-  for (int i = 0; i < side; i += simd::kLanes) {
-    const int c = at(stride, i, j);
-    const Parents upright = parents(s, c - stride, c + stride);
-    const Parents up = parents(s, c - stride - 1, c + stride + 1);
-    const Parents down = parents(s, c - stride + 1, c + stride - 1);
-    const Vec4 diagonal_position = select(rising, up.position_sum, down.position_sum);
-    const Vec4 diagonal_normal = select(rising, up.normal_sum, down.normal_sum);
-    const PackedVertices v =
-        pack(load(s.position, c), load(s.normal, c), select(kEvenLanes, upright.position_sum, diagonal_position),
-             select(kEvenLanes, upright.normal_sum, diagonal_normal));
-    const int lanes = side - i < simd::kLanes ? side - i : simd::kLanes;
-    for (int lane = 0; lane < lanes; ++lane) simd::store(out++, v.vertex[lane]);
+// A row of odd j: every vertex is new at this level. Even columns lie between their neighbours above and below, odd ones
+// on the diagonal of the coarser cell, which alternates like K's pattern (figure 3.27).
+GpuVertex* emit_odd_row(int n, Layout layout, int j, const PatchScratch& s, GpuVertex* out) {
+  const int up = layout.stride();
+  for (int k = 0; k <= n / 2; k += simd::kLanes) {
+    const int c = layout.at(0, j) + k;
+    const Parents upright = parents(s, c - up, c + up);
+    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), upright.position_sum, upright.normal_sum);
+    const int lanes = n / 2 + 1 - k < simd::kLanes ? n / 2 + 1 - k : simd::kLanes;
+    for (int lane = 0; lane < lanes; ++lane) simd::store(out + 2 * (k + lane), v.vertex[lane]);
   }
-  return out;
+  // The first coarser cell's diagonal rises, from (0,0) to (1,1), in even rows of coarser cells.
+  const Int4 rising = j / 2 % 2 == 0 ? Int4{-1, 0, -1, 0} : Int4{0, -1, 0, -1};
+  for (int k = 0; k < n / 2; k += simd::kLanes) {
+    const int c = layout.at(1, j) + k;
+    const int west = layout.at(0, j) + k;
+    const Parents up_right = parents(s, west - up, west + 1 + up);
+    const Parents down_right = parents(s, west + up, west + 1 - up);
+    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), select(rising, up_right.position_sum, down_right.position_sum),
+                                  select(rising, up_right.normal_sum, down_right.normal_sum));
+    const int lanes = n / 2 - k < simd::kLanes ? n / 2 - k : simd::kLanes;
+    for (int lane = 0; lane < lanes; ++lane) simd::store(out + 2 * (k + lane) + 1, v.vertex[lane]);
+  }
+  return out + n + 1;
 }
 
-// A row of even j: odd i are new.
-GpuVertex* emit_even_row(int side, int stride, int j, const PatchScratch& s, GpuVertex* out) {
-  for (int i = 0; i < side - 1; i += simd::kLanes) {
-    const int c = at(stride, i, j);
-    const Parents level = parents(s, c - 1, c + 1);
-    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), level.position_sum, level.normal_sum);
-    simd::store(out++, v.vertex[1]);
-    if (i + 3 < side) simd::store(out++, v.vertex[3]);
+// A row of even j: odd columns are new.
+GpuVertex* emit_even_row(int n, Layout layout, int j, const PatchScratch& s, GpuVertex* out) {
+  for (int k = 0; k < n / 2; k += simd::kLanes) {
+    const int c = layout.at(1, j) + k;
+    const int west = layout.at(0, j) + k;
+    const Parents beside = parents(s, west, west + 1);
+    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), beside.position_sum, beside.normal_sum);
+    const int lanes = n / 2 - k < simd::kLanes ? n / 2 - k : simd::kLanes;
+    for (int lane = 0; lane < lanes; ++lane) simd::store(out + k + lane, v.vertex[lane]);
   }
-  return out;
+  return out + n / 2;
 }
 
 // The nine vertices of level 1 stay where they are.
-void emit_level_1(int stride, const PatchScratch& s, GpuVertex* out) {
+void emit_level_1(Layout layout, const PatchScratch& s, GpuVertex* out) {
   for (int j = 0; j < 3; ++j) {
-    const int c = at(stride, 0, j);
-    const Vec4 p = load(s.position, c);
-    const Vec4 n = load(s.normal, c);
-    const PackedVertices v = pack(p, n, p + p, n);
-    for (int lane = 0; lane < 3; ++lane) simd::store(out++, v.vertex[lane]);
+    for (int parity = 0; parity < 2; ++parity) {
+      const int c = layout.at(parity, j);
+      const Vec4 p = load(s.position, c);
+      const Vec4 n = load(s.normal, c);
+      const PackedVertices v = pack(p, n, p + p, n);
+      for (int lane = 0; lane < 2 - parity; ++lane) simd::store(out + 3 * j + parity + 2 * lane, v.vertex[lane]);
+    }
   }
 }
 
-// Keeps even rows and columns, in place: a value is read before anything lands on it.
-void halve(int n, int stride, float (&plane)[3][kMaxGrid]) {
+// Keeps even rows and columns, in place: the even columns of row 2j become both halves of row j. Values are read before
+// anything lands on them: other rows lie behind, and in row 0 four values land where eight were read.
+void halve(int n, Layout layout, float (&plane)[3][kMaxGrid]) {
   for (auto& p : plane) {
     for (int j = 0; j <= n / 2; ++j) {
-      const float* from = p + at(stride, 0, 2 * j);
-      float* to = p + at(stride, 0, j);
-      for (int i = 0; i <= n / 2; ++i) to[i] = from[2 * i];
+      const float* from = p + layout.at(0, 2 * j);
+      float* even = p + layout.at(0, j);
+      float* odd = p + layout.at(1, j);
+      for (int k = 0; k <= n / 4; k += simd::kLanes) {
+        const Float4 a = simd::load(from + 2 * k);
+        const Float4 b = simd::load(from + 2 * k + simd::kLanes);
+        simd::store(even + k, __builtin_shufflevector(a, b, 0, 2, 4, 6));
+        simd::store(odd + k, __builtin_shufflevector(a, b, 1, 3, 5, 7));
+      }
     }
   }
 }
 
-void emit(int level, int stride, PatchScratch& s, GpuVertex* out) {
+void emit(int level, Layout layout, PatchScratch& s, GpuVertex* out) {
   for (int m = level; m > 1; --m) {
-    const int side = patch_side(m);
+    const int n = patch_cells(m);
     GpuVertex* next = out + patch_vertices(m - 1);
-    for (int j = 0; j < side; ++j) {
-      next = j % 2 != 0 ? emit_odd_row(side, stride, j, s, next) : emit_even_row(side, stride, j, s, next);
+    for (int j = 0; j <= n; ++j) {
+      next = j % 2 != 0 ? emit_odd_row(n, layout, j, s, next) : emit_even_row(n, layout, j, s, next);
     }
-    halve(side - 1, stride, s.position);
-    halve(side - 1, stride, s.normal);
+    halve(n, layout, s.position);
+    halve(n, layout, s.normal);
   }
-  emit_level_1(stride, s, out);
+  emit_level_1(layout, s, out);
 }
 
-void make_bounds(int n, int stride, const PatchScratch& s, PatchBounds& bounds) {
+void make_bounds(int n, Layout layout, const PatchScratch& s, PatchBounds& bounds) {
   for (int axis = 0; axis < 3; ++axis) {
-    float lowest = s.position[axis][at(stride, 0, 0)];
+    float lowest = s.position[axis][layout.at(0, 0)];
     float highest = lowest;
     Float4 low = simd::splat(lowest);
     Float4 high = low;
     for (int j = 0; j <= n; ++j) {
-      const float* row = s.position[axis] + at(stride, 0, j);
-      int i = 0;
-      for (; i + simd::kLanes <= n; i += simd::kLanes) {
-        const Float4 v = simd::load(row + i);
-        low = simd::select(v < low, v, low);
-        high = simd::max(v, high);
-      }
-      for (; i <= n; ++i) {
-        lowest = row[i] < lowest ? row[i] : lowest;
-        highest = row[i] > highest ? row[i] : highest;
+      for (int parity = 0; parity < 2; ++parity) {
+        const float* row = s.position[axis] + layout.at(parity, j);
+        const int count = n / 2 + 1 - parity;
+        int k = 0;
+        for (; k + simd::kLanes <= count; k += simd::kLanes) {
+          const Float4 v = simd::load(row + k);
+          low = simd::min(v, low);
+          high = simd::max(v, high);
+        }
+        for (; k < count; ++k) {
+          lowest = row[k] < lowest ? row[k] : lowest;
+          highest = row[k] > highest ? row[k] : highest;
+        }
       }
     }
     for (int lane = 0; lane < simd::kLanes; ++lane) {
@@ -425,17 +469,17 @@ Status GenerateVertices::validate() const {
 
 void GenerateVertices::run(PatchId patch, std::span<GpuVertex> out, PatchBounds* bounds) const {
   PatchScratch& s = *scratch;
-  const int stride = grid_stride(level);
+  const Layout layout(level);
   const int n = patch_cells(level);
   const Patch& p = surface.patches[patch];
-  make_positions(PatchShape::make(surface, heights, level, patch), stride, s);
+  make_positions(PatchShape::make(surface, heights, level, patch), layout, s);
   make_ghosts(*this, patch, s);
-  if (bounds != nullptr) make_bounds(n, stride, s, *bounds);
-  make_inner_normals(n, stride, s);
-  for (int e = 0; e < 4 - p.collapsed; ++e) make_edge_normals(e, p.neighbour[e].exists(), level, stride, s);
-  make_corner_normals(*this, patch, stride, s);
-  normalise(n, stride, s);
-  emit(level, stride, s, out.data());
+  if (bounds != nullptr) make_bounds(n, layout, s, *bounds);
+  make_inner_normals(n, layout, s);
+  for (int e = 0; e < 4 - p.collapsed; ++e) make_edge_normals(e, p.neighbour[e].exists(), level, layout, s);
+  make_corner_normals(*this, patch, layout, s);
+  normalise(n, layout, s);
+  emit(level, layout, s, out.data());
 }
 
 std::size_t patch_scratch_bytes() { return sizeof(PatchScratch); }

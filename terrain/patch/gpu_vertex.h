@@ -10,8 +10,7 @@
 
 namespace karst {
 
-// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral, x in
-// the low byte and y in the high byte, both snorm8 (-127..127 stand for -1..1). Two attributes of ivec4 on
+// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral.h. Two attributes of ivec4 on
 // the GPU.
 struct GpuVertex {
   std::int16_t position[3];

@@ -61,9 +61,30 @@ inline Float4 copy_sign(Float4 magnitude, Float4 sign) {
   const Int4 bit = splat(std::int32_t{INT32_MIN});
   return as_float((as_int(magnitude) & ~bit) | (as_int(sign) & bit));
 }
-inline Float4 max(Float4 a, Float4 b) { return select(a > b, a, b); }
-inline Int4 max(Int4 a, Int4 b) { return select(a > b, a, b); }
-inline Int4 min(Int4 a, Int4 b) { return select(a < b, a, b); }
+// a > b ? a : b, and a < b ? a : b.
+inline Float4 max(Float4 a, Float4 b) {
+#if defined(__SSE2__)
+  return Float4(_mm_max_ps(__m128(a), __m128(b)));
+#else
+  return select(a > b, a, b);
+#endif
+}
+inline Float4 min(Float4 a, Float4 b) {
+#if defined(__SSE2__)
+  return Float4(_mm_min_ps(__m128(a), __m128(b)));
+#else
+  return select(a < b, a, b);
+#endif
+}
+
+// True when any lane of the mask is set.
+inline bool any(Int4 mask) {
+#if defined(__SSE2__)
+  return _mm_movemask_ps(__m128(as_float(mask))) != 0;
+#else
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+#endif
+}
 
 // Correctly rounded on every target.
 inline Float4 sqrt(Float4 v) {

@@ -90,8 +90,9 @@ Mesh draw(const TestWorld& world, int resident, const std::vector<int>& levels) 
       const PatchEdge n = surface.patches[p].neighbour[e];
       if (n.exists() && levels[n.patch()] < levels[p]) lower |= 1u << e;
     }
-    IndexRange ranges[5];
-    const int count = index_ranges(levels[p], lower, ranges);
+    IndexRange ranges[kMaxIndexRanges];
+    const unsigned skipped = surface.patches[p].collapsed != 0 ? 8u : 0u;
+    const int count = index_ranges(levels[p], lower, skipped, ranges);
     for (int r = 0; r < count; ++r) {
       for (std::uint32_t t = 0; t < ranges[r].count; t += 3) {
         Position corner[3];
