@@ -10,8 +10,8 @@
 
 namespace karst {
 
-// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral.h. Two attributes of ivec4 on
-// the GPU.
+// position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral.h. Two
+// attributes of ivec4 on the GPU.
 struct GpuVertex {
   std::int16_t position[3];
   std::uint16_t normal;

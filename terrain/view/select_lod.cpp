@@ -97,7 +97,7 @@ std::uint32_t raise_coarser(const Surface& surface, std::span<std::uint8_t> leve
   const std::size_t in_eights = levels.size() / 8 * 8;
   for (int level = top; level > 2; --level) {
     for (std::size_t first = 0; first < in_eights; first += 8) {
-      std::uint64_t eight;
+      std::uint64_t eight = 0;
       std::memcpy(&eight, levels.data() + first, 8);
       if (!has_byte(eight, level)) continue;
       for (std::size_t id = first; id < first + 8; ++id) {

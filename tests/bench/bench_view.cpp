@@ -50,7 +50,9 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   select.bounds = s.grid.bounds;
   select.tree = &s.grid.tree;
   select.levels = s.levels;
+  Frustum frustum;
   BuildDrawList build;
+  build.frustum = &frustum;
   build.eye = glm::vec3(eye_lattice(s.camera));
   build.surface = select.surface;
   build.bounds = s.grid.bounds;
@@ -65,8 +67,7 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   const auto lod = bench::measure(repeats, [&] { selected = select.run(); });
   bool ok = true;
   const auto culled = bench::measure(repeats, [&] {
-    const Frustum frustum = make_frustum(s.camera);
-    build.frustum = &frustum;
+    frustum = make_frustum(s.camera);
     ok = build.run(list).ok() && ok;
   });
   const ExpandIndices expand{s.table, std::span(s.items).first(list.drawn), s.first_vertex, s.stream};

@@ -3,9 +3,9 @@
 // projection.
 #include "terrain/view/camera.h"
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <random>
@@ -29,8 +29,15 @@ Camera camera_of(const CameraSettings& settings) {
   return camera;
 }
 
+// Not operator==, to which 0 and -0 are the same.
 bool same_bits(const glm::mat4& a, const glm::mat4& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (std::bit_cast<std::uint32_t>(a[column][row]) != std::bit_cast<std::uint32_t>(b[column][row]))
+        return false;
+    }
+  }
+  return true;
 }
 
 TEST(Camera, RefusesOneWrongFieldAtATime) {

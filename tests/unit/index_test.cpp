@@ -23,7 +23,8 @@ namespace {
 
 struct Point {
   int i, j;
-  friend auto operator<=>(const Point&, const Point&) = default;
+  friend bool operator==(const Point&, const Point&) = default;
+  friend bool operator<(const Point& a, const Point& b) { return a.i != b.i ? a.i < b.i : a.j < b.j; }
 };
 using Triangle = std::array<Point, 3>;
 using Segment = std::pair<Point, Point>;
