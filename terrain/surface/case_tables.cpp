@@ -113,17 +113,18 @@ struct Piece {
 struct Fill {
   int loop_size = 0;
   const char* straight = "";
+  bool opposite = false;  // positions 0 and 3 must be opposite edge points: else their common edge would be a fold
   int pieces = 0;
   Piece piece[3];
 };
 constexpr Fill kFills[] = {
-    {3, "000", 1, {{3, {0, 1, 2}}}},
-    {4, "0101", 1, {{4, {0, 1, 2, 3}}}},
-    {4, "1111", 1, {{4, {0, 1, 2, 3}}}},
-    {5, "00011", 2, {{4, {0, 1, 2, 3}}, {3, {4, 0, 3}}}},
-    {6, "000000", 2, {{4, {0, 1, 2, 3}}, {4, {0, 3, 4, 5}}}},
-    {6, "001001", 2, {{4, {0, 1, 4, 5}}, {4, {1, 2, 3, 4}}}},
-    {7, "0000101", 3, {{4, {0, 1, 2, 6}}, {3, {2, 5, 6}}, {4, {2, 3, 4, 5}}}},
+    {3, "000", false, 1, {{3, {0, 1, 2}}}},
+    {4, "0101", false, 1, {{4, {0, 1, 2, 3}}}},
+    {4, "1111", false, 1, {{4, {0, 1, 2, 3}}}},
+    {5, "00011", false, 2, {{4, {0, 1, 2, 3}}, {3, {4, 0, 3}}}},
+    {6, "000000", true, 2, {{4, {0, 1, 2, 3}}, {4, {0, 3, 4, 5}}}},
+    {6, "001001", false, 2, {{4, {0, 1, 4, 5}}, {4, {1, 2, 3, 4}}}},
+    {7, "0000101", false, 3, {{4, {0, 1, 2, 6}}, {3, {2, 5, 6}}, {4, {2, 3, 4, 5}}}},
 };
 
 struct FillMatch {
@@ -138,6 +139,11 @@ constexpr FillMatch match_fill(const Loop& loop) {
       bool same = true;
       for (int i = 0; i < loop.size; ++i) {
         same = same && loop.curve[static_cast<std::size_t>((i + rotation) % loop.size)].straight == (fill.straight[i] == '1');
+      }
+      if (fill.opposite) {
+        const Point a = loop.curve[static_cast<std::size_t>(rotation)].start;
+        const Point b = loop.curve[static_cast<std::size_t>((rotation + 3) % loop.size)].start;
+        for (std::size_t k = 0; k < 3; ++k) same = same && a[k] == -b[k];
       }
       if (same) return {&fill, rotation};
     }
