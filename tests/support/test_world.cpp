@@ -126,6 +126,8 @@ std::vector<GpuVertex> TestWorld::vertices(PatchId patch, int level) const {
   return out;
 }
 
-TestScratch::TestScratch() : memory_(patch_scratch_bytes() + Arena::kAlignment), scratch_(make_patch_scratch(aligned(memory_))) {}
+AlignedBytes::AlignedBytes(std::size_t size) : memory_(size + Arena::kAlignment), bytes_(aligned(memory_).first(size)) {}
+
+TestScratch::TestScratch() : memory_(patch_scratch_bytes()), scratch_(make_patch_scratch(memory_.bytes())) {}
 
 }  // namespace karst::test

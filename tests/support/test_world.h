@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Small worlds for tests: random voxel fields, their surface, and heights that are a function of position alone, so
-// that patches agree wherever they share a vertex.
+// Small worlds for tests: random voxel fields, their surface, and heights that are a function of position
+// alone, so that patches agree wherever they share a vertex.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -16,7 +17,8 @@
 
 namespace karst::test {
 
-// A 64-bit mix (SplitMix64, Steele et al. 2014): test data must not depend on the standard library's generators.
+// A 64-bit mix (SplitMix64, Steele et al. 2014): test data must not depend on the standard library's
+// generators.
 std::uint64_t mix(std::uint64_t x);
 
 struct Random {
@@ -34,9 +36,10 @@ class TestWorld {
   // filled(voxel) is asked for every voxel of the extent; depth is the least that holds it.
   TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& filled);
 
-  // White noise of the given density, or smooth noise of the given wavelength in voxels (0 is white). With `closed`
-  // the outermost voxels are empty, so the surface has no border.
-  static TestWorld noise(std::uint64_t seed, glm::ivec3 extent, double density, double wavelength, bool closed);
+  // White noise of the given density, or smooth noise of the given wavelength in voxels (0 is white). With
+  // `closed` the outermost voxels are empty, so the surface has no border.
+  static TestWorld noise(std::uint64_t seed, glm::ivec3 extent, double density, double wavelength,
+                         bool closed);
 
   // Gives every patch heights at `level`: a hash of the undisplaced position, within +-amplitude steps.
   void roughen(int level, std::uint64_t seed, int amplitude);
@@ -62,6 +65,17 @@ class TestWorld {
   std::vector<std::int16_t> heights_;
 };
 
+// Memory aligned for an arena.
+class AlignedBytes {
+ public:
+  explicit AlignedBytes(std::size_t size);
+  std::span<std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> memory_;
+  std::span<std::byte> bytes_;
+};
+
 // Working memory for GenerateVertices.
 class TestScratch {
  public:
@@ -69,7 +83,7 @@ class TestScratch {
   PatchScratch* get() const { return scratch_; }
 
  private:
-  std::vector<std::byte> memory_;
+  AlignedBytes memory_;
   PatchScratch* scratch_;
 };
 

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Prints one line "stage hash" for each CPU stage on a fixed world: the same on every compiler, build type and
+// instruction set. ./dev test compares gcc and clang, debug and release.
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+#include "terrain/base/checksum.h"
+#include "terrain/patch/fit_heights.h"
+#include "terrain/patch/index_batches.h"
+#include "terrain/view/camera.h"
+#include "terrain/world/terrain.h"
+#include "tests/support/test_world.h"
+
+namespace karst {
+namespace {
+
+template <class T>
+void print(const char* stage, std::span<const T> values) {
+  std::printf("%s %08x\n", stage, crc32c(std::as_bytes(values)));
+}
+
+// A landscape with overhangs, from integer hashes and + - * / alone.
+double density(glm::dvec3 p) {
+  const double ground = 9 + 4 * test::value_noise(21, glm::dvec3(p.x, 0, p.z) / 11.0);
+  return ground - p.y + 3 * test::value_noise(22, p / 5.0) + 0.15 * test::value_noise(23, p * 2.0);
+}
+
+// Everything but padding bytes, which Volume and Patch do not have.
+static_assert(sizeof(Volume) == 36 && sizeof(Patch) == 28);
+
+bool run() {
+  const glm::ivec3 extent(30, 20, 30);
+  test::TestWorld world(extent, [](glm::ivec3 v) { return density(glm::dvec3(v) + 0.5) > 0; });
+  std::vector<std::uint8_t> voxels;
+  for (int z = 0; z < extent.z; ++z) {
+    for (int y = 0; y < extent.y; ++y) {
+      for (int x = 0; x < extent.x; ++x) voxels.push_back(world.octree().filled({x, y, z}) ? 1 : 0);
+    }
+  }
+  print("voxels", std::span<const std::uint8_t>(voxels));
+  print("volumes", world.surface().volumes);
+  print("patches", world.surface().patches);
+
+  constexpr int kLevel = 4;
+  std::vector<std::int16_t> heights(world.patches().size() * static_cast<std::size_t>(patch_vertices(kLevel)));
+  FitHeights fit;
+  fit.surface = world.surface();
+  fit.field.value = [](const void*, glm::dvec3 p) { return density(p); };
+  fit.level = kLevel;
+  fit.heights = heights;
+  FitHeights::Result fitted;
+  if (!fit.validate().ok()) return false;
+  fit.run(0, static_cast<PatchId>(world.patches().size()), fitted);
+  print("heights", std::span<const std::int16_t>(heights));
+
+  WorldInfo info;
+  info.extent = extent;
+  info.depth = world.octree().depth();
+  info.level = kLevel;
+  info.octets = world.octree().octets_used();
+  info.volumes = static_cast<std::uint32_t>(world.surface().volumes.size());
+  info.patches = static_cast<std::uint32_t>(world.surface().patches.size());
+  info.height_blocks = info.patches;
+  const std::vector<std::byte> all((info.patches + 7) / 8, std::byte{0xff});
+  std::vector<std::byte> mask = all;
+  if (info.patches % 8 != 0) mask.back() = static_cast<std::byte>((1u << (info.patches % 8)) - 1);
+  std::vector<std::byte> file(world_file_bytes(info));
+  std::size_t written = 0;
+  if (!write_world(info, world.octree(), {mask, heights}, file, written).ok()) return false;
+  print("file", std::span<const std::byte>(file));
+
+  const Config config = Terrain::config_for(info, kLevel);
+  const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
+  Terrain terrain;
+  if (!terrain.create(config, memory.bytes()).ok() || !terrain.load(file).ok()) return false;
+  print("index_table", terrain.index_table());
+  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
+  std::uint32_t crc = 0;
+  for (PatchId p = 0; p < terrain.patch_count(); ++p) {
+    terrain.generate(p, kLevel, vertices);
+    crc = crc32c(std::as_bytes(std::span<const GpuVertex>(vertices)), crc);
+  }
+  std::printf("vertices %08x\n", crc);
+  print("bounds", terrain.bounds());
+
+  if (!terrain.finish_bounds().ok()) return false;
+  CameraSettings settings;
+  settings.position = {3, 18, 27};
+  settings.yaw_deg = -40;
+  settings.pitch_deg = -20;
+  Camera camera;
+  if (!make_camera(settings, camera).ok()) return false;
+  TerrainView view;
+  view.camera = &camera;
+  Terrain::Selection selection;
+  if (!terrain.select(view, selection).ok()) return false;
+  print("levels", terrain.levels());
+  print("draw_list", terrain.items());
+  return true;
+}
+
+}  // namespace
+}  // namespace karst
+
+int main() {
+  if (karst::run()) return 0;
+  std::fputs("flow_hash: a stage refused its input\n", stderr);
+  return 1;
+}
