@@ -55,23 +55,11 @@ bool run() {
   fit.run(0, static_cast<PatchId>(world.patches().size()), fitted);
   print("heights", std::span<const std::int16_t>(heights));
 
-  WorldInfo info;
-  info.extent = extent;
-  info.depth = world.octree().depth();
-  info.level = kLevel;
-  info.octets = world.octree().octets_used();
-  info.volumes = static_cast<std::uint32_t>(world.surface().volumes.size());
-  info.patches = static_cast<std::uint32_t>(world.surface().patches.size());
-  info.height_blocks = info.patches;
-  const std::vector<std::byte> all((info.patches + 7) / 8, std::byte{0xff});
-  std::vector<std::byte> mask = all;
-  if (info.patches % 8 != 0) mask.back() = static_cast<std::byte>((1u << (info.patches % 8)) - 1);
-  std::vector<std::byte> file(world_file_bytes(info));
-  std::size_t written = 0;
-  if (!write_world(info, world.octree(), {mask, heights}, file, written).ok()) return false;
+  world.set_samples(kLevel, heights);
+  const std::vector<std::byte> file = world.file();
   print("file", std::span<const std::byte>(file));
 
-  const Config config = Terrain::config_for(info, kLevel);
+  const Config config = Terrain::config_for(world.info(), kLevel);
   const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
   Terrain terrain;
   if (!terrain.create(config, memory.bytes()).ok() || !terrain.load(file).ok()) return false;

@@ -113,6 +113,28 @@ void TestWorld::roughen(int level, std::uint64_t seed, int amplitude) {
   });
 }
 
+WorldInfo TestWorld::info() const {
+  WorldInfo info;
+  info.extent = extent_;
+  info.depth = octree_.depth();
+  info.level = level_;
+  info.octets = octree_.octets_used();
+  info.volumes = static_cast<std::uint32_t>(volumes_.size());
+  info.patches = static_cast<std::uint32_t>(patches_.size());
+  info.height_blocks = heights_.empty() ? 0 : info.patches;
+  return info;
+}
+
+std::vector<std::byte> TestWorld::file() const {
+  const WorldInfo i = info();
+  std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
+  for (std::uint32_t p = 0; p < i.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
+  std::vector<std::byte> out(world_file_bytes(i));
+  std::size_t written = 0;
+  require(write_world(i, octree_, {mask, heights_}, out, written));
+  return out;
+}
+
 std::vector<GpuVertex> TestWorld::vertices(PatchId patch, int level) const {
   const TestScratch scratch;
   GenerateVertices generate;

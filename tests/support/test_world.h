@@ -14,6 +14,7 @@
 #include "terrain/patch/heights.h"
 #include "terrain/surface/surface.h"
 #include "terrain/voxel/octree.h"
+#include "terrain/world/world_file.h"
 
 namespace karst::test {
 
@@ -51,6 +52,16 @@ class TestWorld {
   Heights heights() const { return {level_, heights_}; }
   std::vector<Patch>& patches() { return patches_; }
   std::vector<std::int16_t>& height_samples() { return heights_; }
+  // One block a patch, as FitHeights makes them.
+  void set_samples(int level, std::vector<std::int16_t> samples) {
+    level_ = level;
+    heights_ = std::move(samples);
+    for (PatchId p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
+  }
+
+  // The world as a .karst file: what write_world makes of it. Without heights no patch has a block.
+  WorldInfo info() const;
+  std::vector<std::byte> file() const;
 
   // Vertices of one patch in slot order.
   std::vector<GpuVertex> vertices(PatchId patch, int level) const;
