@@ -24,16 +24,21 @@ out vec4 colour;
 const int kFarRepeat = 32;
 const int kMiddleRepeat = 4;
 const float kNearRepeatsPerVoxel = 2.0;
+const float kBedRepeat = 8.0;
 
 // Albedos in linear light.
-const vec3 kGrassDark = vec3(0.040, 0.060, 0.016);
-const vec3 kGrassLight = vec3(0.125, 0.130, 0.040);
-const vec3 kSoil = vec3(0.170, 0.120, 0.072);
-const vec3 kRockDark = vec3(0.125, 0.100, 0.080);
-const vec3 kRockLight = vec3(0.330, 0.275, 0.210);
-const vec3 kRockWarm = vec3(0.290, 0.180, 0.105);
-const vec3 kCaveDark = vec3(0.055, 0.055, 0.060);
-const vec3 kCaveLight = vec3(0.190, 0.180, 0.160);
+const vec3 kGrassDark = vec3(0.032, 0.044, 0.016);
+const vec3 kGrassLight = vec3(0.105, 0.106, 0.040);
+const vec3 kSoil = vec3(0.135, 0.096, 0.060);
+const vec3 kRockDark = vec3(0.080, 0.070, 0.060);
+const vec3 kRockLight = vec3(0.285, 0.245, 0.195);
+const vec3 kRockWarm = vec3(0.235, 0.145, 0.085);
+const vec3 kCaveDark = vec3(0.060, 0.057, 0.055);
+const vec3 kCaveLight = vec3(0.230, 0.205, 0.170);
+
+// In caves the visitor carries a lamp: the point light of K's equation 4.2, at the eye.
+const vec3 kLamp = vec3(2.6, 2.1, 1.5);
+const float kLampReach = 28.0;  // voxels
 
 // Voxels a pixel covers. At grazing angles the long side of the footprint alone would blur everything: take half of it,
 // which the smooth noise stands without visible flicker.
@@ -50,26 +55,28 @@ float cave_depth(vec3 position) {
   return smoothstep(0.25, 1.75, top - position.y);
 }
 
+// Strata: a line through the noise texture along the height, warped a little, so that beds undulate.
+vec3 rock_albedo(vec3 position, float fine, SurfaceNoise far, SurfaceNoise middle, float footprint) {
+  float bed = position.y / kBedRepeat + far.mottle * 0.035 + middle.mottle * 0.004;
+  float lod = log2(footprint / kBedRepeat) + kNoiseSideLog2;
+  vec2 beds = textureLod(noise, vec2(0.37, bed), lod).rg - kNeutral;
+  vec3 rock = mix(kRockDark, kRockLight, clamp(0.45 + 0.8 * beds.x + 0.6 * fine + 0.25 * far.height, 0.0, 1.0));
+  return mix(rock, kRockWarm, clamp(0.25 + 1.4 * beds.y + 0.5 * far.mottle, 0.0, 0.8));
+}
+
 vec3 surface_albedo(vec3 normal, vec3 position, float cave, SurfaceNoise far, SurfaceNoise middle,
                     SurfaceNoise near, float footprint) {
   float fine = middle.height * 0.6 + near.height * 0.4;
-
-  // Strata: a line through the noise texture along the height, warped a little, so that beds undulate. The lookup is
-  // one-dimensional; its footprint is that of the height alone.
-  float bed_position = position.y / 8.0 + far.mottle * 0.035 + middle.mottle * 0.004;
-  float bed_lod = log2(footprint / 8.0) + kNoiseSideLog2;
-  vec2 beds = textureLod(noise, vec2(0.37, bed_position), bed_lod).rg - kNeutral;
-  vec3 rock = mix(kRockDark, kRockLight, clamp(0.5 + 0.75 * beds.x + 0.45 * fine + 0.2 * far.height, 0.0, 1.0));
-  rock = mix(rock, kRockWarm, clamp(0.35 + 1.2 * beds.y + 0.5 * far.mottle, 0.0, 0.85));
 
   vec3 soil = kSoil * (1.0 + 0.35 * middle.mottle + 0.45 * near.height);
   vec3 grass = mix(kGrassDark, kGrassLight,
                    clamp(0.45 + 0.55 * far.mottle + 0.40 * middle.mottle + 0.30 * near.mottle, 0.0, 1.0));
 
   // Slopes: noise frays the borders between materials.
-  float flatness = normal.y + 0.10 * far.height + 0.10 * middle.height + 0.05 * near.height;
-  vec3 ground = mix(soil, grass, smoothstep(0.74, 0.86, flatness));
-  vec3 outside = mix(rock, ground, smoothstep(0.62, 0.76, flatness));
+  float flatness = normal.y + 0.10 * far.height + 0.14 * middle.height + 0.08 * near.height;
+  vec3 outside = mix(soil, grass, smoothstep(0.74, 0.86, flatness));
+  float bare = 1.0 - smoothstep(0.62, 0.76, flatness);
+  if (bare > 0.0) outside = mix(outside, rock_albedo(position, fine, far, middle, footprint), bare);
 
   vec3 damp = mix(kCaveDark, kCaveLight, clamp(0.45 + 0.5 * fine + 0.45 * middle.mottle + 0.3 * far.mottle, 0.0, 1.0));
   float ceiling = 1.0 - smoothstep(-0.30, -0.10, normal.y + 0.08 * middle.height);
@@ -87,7 +94,10 @@ void main() {
                                      lod - log2(float(kFarRepeat)));
   SurfaceNoise middle = triplanar_noise((vec3(patch_voxel & (kMiddleRepeat - 1)) + in_patch) / float(kMiddleRepeat),
                                         weights, lod - log2(float(kMiddleRepeat)));
-  SurfaceNoise near = triplanar_noise(in_patch * kNearRepeatsPerVoxel, weights, lod + log2(kNearRepeatsPerVoxel));
+  // From the mip level of one texel on, a lookup would return neutral.
+  float near_lod = lod + log2(kNearRepeatsPerVoxel);
+  SurfaceNoise near = SurfaceNoise(0.0, 0.0, vec3(0.0));
+  if (near_lod < kNoiseSideLog2) near = triplanar_noise(in_patch * kNearRepeatsPerVoxel, weights, near_lod);
 
   float cave = cave_depth(position);
   vec3 albedo = surface_albedo(normal, position, cave, far, middle, near, footprint);
@@ -96,14 +106,17 @@ void main() {
   vec3 gradient = 0.5 * middle.gradient + 0.5 * near.gradient;
   vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
 
-  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little.
-  float sun = max(dot(bumped, sun_direction.xyz), 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
-  float upward = 0.5 + 0.5 * bumped.y;
-  vec3 ambient = mix(ground_light.rgb, sky_light.rgb, upward) * (1.0 + 0.25 * middle.height + 0.25 * near.height);
-  vec3 light = albedo * (sun_light.rgb * sun * (1.0 - cave) + ambient * mix(1.0, 0.35, cave));
-
   float distance_voxels = length(from_eye_ws);
   vec3 direction = from_eye_ws / distance_voxels;
-  float hazed = 1.0 - exp(-distance_voxels * haze.x);
+
+  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little. Sky light is stronger from the sun's
+  // side, so that slopes in shade keep their relief.
+  float facing_sun = dot(bumped, sun_direction.xyz);
+  float sun = max(facing_sun, 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
+  vec3 ambient = mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
+  float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
+  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.25, cave) + kLamp * (lamp * cave));
+
+  float hazed = (1.0 - exp(-distance_voxels * haze.x)) * (1.0 - 0.9 * cave);
   colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));
 }

@@ -37,8 +37,8 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
   const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
 
   block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.4f, 3.1f, 2.7f}, height) * disc);
-  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.13f, 0.29f, 0.66f}, height);
-  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.66f, 0.78f, 0.92f}, height);
+  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.09f, 0.24f, 0.62f}, height);
+  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.46f, 0.62f, 0.82f}, height);
   constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
   constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));

@@ -53,6 +53,7 @@ Status query_gl_caps(const Gl& gl, GlCaps& caps) {
   caps.timer_query = caps.timer_query && gl.GenQueriesEXT != nullptr && gl.DeleteQueriesEXT != nullptr &&
                      gl.BeginQueryEXT != nullptr && gl.EndQueryEXT != nullptr &&
                      gl.GetQueryObjectuivEXT != nullptr && gl.GetQueryObjectui64vEXT != nullptr;
+  caps.first_timer_result_is_wrong = std::strncmp(caps.renderer, "llvmpipe", 8) == 0;
   return {};
 }
 

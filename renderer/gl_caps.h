@@ -23,6 +23,12 @@ struct GlCaps {
 
   bool debug = false;        // KHR_debug: labels, groups, messages
   bool timer_query = false;  // EXT_disjoint_timer_query
+
+  // Bugs. Each has a test in tests/gl/driver_bugs_test.cpp that tells when it is gone.
+  //
+  // llvmpipe of Mesa 22.3: the first timer query of a context in which something is drawn gives the time
+  // since the machine's start. A query that nobody looks at takes that result.
+  bool first_timer_result_is_wrong = false;
 };
 
 // unsupported where the context is not OpenGL ES 3.0 or later. Needs a current context.

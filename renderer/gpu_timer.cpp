@@ -5,12 +5,20 @@
 
 namespace karst {
 
-void GpuTimer::create(const Gl& gl, bool supported) {
-  supported_ = supported;
+void GpuTimer::create(const Gl& gl, const GlCaps& caps) {
+  supported_ = caps.timer_query;
+  if (!supported_) return;
+  gl.GenQueriesEXT(kQueries, queries_);
+  if (caps.first_timer_result_is_wrong) {
+    begin(gl);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);  // a query over nothing would not get the wrong result
+    end(gl);
+    gl.Finish();
+    collect(gl);
+  }
   begun_ = 0;
   collected_ = 0;
   latest_ms_ = -1;
-  if (supported_) gl.GenQueriesEXT(kQueries, queries_);
 }
 
 void GpuTimer::destroy(const Gl& gl) {

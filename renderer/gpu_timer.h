@@ -6,13 +6,14 @@
 #include <cstdint>
 
 #include "renderer/gl.h"
+#include "renderer/gl_caps.h"
 
 namespace karst {
 
 class GpuTimer {
  public:
-  // Without the extension all calls do nothing.
-  void create(const Gl& gl, bool supported);
+  // Without the extension all calls do nothing. Needs a complete framebuffer with depth to be bound.
+  void create(const Gl& gl, const GlCaps& caps);
   void destroy(const Gl& gl);
   void begin(const Gl& gl);
   void end(const Gl& gl);

@@ -88,7 +88,7 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
   if (status.ok()) {
     create_buffers();
     create_textures();
-    timer_.create(gl_, caps_.timer_query);
+    timer_.create(gl_, caps_);
     label_objects();
     if (take_error() != GL_NO_ERROR) {
       status = {StatusCode::limit_reached, "the driver could not make the buffers and textures",
@@ -293,11 +293,11 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);
 
-  timer_.begin(gl_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
   gl_.Viewport(0, 0, settings_.width, settings_.height);
   const GLenum colour = GL_COLOR_ATTACHMENT0;
   gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);  // terrain and sky cover every pixel
+  timer_.begin(gl_);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.Enable(GL_CULL_FACE);
   gl_.CullFace(GL_BACK);
