@@ -87,7 +87,7 @@ PatchShape PatchShape::make(const Surface& surface, const Heights& heights, int 
       s.control[j][i] = simd::to_float(Int4{c[0], c[1], c[2], 0});
     }
   }
-  if (p.height_block != kNoHeights) {
+  if (p.height_block != kNoHeights && !heights.samples.empty()) {
     s.heights = heights.block(p.height_block);
     s.heights_side = patch_side(heights.level);
     s.heights_stride = 1 << (heights.level - level);

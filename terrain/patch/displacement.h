@@ -34,7 +34,7 @@ struct PatchShape {
   int heights_stride = 1;                 // in i and j between vertices of the wanted level
   int level = 0;                          // wanted
 
-  // heights.level >= level where the patch has heights.
+  // heights.level >= level where the patch has heights. Without samples no patch has.
   static PatchShape make(const Surface& surface, const Heights& heights, int level, PatchId patch);
 
   std::int32_t height(int i, int j) const {
