@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Times one thread. Each figure is the median of its rounds; rounds of all figures are interleaved, so that a slow
-// minute of the machine hits them alike. The stream-write is memset of the vertices' bytes: what they cost to write
-// if they cost nothing to compute.
+// Times one thread. Each figure is the median of its rounds; rounds of all figures are interleaved, so that a
+// slow minute of the machine hits them alike. The stream-write is memset of the vertices' bytes: what they
+// cost to write if they cost nothing to compute.
 #include "app/bench_core.h"
 
 #include <algorithm>
@@ -21,13 +21,14 @@
 namespace karst::app {
 namespace {
 
-// K's figures for its test scene at levels 1..5, milliseconds: tables 5.9's columns extraction, approximation, shared
-// vertices and normals added up (its last column, indices, is a table here).
+// K's figures for its test scene at levels 1..5, milliseconds: tables 5.9's columns extraction,
+// approximation, shared vertices and normals added up (its last column, indices, is a table here).
 constexpr std::array<double, 6> kReferenceMs = {0, 116, 152, 250, 600, 1800};
 constexpr std::array<double, 6> kReferenceIndicesMs = {0, 4, 13, 50, 150, 460};
 
 double now_ms() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 struct Series {
@@ -64,23 +65,28 @@ struct LevelFigures {
 
 void print_text(const Terrain& terrain, const Series& extract, const std::vector<LevelFigures>& levels) {
   const Budget budget = Terrain::budget(terrain.config());
-  std::printf("%u patches in %u volumes, %u octets\n", terrain.patch_count(), terrain.info().volumes, terrain.info().octets);
+  std::printf("%u patches in %u volumes, %u octets\n", terrain.patch_count(), terrain.info().volumes,
+              terrain.info().octets);
   std::printf("extraction and adjacency: median %.2f ms, least %.2f ms\n", extract.median(), extract.least());
   for (const LevelFigures& l : levels) {
     const double total = extract.median() + l.generate.median();
-    std::printf("level %d: %zu vertices, all stages median %.1f ms, least %.1f ms, %.1f ns a vertex, %.1f x stream-write (%.1f ms)", l.level,
-                l.vertices, total, extract.least() + l.generate.least(), total * 1e6 / static_cast<double>(l.vertices),
-                total / l.stream_write.median(), l.stream_write.median());
+    std::printf(
+        "level %d: %zu vertices, all stages median %.1f ms, least %.1f ms, %.1f ns a vertex, %.1f x "
+        "stream-write (%.1f ms)",
+        l.level, l.vertices, total, extract.least() + l.generate.least(),
+        total * 1e6 / static_cast<double>(l.vertices), total / l.stream_write.median(),
+        l.stream_write.median());
     const std::size_t k = static_cast<std::size_t>(l.level);
     if (k < kReferenceMs.size()) std::printf("; K %.0f ms", kReferenceMs[k] + kReferenceIndicesMs[k]);
     std::printf("\n");
   }
-  std::printf("index tables: %zu bytes; all levels 1..%d: %zu bytes\n", terrain.index_table().size_bytes(), kMaxLevel,
-              index_count(kMaxLevel) * sizeof(std::uint16_t));
+  std::printf("index tables: %zu bytes; all levels 1..%d: %zu bytes\n", terrain.index_table().size_bytes(),
+              kMaxLevel, index_count(kMaxLevel) * sizeof(std::uint16_t));
   for (const Budget::Term& term : budget.terms()) {
     if (!term.gpu) std::printf("memory %-14s %10zu bytes\n", term.name, term.bytes);
   }
-  std::printf("memory of the core   %10zu bytes = %.2f MiB\n", budget.cpu_bytes(), static_cast<double>(budget.cpu_bytes()) / (1 << 20));
+  std::printf("memory of the core   %10zu bytes = %.2f MiB\n", budget.cpu_bytes(),
+              static_cast<double>(budget.cpu_bytes()) / (1 << 20));
 }
 
 void print_json(const Terrain& terrain, const Series& extract, const std::vector<LevelFigures>& levels) {
@@ -92,7 +98,8 @@ void print_json(const Terrain& terrain, const Series& extract, const std::vector
   json.key("levels").begin_array();
   for (const LevelFigures& l : levels) {
     json.begin_object().field("level", l.level).field("vertices", std::uint64_t{l.vertices});
-    json.field("all_stages_ms", extract.median() + l.generate.median()).field("stream_write_ms", l.stream_write.median());
+    json.field("all_stages_ms", extract.median() + l.generate.median())
+        .field("stream_write_ms", l.stream_write.median());
     json.end_object();
   }
   json.end_array();
@@ -115,7 +122,8 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
   const Config config = Terrain::config_for(info, info.level);
   const std::size_t bytes = Terrain::budget(config).cpu_bytes();
   const AlignedMemory memory = allocate(bytes);
-  const std::size_t vertex_bytes = std::size_t{info.patches} * static_cast<std::size_t>(patch_vertices(info.level)) * sizeof(GpuVertex);
+  const std::size_t vertex_bytes =
+      std::size_t{info.patches} * static_cast<std::size_t>(patch_vertices(info.level)) * sizeof(GpuVertex);
   const AlignedMemory vertex_memory = allocate(vertex_bytes + Arena::kAlignment);
   if (memory == nullptr || vertex_memory == nullptr) {
     std::fprintf(stderr, "karst bench: no memory for %zu bytes\n", bytes + vertex_bytes);
@@ -139,7 +147,8 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
   Series extraction;
   std::vector<LevelFigures> levels;
   for (int level = std::max(1, info.level - 2); level <= info.level; ++level) {
-    levels.push_back({level, std::size_t{info.patches} * static_cast<std::size_t>(patch_vertices(level)), {}, {}});
+    levels.push_back(
+        {level, std::size_t{info.patches} * static_cast<std::size_t>(patch_vertices(level)), {}, {}});
   }
   Status status;
   for (int round = 0; round < options.rounds; ++round) {
@@ -152,7 +161,8 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
       const std::size_t side_vertices = static_cast<std::size_t>(patch_vertices(l.level));
       GpuVertex* vertices = reinterpret_cast<GpuVertex*>(vertex_memory.get());
       l.generate.time([&] {
-        for (PatchId p = 0; p < info.patches; ++p) terrain.generate(p, l.level, {vertices + p * side_vertices, side_vertices});
+        for (PatchId p = 0; p < info.patches; ++p)
+          terrain.generate(p, l.level, {vertices + p * side_vertices, side_vertices});
       });
       l.stream_write.time([&] { std::memset(vertex_memory.get(), round, l.vertices * sizeof(GpuVertex)); });
     }

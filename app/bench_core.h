@@ -5,11 +5,10 @@
 #include <cstddef>
 #include <span>
 
-
 namespace karst::app {
 
 struct CoreSuiteOptions {
-  int rounds = 9;   // medians are over these; at least 1
+  int rounds = 9;  // medians are over these; at least 1
   bool json = false;
 };
 

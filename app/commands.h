@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// The commands of karst. Each takes the words behind its name and returns the exit code.
+#pragma once
+
+#include <span>
+
+namespace karst::app {
+
+int run_render(std::span<const char* const> words);
+int run_info(std::span<const char* const> words);
+int run_budget(std::span<const char* const> words);
+int run_bench(std::span<const char* const> words);
+
+}  // namespace karst::app

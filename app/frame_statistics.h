@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// What frames cost and drew, summarised as one JSON object (docs/formats.md).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/renderer.h"
+#include "terrain/world/terrain.h"
+
+namespace karst::app {
+
+class Scene;
+
+struct FrameRecord {
+  double frame_ms = 0;        // all of it, the GPU's work included
+  double cull_lod_ms = 0;     // choosing levels and listing patches
+  double submit_ms = 0;       // GL calls
+  double gpu_terrain_ms = 0;  // NaN: not known
+  FrameCounts counts;
+  Terrain::Selection selection;
+  std::uint32_t flags = 0;  // bits of FrameFlag
+};
+
+// Limits that a frame hit; the picture is valid and lacks detail or distant parts.
+enum FrameFlag : std::uint32_t { kFlagDrawItems = 1, kFlagNotResident = 2 };
+
+// NaN for no values. Reorders values.
+double median(std::vector<double>& values);
+double percentile(std::vector<double>& values, double part);
+
+// frames: at least one.
+std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames);
+
+}  // namespace karst::app

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// karst, the board program: draws worlds that karst-bake made.
+#include <cstdio>
+#include <exception>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "app/commands.h"
+#include "app/common/arguments.h"
+
+namespace karst::app {
+namespace {
+
+constexpr const char* kHelp =
+    R"(usage: karst COMMAND ...
+
+  render WORLD   draw pictures of a world
+  info WORLD     say what a world file holds
+  budget         say what memory a world takes
+  bench WORLD    measure the core on a world
+
+karst COMMAND --help tells more; karst --version prints the version.
+
+  karst-bake --sample canyon -o canyon.karst
+  karst render canyon.karst -o canyon.png
+)";
+
+struct Command {
+  std::string_view name;
+  int (*run)(std::span<const char* const> words);
+};
+constexpr Command kCommands[] = {
+    {"render", run_render}, {"info", run_info}, {"budget", run_budget}, {"bench", run_bench}};
+
+int run(std::span<const char* const> words) {
+  if (words.empty()) {
+    std::fputs(kHelp, stderr);
+    return kExitUsage;
+  }
+  const std::string_view name = words[0];
+  if (name == "--help" || name == "-h" || name == "help") {
+    std::fputs(kHelp, stdout);
+    return kExitOk;
+  }
+  if (name == "--version") {
+    std::puts("karst " KARST_VERSION);
+    return kExitOk;
+  }
+  for (const Command& command : kCommands) {
+    if (command.name == name) return command.run(words.subspan(1));
+  }
+  print_error("karst", "unknown command '" + std::string(name) + "'; see karst --help");
+  return kExitUsage;
+}
+
+}  // namespace
+}  // namespace karst::app
+
+int main(int argc, char** argv) {
+  using namespace karst::app;
+  try {
+    const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
+    const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
+                                             all.empty() ? 0 : all.size() - 1);
+    const int code = run(words);
+    // Results that did not reach their reader are a failure (a full disk, a closed pipe).
+    if (std::fflush(stdout) != 0 && code == kExitOk) {
+      print_error("karst", "standard output: cannot write");
+      return kExitFailure;
+    }
+    return code;
+  } catch (const std::exception& e) {  // of the standard library: no memory
+    print_error("karst", e.what());
+    return kExitFailure;
+  }
+}

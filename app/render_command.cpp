@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+// karst render: pictures and statistics of a world.
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "app/camera_path.h"
+#include "app/commands.h"
+#include "app/common/arguments.h"
+#include "app/common/atomic_file.h"
+#include "app/common/mapped_file.h"
+#include "app/common/progress.h"
+#include "app/frame_statistics.h"
+#include "app/output_name.h"
+#include "app/png_file.h"
+#include "app/scene.h"
+#include "app/status_text.h"
+#include "platform/clock.h"
+
+namespace karst::app {
+namespace {
+
+constexpr const char* kHelp =
+    R"(usage: karst render WORLD [-o OUT.png] [options]
+
+Draws a world that karst-bake made, without a screen.
+
+  -o, --output FILE         the picture; for several frames OUT_0000.png, OUT_0001.png, ..., or the place of the
+                            number is given: frame%04d.png
+      --size WxH            of the picture in pixels (1280x720)
+      --camera X,Y,Z,YAW,PITCH
+                            place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left, pitch
+                            grows upwards; without it the whole world is shown
+      --path FILE           a frame for each line "X Y Z YAW PITCH"; # starts a comment
+      --sun AZ,EL           azimuth clockwise from north and elevation above the horizon in degrees (230,35)
+      --fov DEG             of the picture's height, 1 to 170 (60)
+      --haze VOXELS         distance at which 63 % of the light is haze (four times the world's size)
+      --level N             draws no finer than level N, 1 to 6; saves GPU memory
+      --lod-distance V      in voxels: from here on level 1 is drawn, a level finer for each halving (64)
+      --no-skip NAME        draws what could be skipped; NAME: frustum
+      --max-memory MIB      refuses worlds that need more, CPU and GPU together (512)
+      --stats FILE.json     what the frames cost and drew; - prints it
+      --help                this text
+
+  karst render canyon.karst -o canyon.png
+  karst render canyon.karst -o near.png --camera 20,14,60,35,-5 --sun 120,20 --size 1920x1080
+  karst render canyon.karst --path flight.txt --stats flight.json
+)";
+
+constexpr Option kOptions[] = {{"output", 'o'}, {"size"},  {"camera"},          {"path"},         {"sun"},
+                               {"fov"},         {"haze"},  {"level"},           {"lod-distance"}, {"no-skip"},
+                               {"max-memory"},  {"stats"}, {"help", 'h', false}};
+
+struct RenderOptions {
+  SceneOptions scene;
+  std::string output;  // empty: no pictures
+  std::string stats;   // empty: none
+  std::string path_file;
+  std::vector<CameraPlace> cameras;  // empty: overview
+  FrameLight light;
+  bool default_haze = true;
+  double fov_y_deg = 60.0;
+  LodSettings lod;
+  bool frustum_culling = true;
+};
+
+// The options whose text alone decides whether they are right.
+std::string read_options(const Arguments& arguments, RenderOptions& options) {
+  std::string error;
+  const auto number = [&](const char* name, double min, double max, double& out) {
+    if (const auto text = arguments.value(name); text && error.empty()) {
+      error = parse_number(*text, std::string("--") + name, min, max, out);
+    }
+  };
+  const auto integer = [&](const char* name, std::int64_t min, std::int64_t max, std::int64_t& out) {
+    if (const auto text = arguments.value(name); text && error.empty()) {
+      error = parse_integer(*text, std::string("--") + name, min, max, out);
+    }
+  };
+  number("fov", 1, 170, options.fov_y_deg);
+  number("haze", 1e-3, 1e7, options.light.haze_voxels);
+  options.default_haze = !arguments.has("haze");
+  number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
+  std::int64_t level = options.scene.level;
+  integer("level", 1, kMaxLevel, level);
+  options.scene.level = static_cast<int>(level);
+  std::int64_t mebibytes = 512;
+  integer("max-memory", 1, 1 << 20, mebibytes);
+  options.scene.max_memory = static_cast<std::uint64_t>(mebibytes) << 20;
+  if (const auto text = arguments.value("size"); text && error.empty()) {
+    error =
+        parse_size(*text, "--size", RendererSettings::kMaxPicture, options.scene.width, options.scene.height);
+  }
+  if (const auto text = arguments.value("sun"); text && error.empty()) {
+    double sun[2] = {0, 0};
+    error = parse_numbers(*text, "--sun", ',', sun);
+    options.light.sun_azimuth_deg = sun[0];
+    options.light.sun_elevation_deg = sun[1];
+    if (error.empty() && !options.light.validate().ok())
+      error = status_text("--sun", options.light.validate());
+  }
+  if (const auto text = arguments.value("camera"); text && error.empty()) {
+    error = parse_camera(*text, "--camera", options.cameras.emplace_back());
+  }
+  if (const auto text = arguments.value("no-skip"); text && error.empty()) {
+    options.frustum_culling = false;
+    if (*text != "frustum") error = "--no-skip: '" + std::string(*text) + "' is not frustum";
+  }
+  return error;
+}
+
+// What a wrong command line is told; empty where it is right.
+std::string parse(std::span<const char* const> words, Arguments& arguments, RenderOptions& options) {
+  if (std::string error = arguments.parse(words, kOptions); !error.empty()) return error;
+  if (arguments.has("help")) return {};
+  if (arguments.positional().size() != 1) {
+    return arguments.positional().empty() ? "which WORLD?" : "more than one WORLD";
+  }
+  options.scene.world = arguments.positional()[0];
+  options.output = arguments.value("output").value_or("");
+  options.stats = arguments.value("stats").value_or("");
+  options.path_file = arguments.value("path").value_or("");
+  if (!arguments.has("output") && !arguments.has("stats"))
+    return "nothing to do: give -o OUT.png or --stats FILE.json";
+  if (arguments.has("camera") && arguments.has("path")) return "--camera and --path exclude each other";
+  for (const char* name : {"output", "stats", "path"}) {
+    if (arguments.value(name) == "") return std::string("--") + name + ": the file name is empty";
+  }
+  if (std::string error = read_options(arguments, options); !error.empty()) return error;
+  return options.output.empty() ? std::string() : OutputName().parse(options.output);
+}
+
+std::string read_path(RenderOptions& options) {
+  if (options.path_file.empty()) return {};
+  MappedFile file;
+  if (std::string error = file.open(options.path_file); !error.empty()) return error;
+  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  return parse_camera_path(text, options.path_file, options.cameras);
+}
+
+class Render {
+ public:
+  explicit Render(RenderOptions options) : options_(std::move(options)) {}
+
+  // Returns an empty string on success, else one line for the user.
+  std::string run() {
+    if (std::string error = read_path(options_); !error.empty()) return error;
+    several_ = options_.cameras.size() > 1;
+    if (std::string error = check_outputs(); !error.empty()) return error;
+    if (std::string error = scene_.open(options_.scene); !error.empty()) return error;
+    if (std::string error = place_cameras(); !error.empty()) return error;
+    if (std::string error = draw_frames(); !error.empty()) return error;
+    if (const GLenum code = scene_.renderer().take_error(); code != GL_NO_ERROR) {
+      char text[64];
+      std::snprintf(text, sizeof text, "OpenGL error 0x%04x; the pictures may be wrong",
+                    static_cast<unsigned>(code));
+      return text;
+    }
+    return write_statistics();
+  }
+
+ private:
+  // Told before the work and not after it.
+  std::string check_outputs() {
+    if (!options_.output.empty()) {
+      if (std::string error = output_.parse(options_.output); !error.empty()) return error;
+      if (std::string error = check_writable(output_.frame(0, several_)); !error.empty()) return error;
+    }
+    return options_.stats.empty() || options_.stats == "-" ? std::string() : check_writable(options_.stats);
+  }
+
+  std::string place_cameras() {
+    const WorldFrame frame = scene_.frame();
+    const LatticeBox box = scene_.terrain().box();
+    const double aspect = static_cast<double>(options_.scene.width) / options_.scene.height;
+    if (options_.cameras.empty())
+      options_.cameras.push_back(overview(frame, box, options_.fov_y_deg, aspect));
+    if (options_.default_haze) {
+      const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
+      options_.light.haze_voxels = std::max(1.0, 4.0 * std::max(size.x, size.z));
+    }
+    for (std::size_t i = 0; i < options_.cameras.size(); ++i) {
+      Camera& camera = cameras_.emplace_back();
+      const Status status = place_camera(options_.cameras[i], frame, box, options_.fov_y_deg, aspect, camera);
+      if (status.ok()) continue;
+      const bool path = !options_.path_file.empty();
+      return status_text(path ? options_.path_file + ": frame " + std::to_string(i) : "--camera", status);
+    }
+    return {};
+  }
+
+  std::string draw_frames() {
+    Progress progress("drawing", cameras_.size());
+    const auto pixels =
+        static_cast<std::size_t>(options_.scene.width) * static_cast<std::size_t>(options_.scene.height);
+    std::vector<std::uint8_t> rgba(options_.output.empty() ? 0 : pixels * 4);
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      if (std::string error = draw_frame(cameras_[i]); !error.empty()) return error;
+      if (!options_.output.empty()) {
+        if (std::string error = write_picture(i, rgba); !error.empty()) return error;
+      }
+      progress.update(i + 1);
+    }
+    return {};
+  }
+
+  std::string draw_frame(const Camera& camera) {
+    FrameRecord& record = records_.emplace_back();
+    Terrain& terrain = scene_.terrain();
+    Renderer& renderer = scene_.renderer();
+    const std::int64_t start = now_ns();
+    TerrainView view;
+    view.camera = &camera;
+    view.lod = options_.lod;
+    view.lod.max_level = scene_.resident_level();
+    view.lod.resident_level = scene_.resident_level();
+    view.frustum_culling = options_.frustum_culling;
+    const Status selected = terrain.select(view, record.selection);
+    if (selected.code() == StatusCode::limit_reached) {
+      record.flags |= kFlagDrawItems;
+    } else if (!selected.ok()) {
+      return status_text(options_.scene.world, selected);
+    }
+    const std::int64_t listed = now_ns();
+    FrameInput input;
+    input.camera = camera;
+    input.light = options_.light;
+    input.items = terrain.items();
+    input.first_vertex = scene_.first_vertex();
+    input.index_table = terrain.index_table();
+    input.max_level = terrain.info().level;
+    const Status drawn = renderer.draw(input, record.counts);
+    if (!drawn.ok()) return status_text(options_.scene.world, drawn);
+    const std::int64_t submitted = now_ns();
+    renderer.finish();
+    const std::int64_t end = now_ns();
+    if (record.counts.left_out > 0) record.flags |= kFlagNotResident;
+    record.cull_lod_ms = ms_between(start, listed);
+    record.submit_ms = ms_between(listed, submitted);
+    record.frame_ms = ms_between(start, end);
+    record.gpu_terrain_ms = renderer.terrain_gpu_ms();
+    return {};
+  }
+
+  std::string write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {
+    if (const Status status = scene_.renderer().read_colour(rgba); !status.ok())
+      return status_text("picture", status);
+    const std::string name = output_.frame(frame, several_);
+    std::vector<std::byte> png;
+    if (std::string error = encode_png(rgba, options_.scene.width, options_.scene.height, png);
+        !error.empty()) {
+      return name + ": " + error;
+    }
+    return write_file_atomic(name, png);
+  }
+
+  std::string write_statistics() {
+    if (options_.stats.empty()) return {};
+    const std::string text = statistics_json(scene_, records_);
+    if (options_.stats == "-") {
+      std::fputs(text.c_str(), stdout);
+      return {};
+    }
+    return write_file_atomic(options_.stats, std::as_bytes(std::span(text)));
+  }
+
+  RenderOptions options_;
+  OutputName output_;
+  bool several_ = false;
+  Scene scene_;
+  std::vector<Camera> cameras_;
+  std::vector<FrameRecord> records_;
+};
+
+}  // namespace
+
+int run_render(std::span<const char* const> words) {
+  Arguments arguments;
+  RenderOptions options;
+  const std::string usage = parse(words, arguments, options);
+  if (!usage.empty()) {
+    print_error("karst render", usage);
+    return kExitUsage;
+  }
+  if (arguments.has("help")) {
+    std::fputs(kHelp, stdout);
+    return kExitOk;
+  }
+  if (const std::string error = Render(std::move(options)).run(); !error.empty()) {
+    print_error("karst render", error);
+    return kExitFailure;
+  }
+  return kExitOk;
+}
+
+}  // namespace karst::app

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "app/scene.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/common/mapped_file.h"
+#include "app/status_text.h"
+#include "platform/clock.h"
+#include "platform/headless_display.h"
+
+namespace karst::app {
+namespace {
+
+double mebibytes(std::size_t bytes) {
+  return static_cast<double>(bytes) / (1 << 20);
+}
+
+std::string format_mebibytes(std::size_t bytes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.1f MiB", mebibytes(bytes));
+  return text;
+}
+
+// Adds the time since `start` to `total` and starts anew.
+void lap(std::int64_t& start, double& total) {
+  const std::int64_t now = now_ns();
+  total += ms_between(start, now);
+  start = now;
+}
+
+}  // namespace
+
+WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int height) {
+  WorldBudget result;
+  result.config = Terrain::config_for(info, resident_level);
+  result.renderer.width = width;
+  result.renderer.height = height;
+  result.renderer.vertex_pages = result.config.gpu_vertex_pages;
+  result.renderer.stream_indices = result.config.stream_indices;
+  result.renderer.extent = info.extent;
+  result.budget = Terrain::budget(result.config);
+  result.renderer.add_to(result.budget);
+  return result;
+}
+
+std::string Scene::open(const SceneOptions& options) {
+  std::int64_t start = now_ns();
+  if (std::string error = load_world(options); !error.empty()) return error;
+  lap(start, times_.read);
+  if (std::string error = open_renderer(); !error.empty()) return error;
+  lap(start, times_.context);
+  return upload_patches(options.world);
+}
+
+WorldFrame Scene::frame() const {
+  const WorldInfo& info = terrain_.info();
+  return {{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
+}
+
+std::string Scene::load_world(const SceneOptions& options) {
+  MappedFile file;
+  if (std::string error = file.open(options.world); !error.empty()) return error;
+  WorldInfo info;
+  if (const Status status = read_world_info(file.bytes(), info); !status.ok()) {
+    return status_text(options.world, status);
+  }
+  resident_level_ = std::min(options.level, info.level);
+  const WorldBudget needs = budget_of(info, resident_level_, options.width, options.height);
+  budget_ = needs.budget;
+  renderer_settings_ = needs.renderer;
+
+  const std::size_t cpu = budget_.cpu_bytes();
+  const std::size_t gpu = budget_.gpu_bytes();
+  if (cpu > options.max_memory || gpu > options.max_memory - cpu) {
+    return options.world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
+           " of GPU memory, more than --max-memory " + format_mebibytes(options.max_memory) +
+           "; raise it, or take a lower --level";
+  }
+  if (const Status status = needs.config.validate(); !status.ok()) return status_text(options.world, status);
+  memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));
+  if (memory_ == nullptr) return options.world + ": cannot get " + format_mebibytes(cpu) + " of memory";
+  if (const Status status = terrain_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
+    return status_text(options.world, status);
+  }
+  if (const Status status = terrain_.load(file.bytes()); !status.ok())
+    return status_text(options.world, status);
+  if (terrain_.patch_count() == 0) return options.world + ": the world has no surface";
+  return {};
+}
+
+std::string Scene::open_renderer() {
+  std::string error;
+  display_ = open_headless_display({}, error);
+  if (display_ == nullptr) return error;
+  GlLoader loader;
+  loader.context = display_.get();
+  loader.load = [](const void* display, const char* name) {
+    return static_cast<const Display*>(display)->gl_function(name);
+  };
+  Gl gl;
+  if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display_->name(), status);
+  if (const Status status = renderer_.create(gl, renderer_settings_); !status.ok()) {
+    error = status_text(display_->name(), status);
+    if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
+    return error;
+  }
+  renderer_.upload_columns(terrain_.octree());
+  first_vertex_.resize(terrain_.patch_count());
+  return {};
+}
+
+// Slots lie one behind the other, all of the resident level's size. Vertices are made at the world's level,
+// which the boxes of patches need; those of a coarser level are the first of them (gpu_vertex.h).
+std::string Scene::upload_patches(const std::string& world) {
+  const Surface surface = terrain_.surface();
+  const std::uint32_t slot = slot_pages(resident_level_);
+  const auto resident = static_cast<std::size_t>(patch_vertices(resident_level_));
+  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(terrain_.info().level)));
+  std::int64_t start = now_ns();
+  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
+    terrain_.generate(patch, terrain_.info().level, vertices);
+    lap(start, times_.generate);
+    const Volume& volume = surface.volume_of(patch);
+    const Status status = renderer_.upload_patch(patch * slot, std::span(vertices).first(resident),
+                                                 {volume.corner[0], volume.corner[1], volume.corner[2]});
+    if (!status.ok()) return status_text(world, status);
+    first_vertex_[patch] = patch * slot * kPageVertices;
+    lap(start, times_.upload);
+  }
+  if (const Status status = terrain_.finish_bounds(); !status.ok()) return status_text(world, status);
+  lap(start, times_.generate);
+  return {};
+}
+
+}  // namespace karst::app

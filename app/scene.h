@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// A world ready to be drawn: its file read, its memory taken once, a context opened, and the vertices of all
+// patches on the GPU.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "platform/display.h"
+#include "renderer/renderer.h"
+#include "terrain/world/terrain.h"
+
+namespace karst::app {
+
+struct SceneOptions {
+  std::string world;
+  int width = 1280;  // pixels
+  int height = 720;
+  int level = kMaxLevel;                    // finest level held on the GPU; cut to the world's
+  std::uint64_t max_memory = 512ull << 20;  // bytes, CPU and GPU together
+};
+
+// Milliseconds of the steps that come before the first frame.
+struct LoadTimes {
+  double read = 0;      // the file, up to patches and heights in memory
+  double context = 0;   // display, shaders, GL objects
+  double generate = 0;  // vertices of all patches
+  double upload = 0;
+};
+
+class Scene {
+ public:
+  // Returns an empty string on success, else one line that names the file or the option at fault. To be
+  // called once.
+  [[nodiscard]] std::string open(const SceneOptions& options);
+
+  Terrain& terrain() { return terrain_; }
+  Renderer& renderer() { return renderer_; }
+  std::span<const std::uint32_t> first_vertex() const { return first_vertex_; }
+  int resident_level() const { return resident_level_; }
+  WorldFrame frame() const;
+  const Budget& budget() const { return budget_; }
+  const LoadTimes& load_times() const { return times_; }
+
+ private:
+  std::string load_world(const SceneOptions& options);
+  std::string open_renderer();
+  std::string upload_patches(const std::string& world);
+
+  struct Free {
+    void operator()(std::byte* p) const { std::free(p); }
+  };
+
+  std::unique_ptr<std::byte, Free> memory_;
+  Terrain terrain_;
+  std::unique_ptr<Display> display_;  // before renderer_: whose destructor needs the context
+  Renderer renderer_;
+  std::vector<std::uint32_t> first_vertex_;
+  RendererSettings renderer_settings_;
+  int resident_level_ = 1;
+  Budget budget_;
+  LoadTimes times_;
+};
+
+// The limits and the bytes of a world drawn at a picture's size with all patches resident at a level.
+struct WorldBudget {
+  Config config;
+  RendererSettings renderer;
+  Budget budget;
+};
+WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int height);
+
+}  // namespace karst::app
