@@ -14,11 +14,13 @@ namespace {
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 
-// From the south-east, 27 degrees down: three quarters of a relief's sides are seen, and the sky fills a
-// fifth.
-constexpr double kOverviewYawDeg = 38.0;
-constexpr double kOverviewPitchDeg = -27.0;
-constexpr double kOverviewFill = 0.96;  // of the picture, by the box's silhouette
+// The overview stands above the south-east corner and looks north-west: the two sides of the world that meet
+// there then run along the borders of a wide picture, and the land fills it. Its height is this part of the
+// ground's diagonal above the highest point, and the opposite corner is seen at this part of the picture's
+// height above its centre.
+constexpr double kOverviewHeight = 0.09;
+constexpr double kOverviewYawDeg = 45.0;
+constexpr double kOverviewHorizon = 0.31;
 
 // From here on nearer things are cut: small enough to walk through a cave with.
 constexpr double kNearest = 1.0 / 32;  // voxels
@@ -94,42 +96,17 @@ Status place_camera(const CameraPlace& place, const WorldFrame& frame, const Lat
   return make_camera(settings, camera);
 }
 
-CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg, double aspect) {
-  const double yaw = kOverviewYawDeg * kRadiansPerDegree;
-  const double pitch = kOverviewPitchDeg * kRadiansPerDegree;
-  const glm::dvec3 forward{-std::sin(yaw) * std::cos(pitch), std::sin(pitch),
-                           -std::cos(yaw) * std::cos(pitch)};
-  const glm::dvec3 right{std::cos(yaw), 0.0, -std::sin(yaw)};
-  const glm::dvec3 up = glm::cross(right, forward);
-  const double half_height = std::tan(0.5 * fov_y_deg * kRadiansPerDegree) * kOverviewFill;
-  const double half_width = half_height * aspect;
-
-  // The eye moves along the view plane and back until each of the box's corners lies inside: in each of the
-  // two directions the two outermost corners touch the picture's border.
-  const glm::dvec3 centre = 0.5 * (voxels(box.min) + voxels(box.max));
-  const auto fit = [&](glm::dvec3 axis, double half, double& shift, double& back) {
-    double high = -1e9;  // greatest of (a - half * depth), and of (-a - half * depth), over the corners
-    double low = -1e9;
-    for (int n = 0; n < 8; ++n) {
-      const glm::dvec3 p = corner(box, n) - centre;
-      high = std::max(high, glm::dot(p, axis) - half * glm::dot(p, forward));
-      low = std::max(low, -glm::dot(p, axis) - half * glm::dot(p, forward));
-    }
-    shift = 0.5 * (high - low);
-    back = 0.5 * (high + low) / half;
-  };
-  double shift_right = 0.0;
-  double shift_up = 0.0;
-  double back_for_width = 0.0;
-  double back_for_height = 0.0;
-  fit(right, half_width, shift_right, back_for_width);
-  fit(up, half_height, shift_up, back_for_height);
-  const double back = std::max(back_for_width, back_for_height);
+CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg) {
+  const glm::dvec3 low = voxels(box.min);
+  const glm::dvec3 high = voxels(box.max);
+  const double diagonal = std::hypot(high.x - low.x, high.z - low.z);
   // Whole 64ths of a voxel survive the way through metres and back, so that the view does not depend on the
   // origin.
   const glm::dvec3 eye =
-      glm::floor((centre + right * shift_right + up * shift_up - forward * back) * 64.0 + 0.5) / 64.0;
-  return {frame.origin_m + eye * frame.voxel_size_m, kOverviewYawDeg, kOverviewPitchDeg};
+      glm::floor(glm::dvec3(high.x, high.y + kOverviewHeight * diagonal, high.z) * 64.0 + 0.5) / 64.0;
+  const double down_deg = std::atan2(eye.y - 0.5 * (low.y + high.y), diagonal) / kRadiansPerDegree;
+  const double pitch_deg = -std::min(down_deg + kOverviewHorizon * fov_y_deg, 89.0);
+  return {frame.origin_m + eye * frame.voxel_size_m, kOverviewYawDeg, pitch_deg};
 }
 
 }  // namespace karst::app

@@ -32,7 +32,7 @@ inline constexpr std::size_t kMaxPathFrames = 1'000'000;
 Status place_camera(const CameraPlace& place, const WorldFrame& frame, const LatticeBox& box,
                     double fov_y_deg, double aspect, Camera& camera);
 
-// Looks over the whole box from above its south-east corner.
-CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg, double aspect);
+// Looks over the world from above its south-east corner.
+CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg);
 
 }  // namespace karst::app

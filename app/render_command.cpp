@@ -36,7 +36,7 @@ Draws a world that karst-bake made, without a screen.
       --path FILE           a frame for each line "X Y Z YAW PITCH"; # starts a comment
       --sun AZ,EL           azimuth clockwise from north and elevation above the horizon in degrees (230,35)
       --fov DEG             of the picture's height, 1 to 170 (60)
-      --haze VOXELS         distance at which 63 % of the light is haze (four times the world's size)
+      --haze VOXELS         distance at which 63 % of the light is haze (six times the world's size)
       --level N             draws no finer than level N, 1 to 6; saves GPU memory
       --lod-distance V      in voxels: from here on level 1 is drawn, a level finer for each halving (64)
       --no-skip NAME        draws what could be skipped; NAME: frustum
@@ -175,11 +175,10 @@ class Render {
     const WorldFrame frame = scene_.frame();
     const LatticeBox box = scene_.terrain().box();
     const double aspect = static_cast<double>(options_.scene.width) / options_.scene.height;
-    if (options_.cameras.empty())
-      options_.cameras.push_back(overview(frame, box, options_.fov_y_deg, aspect));
+    if (options_.cameras.empty()) options_.cameras.push_back(overview(frame, box, options_.fov_y_deg));
     if (options_.default_haze) {
       const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
-      options_.light.haze_voxels = std::max(1.0, 4.0 * std::max(size.x, size.z));
+      options_.light.haze_voxels = std::max(1.0, 6.0 * std::max(size.x, size.z));
     }
     for (std::size_t i = 0; i < options_.cameras.size(); ++i) {
       Camera& camera = cameras_.emplace_back();

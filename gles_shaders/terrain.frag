@@ -27,8 +27,8 @@ const float kNearRepeatsPerVoxel = 2.0;
 const float kBedRepeat = 8.0;
 
 // Albedos in linear light.
-const vec3 kGrassDark = vec3(0.032, 0.044, 0.016);
-const vec3 kGrassLight = vec3(0.105, 0.106, 0.040);
+const vec3 kGrassDark = vec3(0.036, 0.043, 0.017);
+const vec3 kGrassLight = vec3(0.130, 0.112, 0.050);
 const vec3 kSoil = vec3(0.135, 0.096, 0.060);
 const vec3 kRockDark = vec3(0.080, 0.070, 0.060);
 const vec3 kRockLight = vec3(0.285, 0.245, 0.195);
@@ -74,8 +74,8 @@ vec3 surface_albedo(vec3 normal, vec3 position, float cave, SurfaceNoise far, Su
 
   // Slopes: noise frays the borders between materials.
   float flatness = normal.y + 0.10 * far.height + 0.14 * middle.height + 0.08 * near.height;
-  vec3 outside = mix(soil, grass, smoothstep(0.74, 0.86, flatness));
-  float bare = 1.0 - smoothstep(0.62, 0.76, flatness);
+  vec3 outside = mix(soil, grass, smoothstep(0.78, 0.92, flatness));
+  float bare = 1.0 - smoothstep(0.64, 0.80, flatness);
   if (bare > 0.0) outside = mix(outside, rock_albedo(position, fine, far, middle, footprint), bare);
 
   vec3 damp = mix(kCaveDark, kCaveLight, clamp(0.45 + 0.5 * fine + 0.45 * middle.mottle + 0.3 * far.mottle, 0.0, 1.0));

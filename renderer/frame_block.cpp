@@ -28,17 +28,17 @@ glm::vec4 xyz(glm::vec3 v) {
   return {v, 0.0f};
 }
 
-// Linear light, relative to a white surface in full sun being 3: the tone curve is made for that. The shares
-// of sun and sky are those of a clear day: about 5 to 1 on level ground at noon.
+// Linear light, relative to a white surface in full sun being 3.5: the tone curve is made for that. The
+// shares of sun and sky are those of a clear day: about 5 to 1 on level ground at noon.
 void set_light(const FrameLight& light, shader::FrameBlock& block) {
   const double elevation = light.sun_elevation_deg;
   const float height = smooth_step(0.0, 35.0, elevation);  // 0 at the horizon, 1 from mid-morning on
   const float day = smooth_step(-8.0, 8.0, elevation);     // fades to night below the horizon
   const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
 
-  block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.4f, 3.1f, 2.7f}, height) * disc);
+  block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.7f, 3.35f, 2.9f}, height) * disc);
   const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.09f, 0.24f, 0.62f}, height);
-  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.46f, 0.62f, 0.82f}, height);
+  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.56f, 0.68f, 0.84f}, height);
   constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
   constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));

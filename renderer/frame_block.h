@@ -13,8 +13,8 @@ namespace karst {
 // Light and air of a frame. Colours follow from the sun's height, the distance that haze takes from the
 // world's size.
 struct FrameLight {
-  double sun_azimuth_deg = 150.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
-  double sun_elevation_deg = 38.0;  // -90..90 above the horizon
+  double sun_azimuth_deg = 230.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
+  double sun_elevation_deg = 35.0;  // -90..90 above the horizon
   double haze_voxels = 400.0;       // above 0, ..2^24: distance at which 63 % of the light is haze
   // invalid_argument naming the first field outside its range.
   Status validate() const;
