@@ -196,7 +196,7 @@ Status ExtractSurface::run(Result& result) const {
   if (const Status status = validate(); !status.ok()) return status;
   Status status;
   Result made;
-  const VoxelReader reader(*octree, extent);
+  NeighbourhoodReader reader(VoxelReader(*octree, extent));
   auto visitor = [&](glm::ivec3 corner, int configuration) {
     const ConfigurationCase& c = kCaseTable[static_cast<std::size_t>(configuration)];
     if (made.volumes == volumes.size()) {
@@ -210,7 +210,7 @@ Status ExtractSurface::run(Result& result) const {
     v.configuration = static_cast<std::uint8_t>(configuration);
     v.patch_count = c.patch_count;
     v.first_patch = made.patches;
-    corner_gradients(read_neighbourhood(reader, corner), v.gradient);
+    corner_gradients(reader.read(corner), v.gradient);
     for (std::uint8_t p = 0; p < c.patch_count; ++p) {
       Patch& patch = patches[made.patches + p];
       patch = Patch{};

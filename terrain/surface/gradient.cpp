@@ -49,10 +49,20 @@ constexpr std::array<Lanes, 64> kRowTable = make_row_table();
 
 }  // namespace
 
-Neighbourhood read_neighbourhood(const VoxelReader& reader, glm::ivec3 corner) {
+void NeighbourhoodReader::read_block(glm::ivec3 block) {
+  block_ = block;
+  for (int z = 0; z < kRows; ++z) {
+    for (int y = 0; y < kRows; ++y) rows_[z][y] = reader_.read_row(block.x - 3, block.y - 3 + y, block.z - 3 + z, kRows);
+  }
+}
+
+Neighbourhood NeighbourhoodReader::read(glm::ivec3 corner) {
+  const glm::ivec3 block(corner.x & -kBlock, corner.y & -kBlock, corner.z & -kBlock);
+  if (block != block_) read_block(block);
+  const glm::ivec3 inside = corner - block;
   Neighbourhood n;
   for (int z = 0; z < 6; ++z) {
-    for (int y = 0; y < 6; ++y) n.row[z][y] = reader.read_row(corner.x - 3, corner.y - 3 + y, corner.z - 3 + z, 6);
+    for (int y = 0; y < 6; ++y) n.row[z][y] = rows_[inside.z + z][inside.y + y] >> inside.x & 63u;
   }
   return n;
 }
