@@ -37,7 +37,7 @@ const vec3 kCaveDark = vec3(0.060, 0.057, 0.055);
 const vec3 kCaveLight = vec3(0.230, 0.205, 0.170);
 
 // In caves the visitor carries a lamp: the point light of K's equation 4.2, at the eye.
-const vec3 kLamp = vec3(2.6, 2.1, 1.5);
+const vec3 kLamp = vec3(1.5, 1.2, 0.85);
 const float kLampReach = 28.0;  // voxels
 
 // Voxels a pixel covers. At grazing angles the long side of the footprint alone would blur everything: take half of it,

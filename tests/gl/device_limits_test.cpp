@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// What the renderer says to settings and drivers that will not do, and that it leaves nothing behind then.
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "renderer/renderer.h"
+#include "tests/gl/noop_gl.h"
+
+namespace karst {
+namespace {
+
+using test::NoopGl;
+
+void nothing() {}
+
+RendererSettings small_settings() {
+  RendererSettings settings;
+  settings.vertex_pages = 100;
+  settings.stream_indices = 1000;
+  return settings;
+}
+
+TEST(DeviceLimits, SettingsAreChecked) {
+  EXPECT_TRUE(small_settings().validate().ok());
+  const struct {
+    const char* field;
+    std::function<void(RendererSettings&)> spoil;
+  } cases[] = {
+      {"width", [](RendererSettings& s) { s.width = 0; }},
+      {"width", [](RendererSettings& s) { s.width = RendererSettings::kMaxPicture + 1; }},
+      {"height", [](RendererSettings& s) { s.height = -1; }},
+      {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = 0; }},
+      {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = kMostPages + 1; }},
+      {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
+      {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
+      {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
+  };
+  for (const auto& c : cases) {
+    RendererSettings settings = small_settings();
+    c.spoil(settings);
+    EXPECT_EQ(settings.validate().code(), StatusCode::invalid_argument) << c.field;
+    EXPECT_STREQ(settings.validate().field(), c.field);
+    const Gl gl = NoopGl::reset();
+    Renderer renderer;
+    EXPECT_EQ(renderer.create(gl, settings).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(NoopGl::get().objects_made, 0u);
+  }
+}
+
+TEST(DeviceLimits, TheLeastDeviceOfES30HoldsTheLargestConfig) {
+  const Gl gl = NoopGl::reset();
+  RendererSettings settings = small_settings();
+  settings.vertex_pages = kMostPages;
+  settings.extent = glm::ivec3(512);
+  Renderer renderer;
+  EXPECT_TRUE(renderer.create(gl, settings).ok());
+}
+
+TEST(DeviceLimits, MissingFunctionIsNamed) {
+  GlLoader loader;
+  loader.load = [](const void*, const char* name) -> GlLoader::Function {
+    return std::strcmp(name, "glMapBufferRange") == 0 ? nullptr : nothing;
+  };
+  Gl gl;
+  const Status status = load_gl(loader, gl);
+  EXPECT_EQ(status.code(), StatusCode::unsupported);
+  EXPECT_STREQ(status.field(), "glMapBufferRange");
+  // Functions of extensions may be missing.
+  loader.load = [](const void*, const char* name) -> GlLoader::Function {
+    const std::string text = name;
+    return text.ends_with("KHR") || text.ends_with("EXT") ? nullptr : nothing;
+  };
+  EXPECT_TRUE(load_gl(loader, gl).ok());
+}
+
+TEST(DeviceLimits, OtherContextsAreRefused) {
+  for (const char* version : {"OpenGL ES 2.0 Mesa 22.3.6", "4.5 (Core Profile) Mesa 22.3.6", ""}) {
+    const Gl gl = NoopGl::reset();
+    NoopGl::get().version = version;
+    Renderer renderer;
+    const Status status = renderer.create(gl, small_settings());
+    EXPECT_EQ(status.code(), StatusCode::unsupported) << version;
+    EXPECT_STREQ(renderer.message(), version);
+  }
+}
+
+TEST(DeviceLimits, EachLimitIsNamedAndNothingIsLeft) {
+  const struct {
+    const char* field;
+    StatusCode code;
+    std::function<void(NoopGl&, RendererSettings&)> spoil;
+  } cases[] = {
+      {"width", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.width = 2049; }},
+      {"height", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.height = 2049; }},
+      {"vertex_pages", StatusCode::limit_reached,
+       [](NoopGl& gl, RendererSettings&) { gl.max_element_index = 100 * kPageVertices - 2; }},
+      {"vertex_pages", StatusCode::limit_reached,
+       [](NoopGl& gl, RendererSettings& s) {
+         gl.max_texture_size = 300;
+         s.width = s.height = 300;
+         s.vertex_pages = 301 * 1024;
+       }},
+      {"width, height", StatusCode::limit_reached,
+       [](NoopGl& gl, RendererSettings&) { gl.framebuffers_complete = false; }},
+      {"GPU memory", StatusCode::limit_reached,
+       [](NoopGl& gl, RendererSettings&) { gl.error = GL_OUT_OF_MEMORY; }},
+      {"shader", StatusCode::unsupported, [](NoopGl& gl, RendererSettings&) { gl.compiles = false; }},
+  };
+  for (const auto& c : cases) {
+    const Gl gl = NoopGl::reset();
+    RendererSettings settings = small_settings();
+    c.spoil(NoopGl::get(), settings);
+    Renderer renderer;
+    const Status status = renderer.create(gl, settings);
+    EXPECT_EQ(status.code(), c.code) << c.field;
+    EXPECT_STREQ(status.field(), c.field);
+    EXPECT_EQ(NoopGl::get().objects_deleted, NoopGl::get().objects_made) << c.field;
+  }
+}
+
+TEST(DeviceLimits, ShaderErrorsSayWhichShaderAndWhy) {
+  const Gl gl = NoopGl::reset();
+  NoopGl::get().compiles = false;
+  Renderer renderer;
+  EXPECT_FALSE(renderer.create(gl, small_settings()).ok());
+  EXPECT_STREQ(renderer.message(), "terrain (vertex shader): 0:1: no-op cannot compile");
+}
+
+TEST(DeviceLimits, WorksWithoutExtensions) {
+  const Gl gl = NoopGl::reset();
+  NoopGl::get().extensions = false;
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  EXPECT_FALSE(renderer.caps().debug);
+  EXPECT_FALSE(renderer.caps().timer_query);
+  FrameCounts counts;
+  FrameInput input;
+  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  EXPECT_TRUE(renderer.draw(input, counts).ok());
+  EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());  // NaN
+}
+
+TEST(DeviceLimits, TimerReportsTheGpusTime) {
+  const Gl gl = NoopGl::reset();
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());
+  FrameCounts counts;
+  FrameInput input;
+  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  EXPECT_EQ(renderer.terrain_gpu_ms(), 1.5);
+}
+
+TEST(DeviceLimits, SlotsOutsideTheBufferAreRefused) {
+  const Gl gl = NoopGl::reset();
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  const std::vector<GpuVertex> vertices(33);  // two pages
+  EXPECT_TRUE(renderer.upload_patch(98, vertices, {}).ok());
+  for (const std::uint32_t page : {99u, 100u, 0xffffffffu}) {
+    const Status status = renderer.upload_patch(page, vertices, {});
+    EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+    EXPECT_STREQ(status.field(), "first_page");
+  }
+}
+
+}  // namespace
+}  // namespace karst

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The bugs that gl_caps.h works around, seen in the driver itself: a test that fails tells that a work-around
+// can go.
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "platform/headless_display.h"
+#include "renderer/gl_caps.h"
+
+namespace karst {
+namespace {
+
+TEST(DriverBugs, FirstTimerResultOfLlvmpipeIsWrong) {
+  // A context of its own: the bug shows once in each.
+  std::string error;
+  auto display = open_headless_display({}, error);
+  ASSERT_NE(display, nullptr) << error;
+  GlLoader loader;
+  loader.context = display.get();
+  loader.load = [](const void* d, const char* name) {
+    return static_cast<const Display*>(d)->gl_function(name);
+  };
+  Gl gl;
+  ASSERT_TRUE(load_gl(loader, gl).ok());
+  GlCaps caps;
+  ASSERT_TRUE(query_gl_caps(gl, caps).ok());
+
+  double elapsed_ms = 0;
+  if (caps.timer_query) {
+    GLuint names[3];  // renderbuffer, framebuffer, query
+    gl.GenRenderbuffers(1, &names[0]);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, names[0]);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, 16, 16);
+    gl.GenFramebuffers(1, &names[1]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, names[1]);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, names[0]);
+    gl.GenQueriesEXT(1, &names[2]);
+    gl.BeginQueryEXT(GL_TIME_ELAPSED_EXT, names[2]);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    gl.EndQueryEXT(GL_TIME_ELAPSED_EXT);
+    gl.Finish();
+    GLuint64 elapsed_ns = 0;
+    gl.GetQueryObjectui64vEXT(names[2], GL_QUERY_RESULT_EXT, &elapsed_ns);
+    elapsed_ms = static_cast<double>(elapsed_ns) * 1e-6;
+  }
+  if (!caps.first_timer_result_is_wrong || std::strstr(caps.version, "Mesa 22.3") == nullptr) {
+    GTEST_SKIP() << "not llvmpipe of Mesa 22.3: " << caps.renderer << ", " << caps.version;
+  }
+  ASSERT_TRUE(caps.timer_query);
+  EXPECT_GT(elapsed_ms, 10'000.0) << "clearing 16 x 16 pixels";
+}
+
+}  // namespace
+}  // namespace karst

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Memory is taken when the renderer is created, exactly what its budget says, and never again.
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+#include "renderer/renderer.h"
+#include "terrain/base/budget.h"
+#include "tests/gl/gl_fixture.h"
+#include "tests/gl/noop_gl.h"
+#include "tests/support/heap_count.h"
+
+namespace karst {
+namespace {
+
+using test::NoopGl;
+
+constexpr int kFrames = 1000;
+
+TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
+  const Gl gl = NoopGl::reset();
+  RendererSettings settings;
+  settings.width = 320;
+  settings.height = 180;
+  settings.debug = true;
+  test::DrawnWorld world(test::hills_with_cave(3), gl, settings);
+  ASSERT_FALSE(testing::Test::HasFailure());
+
+  const std::uint64_t objects = NoopGl::get().objects_made;
+  const std::uint64_t bytes = NoopGl::get().object_bytes;
+  const std::uint64_t draws = NoopGl::get().draws;
+  const std::uint64_t heap = test::heap_calls();
+  Status status;
+  std::uint64_t triangles = 0;
+  for (int frame = 0; frame < kFrames && status.ok(); ++frame) {
+    CameraSettings camera;
+    camera.position = {11 + 0.01 * frame, 14 - 0.01 * frame, 18 - 0.01 * frame};
+    camera.yaw_deg = 0.7 * frame;
+    camera.pitch_deg = -30 + 0.05 * frame;
+    FrameCounts counts;
+    status = world.draw(camera, &counts);
+    triangles += counts.triangles;
+  }
+  const std::uint64_t heap_after = test::heap_calls();
+  EXPECT_TRUE(status.ok()) << status.what();
+  EXPECT_EQ(heap_after - heap, 0u);
+  EXPECT_EQ(NoopGl::get().objects_made - objects, 0u);
+  EXPECT_EQ(NoopGl::get().object_bytes - bytes, 0u);
+  EXPECT_EQ(NoopGl::get().mapped, 0u);
+  EXPECT_GE(NoopGl::get().draws - draws, std::uint64_t{kFrames});
+  EXPECT_GT(triangles, std::uint64_t{kFrames} * 100);
+}
+
+TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
+  const Gl gl = NoopGl::reset();
+  RendererSettings settings;
+  settings.width = 321;
+  settings.height = 123;
+  settings.vertex_pages = 3000;
+  settings.stream_indices = 5000;
+  settings.extent = {100, 20, 7};
+  Budget budget;
+  settings.add_to(budget);
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, settings).ok());
+  EXPECT_EQ(NoopGl::get().object_bytes, budget.gpu_bytes());
+  EXPECT_EQ(budget.cpu_bytes(), 0u);
+}
+
+TEST(FrameMemory, EveryObjectIsDeleted) {
+  const Gl gl = NoopGl::reset();
+  {
+    Renderer renderer;
+    RendererSettings settings;
+    settings.vertex_pages = 10;
+    settings.stream_indices = 1000;
+    ASSERT_TRUE(renderer.create(gl, settings).ok());
+    // Creating again deletes what was there.
+    const std::uint64_t made = NoopGl::get().objects_made;
+    ASSERT_TRUE(renderer.create(gl, settings).ok());
+    EXPECT_EQ(NoopGl::get().objects_made, made * 2);
+  }
+  EXPECT_GT(NoopGl::get().objects_made, 10u);
+  EXPECT_EQ(NoopGl::get().objects_deleted, NoopGl::get().objects_made);
+}
+
+}  // namespace
+}  // namespace karst

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// One headless context for all tests of the process, and small worlds drawn in it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "platform/display.h"
+#include "renderer/renderer.h"
+#include "terrain/world/terrain.h"
+#include "tests/support/test_world.h"
+
+namespace karst::test {
+
+class GlContext {
+ public:
+  // Made on first use, with a debug context. Failing to make it fails the calling test.
+  static GlContext& get();
+
+  const Gl& gl() const { return gl_; }
+  Display& display() { return *display_; }
+  bool ok() const { return display_ != nullptr; }
+  // A GL function that karst itself does not use.
+  template <class Function>
+  Function function(const char* name) {
+    return reinterpret_cast<Function>(display_->gl_function(name));
+  }
+
+ private:
+  GlContext();
+
+  std::unique_ptr<Display> display_;
+  Gl gl_;
+};
+
+using Picture = std::vector<std::uint8_t>;  // rgba, row 0 at the top
+
+// A world in a Terrain, all patches uploaded at one level, ready to draw.
+class DrawnWorld {
+ public:
+  // settings: vertex_pages, stream_indices (0: as many as the terrain's config says) and extent are filled
+  // in.
+  DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings);
+
+  // GoogleTest failures where something does.
+  Status draw(const CameraSettings& camera, FrameCounts* counts = nullptr);
+  Picture picture();
+
+  Terrain& terrain() { return terrain_; }
+  Renderer& renderer() { return renderer_; }
+  std::span<const std::uint32_t> first_vertex() const { return first_vertex_; }
+  int level() const { return terrain_.info().level; }
+  // Of the last frame; changes made here hold for the next.
+  FrameLight light;
+  LodSettings lod;
+
+ private:
+  AlignedBytes memory_;
+  Terrain terrain_;
+  Renderer renderer_;
+  std::vector<std::uint32_t> first_vertex_;
+};
+
+// Hills with a cave: all kinds of patches, about 20 voxels across.
+TestWorld hills_with_cave(int level);
+// Filled below a height, level ground: the surface is the plane y = height.
+TestWorld level_ground(int height_voxels, int level);
+
+}  // namespace karst::test

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include "tests/gl/noop_gl.h"
+
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+namespace karst::test {
+namespace {
+
+// A function of any GL type that does nothing.
+template <class Function>
+struct Nothing;
+template <class Result, class... Arguments>
+struct Nothing<Result(GL_APIENTRYP)(Arguments...)> {
+  static Result GL_APIENTRY call(Arguments...) { return Result(); }
+};
+
+std::vector<std::uint32_t>& stream() {
+  static std::vector<std::uint32_t> memory;
+  return memory;
+}
+
+void GL_APIENTRY make(GLsizei n, GLuint* names) {
+  for (GLsizei i = 0; i < n; ++i) names[i] = static_cast<GLuint>(++NoopGl::get().objects_made);
+}
+void GL_APIENTRY remove(GLsizei n, const GLuint* names) {
+  for (GLsizei i = 0; i < n; ++i) NoopGl::get().objects_deleted += names[i] != 0 ? 1 : 0;
+}
+GLuint make_one() {
+  return static_cast<GLuint>(++NoopGl::get().objects_made);
+}
+void GL_APIENTRY remove_one(GLuint name) {
+  NoopGl::get().objects_deleted += name != 0 ? 1 : 0;
+}
+
+std::uint64_t texel_bytes(GLenum format) {
+  switch (format) {
+    case GL_RGBA16I:
+      return 8;
+    case GL_R16F:
+      return 2;
+    default:
+      return 4;  // RGBA8, DEPTH_COMPONENT24
+  }
+}
+
+void GL_APIENTRY texture_storage(GLenum, GLsizei levels, GLenum format, GLsizei width, GLsizei height) {
+  for (GLsizei level = 0; level < levels; ++level) {
+    NoopGl::get().object_bytes += texel_bytes(format) * static_cast<std::uint64_t>(width >> level) *
+                                  static_cast<std::uint64_t>(height >> level);
+  }
+}
+
+const GLubyte* text(const char* s) {
+  return reinterpret_cast<const GLubyte*>(s);
+}
+
+void fill_objects(Gl& gl) {
+  gl.GenBuffers = make;
+  gl.GenFramebuffers = make;
+  gl.GenRenderbuffers = make;
+  gl.GenTextures = make;
+  gl.GenVertexArrays = make;
+  gl.GenQueriesEXT = make;
+  gl.DeleteBuffers = remove;
+  gl.DeleteFramebuffers = remove;
+  gl.DeleteRenderbuffers = remove;
+  gl.DeleteTextures = remove;
+  gl.DeleteVertexArrays = remove;
+  gl.DeleteQueriesEXT = remove;
+  gl.CreateProgram = [] { return make_one(); };
+  gl.CreateShader = [](GLenum) { return make_one(); };
+  gl.DeleteProgram = remove_one;
+  gl.DeleteShader = remove_one;
+  gl.TexStorage2D = texture_storage;
+  gl.RenderbufferStorage = [](GLenum, GLenum format, GLsizei width, GLsizei height) {
+    texture_storage(GL_RENDERBUFFER, 1, format, width, height);
+  };
+  gl.BufferData = [](GLenum target, GLsizeiptr bytes, const void*, GLenum) {
+    NoopGl::get().object_bytes += static_cast<std::uint64_t>(bytes);
+    if (target == GL_ELEMENT_ARRAY_BUFFER) stream().resize(static_cast<std::size_t>(bytes) / 4);
+  };
+  gl.BufferSubData = [](GLenum, GLintptr, GLsizeiptr bytes, const void*) {
+    NoopGl::get().uploads_bytes += static_cast<std::uint64_t>(bytes);
+  };
+}
+
+void fill_queries(Gl& gl) {
+  gl.GetString = [](GLenum name) {
+    return text(name == GL_VERSION ? NoopGl::get().version : name == GL_RENDERER ? "no-op" : "karst tests");
+  };
+  gl.GetStringi = [](GLenum, GLuint index) {
+    return text(index == 0 ? "GL_KHR_debug" : "GL_EXT_disjoint_timer_query");
+  };
+  gl.GetIntegerv = [](GLenum name, GLint* value) {
+    const NoopGl& self = NoopGl::get();
+    *value = 0;
+    if (name == GL_MAX_TEXTURE_SIZE) *value = self.max_texture_size;
+    if (name == GL_MAX_RENDERBUFFER_SIZE) *value = self.max_renderbuffer_size;
+    if (name == GL_NUM_EXTENSIONS) *value = self.extensions ? 2 : 0;
+    if (name == GL_MAX_VIEWPORT_DIMS) value[0] = value[1] = self.max_renderbuffer_size;
+  };
+  gl.GetInteger64v = [](GLenum, GLint64* value) { *value = NoopGl::get().max_element_index; };
+  gl.GetShaderiv = [](GLuint, GLenum, GLint* value) { *value = NoopGl::get().compiles ? GL_TRUE : GL_FALSE; };
+  gl.GetProgramiv = [](GLuint, GLenum, GLint* value) {
+    *value = NoopGl::get().compiles ? GL_TRUE : GL_FALSE;
+  };
+  gl.GetShaderInfoLog = [](GLuint, GLsizei size, GLsizei*, GLchar* log) {
+    std::snprintf(log, static_cast<std::size_t>(size), "0:1: no-op cannot compile");
+  };
+  gl.CheckFramebufferStatus = [](GLenum) -> GLenum {
+    return NoopGl::get().framebuffers_complete ? GL_FRAMEBUFFER_COMPLETE : GL_FRAMEBUFFER_UNSUPPORTED;
+  };
+  gl.GetError = [] {
+    const GLenum error = NoopGl::get().error;
+    NoopGl::get().error = GL_NO_ERROR;
+    return error;
+  };
+  gl.GetQueryObjectuivEXT = [](GLuint, GLenum, GLuint* value) { *value = GL_TRUE; };
+  gl.GetQueryObjectui64vEXT = [](GLuint, GLenum, GLuint64* value) { *value = 1'500'000; };
+}
+
+}  // namespace
+
+NoopGl& NoopGl::get() {
+  static NoopGl self;
+  return self;
+}
+
+Gl NoopGl::reset() {
+  get() = NoopGl();
+  Gl gl;
+#define KARST_GL_NOTHING(name) gl.name = Nothing<decltype(gl.name)>::call;
+  KARST_GL_CORE_FUNCTIONS(KARST_GL_NOTHING)
+#undef KARST_GL_NOTHING
+#define KARST_GL_NOTHING(name, type) gl.name = Nothing<type>::call;
+  KARST_GL_EXTENSION_FUNCTIONS(KARST_GL_NOTHING)
+#undef KARST_GL_NOTHING
+  fill_objects(gl);
+  fill_queries(gl);
+  gl.DrawArrays = [](GLenum, GLint, GLsizei) { ++get().draws; };
+  gl.DrawElements = [](GLenum, GLsizei, GLenum, const void*) { ++get().draws; };
+  gl.MapBufferRange = [](GLenum, GLintptr, GLsizeiptr, GLbitfield) -> void* {
+    ++get().mapped;
+    return stream().data();
+  };
+  gl.UnmapBuffer = [](GLenum) -> GLboolean {
+    --get().mapped;
+    return GL_TRUE;
+  };
+  return gl;
+}
+
+}  // namespace karst::test

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// A driver that draws nothing and counts: GL objects, their bytes, and calls. With it, everything that a
+// frame allocates is karst's own.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/gl.h"
+
+namespace karst::test {
+
+struct NoopGl {
+  std::uint64_t objects_made = 0;
+  std::uint64_t objects_deleted = 0;
+  std::uint64_t object_bytes = 0;  // of buffers, textures and renderbuffers as they were specified
+  std::uint64_t draws = 0;
+  std::uint64_t uploads_bytes = 0;  // BufferSubData
+  std::uint64_t mapped = 0;         // buffers mapped and not unmapped
+
+  // What a driver may say; tests change it.
+  const char* version = "OpenGL ES 3.0 no-op";
+  std::int32_t max_texture_size = 2048;
+  std::int32_t max_renderbuffer_size = 2048;
+  std::int64_t max_element_index = (1 << 24) - 1;
+  bool extensions = true;  // KHR_debug and EXT_disjoint_timer_query
+  bool compiles = true;
+  bool framebuffers_complete = true;
+  std::uint32_t error = 0;  // what GetError gives, once
+
+  // The one that the functions below count into.
+  static NoopGl& get();
+  // Counts from zero, as a driver of the least that ES 3.0 allows.
+  static Gl reset();
+};
+
+}  // namespace karst::test

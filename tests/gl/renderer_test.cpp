@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+// Pictures and depth of small worlds, on the real driver with debug messages on.
+#include "renderer/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "terrain/patch/index_batches.h"
+#include "tests/gl/gl_fixture.h"
+
+namespace karst {
+namespace {
+
+using test::DrawnWorld;
+using test::GlContext;
+using test::Picture;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 90;
+
+RendererSettings debug_settings() {
+  RendererSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.keep_depth = true;
+  settings.debug = true;
+  return settings;
+}
+
+CameraSettings camera_at(glm::dvec3 position, double yaw_deg, double pitch_deg) {
+  CameraSettings camera;
+  camera.position = position;
+  camera.yaw_deg = yaw_deg;
+  camera.pitch_deg = pitch_deg;
+  return camera;
+}
+
+void expect_no_errors(Renderer& renderer) {
+  EXPECT_EQ(renderer.take_error(), GLenum{GL_NO_ERROR});
+  EXPECT_STREQ(renderer.message(), "");
+}
+
+const std::uint8_t* pixel(const Picture& picture, int x, int y) {
+  return picture.data() + (static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)) * 4;
+}
+
+double brightness(const Picture& picture) {
+  return std::accumulate(picture.begin(), picture.end(), 0.0) / static_cast<double>(picture.size());
+}
+
+TEST(Renderer, DrawsWithoutGlErrors) {
+  DrawnWorld world(test::hills_with_cave(3), GlContext::get().gl(), debug_settings());
+  EXPECT_TRUE(world.renderer().caps().debug);
+  FrameCounts counts;
+  for (int frame = 0; frame < 10; ++frame) {
+    ASSERT_TRUE(world.draw(camera_at({11, 15, 22}, 36.0 * frame, -25), &counts).ok());
+  }
+  world.picture();
+  std::vector<float> depth(kWidth * kHeight);
+  EXPECT_TRUE(world.renderer().read_depth(depth).ok());
+  expect_no_errors(world.renderer());
+}
+
+TEST(Renderer, TerrainBelowAndSkyAbove) {
+  DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), debug_settings());
+  FrameCounts counts;
+  ASSERT_TRUE(world.draw(camera_at({12, 7, 20}, 0, 0), &counts).ok());
+  EXPECT_GT(counts.triangles, 100u);
+  EXPECT_EQ(counts.draw_calls, 2u);
+  EXPECT_EQ(counts.left_out, 0u);
+  const Picture picture = world.picture();
+  const std::uint8_t* sky = pixel(picture, kWidth / 2, 5);
+  const std::uint8_t* ground = pixel(picture, kWidth / 2, kHeight - 5);
+  EXPECT_GT(sky[2], sky[0]) << "the sky is blue";
+  EXPECT_GT(ground[1], ground[2]) << "level ground is green";
+  for (std::size_t i = 3; i < picture.size(); i += 4) ASSERT_EQ(picture[i], 255);
+}
+
+TEST(Renderer, DepthIsThatOfTheProjection) {
+  DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), debug_settings());
+  CameraSettings camera = camera_at({12, 9, 12}, 0, -90);
+  camera.near_voxels = 0.5;
+  camera.far_voxels = 50;
+  ASSERT_TRUE(world.draw(camera).ok());
+  std::vector<float> depth(kWidth * kHeight);
+  ASSERT_TRUE(world.renderer().read_depth(depth).ok());
+  const double distance = 4;
+  const double expected =
+      camera.far_voxels / (camera.far_voxels - camera.near_voxels) * (1 - camera.near_voxels / distance);
+  for (const float value : depth) ASSERT_NEAR(value, expected, 3e-7);
+}
+
+TEST(Renderer, DepthRowsRunDownwardsAndTheSkyIsFar) {
+  DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), debug_settings());
+  ASSERT_TRUE(world.draw(camera_at({12, 7, 20}, 0, 0)).ok());
+  std::vector<float> depth(kWidth * kHeight);
+  ASSERT_TRUE(world.renderer().read_depth(depth).ok());
+  EXPECT_EQ(depth[kWidth / 2], 1.0f);
+  float last = 1.0f;
+  for (int y = kHeight / 2 + 10; y < kHeight; ++y) {
+    const float value = depth[static_cast<std::size_t>(y * kWidth + kWidth / 2)];
+    EXPECT_LT(value, last);
+    last = value;
+  }
+}
+
+TEST(Renderer, DepthIsKeptOnlyWhenAskedFor) {
+  RendererSettings settings = debug_settings();
+  settings.keep_depth = false;
+  DrawnWorld world(test::level_ground(5, 1), GlContext::get().gl(), settings);
+  std::vector<float> depth(kWidth * kHeight);
+  Picture picture(kWidth * kHeight * 4);
+  EXPECT_EQ(world.renderer().read_colour(picture).code(), StatusCode::invalid_argument)
+      << "nothing was drawn";
+  ASSERT_TRUE(world.draw(camera_at({12, 7, 20}, 0, 0)).ok());
+  EXPECT_EQ(world.renderer().read_depth(depth).code(), StatusCode::invalid_argument);
+  picture.pop_back();
+  EXPECT_EQ(world.renderer().read_colour(picture).code(), StatusCode::invalid_argument);
+}
+
+// A stream of indices that holds a few patches only draws the same picture in many parts.
+TEST(Renderer, ShortIndexStreamDrawsTheSamePicture) {
+  constexpr int kLevel = 3;
+  const CameraSettings camera = camera_at({11, 15, 22}, 10, -30);
+  DrawnWorld roomy(test::hills_with_cave(kLevel), GlContext::get().gl(), debug_settings());
+  FrameCounts roomy_counts;
+  ASSERT_TRUE(roomy.draw(camera, &roomy_counts).ok());
+  RendererSettings settings = debug_settings();
+  settings.stream_indices = max_patch_indices(kLevel) * 5;
+  DrawnWorld tight(test::hills_with_cave(kLevel), GlContext::get().gl(), settings);
+  FrameCounts tight_counts;
+  ASSERT_TRUE(tight.draw(camera, &tight_counts).ok());
+  EXPECT_EQ(tight_counts.triangles, roomy_counts.triangles);
+  EXPECT_EQ(roomy_counts.draw_calls, 2u);
+  EXPECT_GT(tight_counts.draw_calls, 10u);
+  EXPECT_EQ(tight.picture(), roomy.picture());
+  settings.stream_indices = max_patch_indices(kLevel) - 1;
+  DrawnWorld too_tight(test::hills_with_cave(kLevel), GlContext::get().gl(), settings);
+  EXPECT_EQ(too_tight.draw(camera).code(), StatusCode::invalid_argument);
+  expect_no_errors(tight.renderer());
+}
+
+// Patches drawn at several levels: where two levels meet there is no hole for the sky to show through.
+TEST(Renderer, NoHolesBetweenLevels) {
+  DrawnWorld world(test::level_ground(5, 4), GlContext::get().gl(), debug_settings());
+  test::TestWorld rough = test::level_ground(5, 4);
+  rough.roughen(4, 5, 2500);
+  DrawnWorld rough_world(rough, GlContext::get().gl(), debug_settings());
+  rough_world.lod.distance_voxels = 14;  // all levels within the picture
+  CameraSettings camera = camera_at({12.2, 10.3, 12.1}, 20, -90);
+  ASSERT_TRUE(rough_world.draw(camera).ok());
+  std::vector<float> depth(kWidth * kHeight);
+  ASSERT_TRUE(rough_world.renderer().read_depth(depth).ok());
+  EXPECT_EQ(std::count(depth.begin(), depth.end(), 1.0f), 0);
+}
+
+TEST(Renderer, TheSunLightsWhatFacesIt) {
+  DrawnWorld world(test::level_ground(5, 1), GlContext::get().gl(), debug_settings());
+  const CameraSettings down = camera_at({12, 9, 12}, 0, -90);
+  double before = 1e9;
+  for (const double elevation : {70.0, 30.0, 8.0, -20.0}) {
+    world.light.sun_elevation_deg = elevation;
+    ASSERT_TRUE(world.draw(down).ok());
+    const double now = brightness(world.picture());
+    EXPECT_LT(now, before) << elevation;
+    before = now;
+  }
+  world.light.sun_elevation_deg = 91;
+  EXPECT_EQ(world.draw(down).code(), StatusCode::invalid_argument);
+}
+
+// The visitor's lamp and the missing sky: inside the cave it is brown and dim, whatever the sun does.
+TEST(Renderer, CavesAreDarkerThanTheGroundAbove) {
+  DrawnWorld world(test::hills_with_cave(3), GlContext::get().gl(), debug_settings());
+  world.light.sun_elevation_deg = 60;
+  ASSERT_TRUE(world.draw(camera_at({11, 15, 10}, 0, -90)).ok());
+  const double outside = brightness(world.picture());
+  const CameraSettings in_cave = camera_at({11, 4.5, 10}, 0, 0);
+  ASSERT_TRUE(world.draw(in_cave).ok());
+  const Picture inside = world.picture();
+  EXPECT_LT(brightness(inside), outside);
+  EXPECT_GT(brightness(inside), 75.0) << "255 / 4 is black with alpha";
+  const std::uint8_t* wall = pixel(inside, kWidth / 2, kHeight / 2);
+  EXPECT_GT(wall[0], wall[2]) << "the lamp is warm";
+}
+
+// Slots are found by the vertex's page alone: patches may lie anywhere in the buffer, rows of the texture
+// included.
+TEST(Renderer, SlotsMayLieAnywhere) {
+  const test::TestWorld world = test::level_ground(5, 2);
+  DrawnWorld usual(world, GlContext::get().gl(), debug_settings());
+  const CameraSettings camera = camera_at({12, 9, 20}, 0, -35);
+  ASSERT_TRUE(usual.draw(camera).ok());
+  const Picture expected = usual.picture();
+
+  // The same patches from the last page backwards, with gaps, over several rows of the page texture.
+  RendererSettings settings = usual.renderer().settings();
+  settings.vertex_pages = 4000;
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(GlContext::get().gl(), settings).ok());
+  renderer.upload_columns(world.octree());
+  const Surface surface = world.surface();
+  std::vector<std::uint32_t> first_vertex(surface.patches.size());
+  for (PatchId p = 0; p < surface.patches.size(); ++p) {
+    const std::uint32_t page = 3999 - p * 5;
+    const Volume& v = surface.volume_of(p);
+    ASSERT_TRUE(
+        renderer.upload_patch(page, world.vertices(p, 2), {v.corner[0], v.corner[1], v.corner[2]}).ok());
+    first_vertex[p] = page * kPageVertices;
+  }
+  FrameInput input;
+  ASSERT_TRUE(make_camera(camera, input.camera).ok());
+  input.items = usual.terrain().items();
+  input.first_vertex = first_vertex;
+  input.index_table = usual.terrain().index_table();
+  input.max_level = 2;
+  FrameCounts counts;
+  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  Picture picture(expected.size());
+  ASSERT_TRUE(renderer.read_colour(picture).ok());
+  EXPECT_EQ(picture, expected);
+  // A patch that is not resident is left out and counted.
+  first_vertex[input.items[0].patch] = 0xffffffffu;
+  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  EXPECT_EQ(counts.left_out, 1u);
+  expect_no_errors(renderer);
+}
+
+}  // namespace
+}  // namespace karst

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+// C++ and the linked programs agree on everything in interface.glsl.
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "renderer/programs.h"
+#include "renderer/shader_interface.h"
+#include "tests/gl/gl_fixture.h"
+
+namespace karst {
+namespace {
+
+using test::GlContext;
+
+#define KARST_FIELD(name, type)                \
+  {                                            \
+#name, {                                   \
+      offsetof(shader::FrameBlock, name), type \
+    }                                          \
+  }
+struct Field {
+  std::size_t offset;
+  GLenum type;
+};
+const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_FLOAT_MAT4),
+                                              KARST_FIELD(camera_voxel, GL_INT_VEC4),
+                                              KARST_FIELD(camera_fine, GL_FLOAT_VEC4),
+                                              KARST_FIELD(ray_right, GL_FLOAT_VEC4),
+                                              KARST_FIELD(ray_up, GL_FLOAT_VEC4),
+                                              KARST_FIELD(ray_forward, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sun_direction, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sun_light, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sky_light, GL_FLOAT_VEC4),
+                                              KARST_FIELD(ground_light, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),
+                                              KARST_FIELD(haze, GL_FLOAT_VEC4),
+                                              KARST_FIELD(columns, GL_FLOAT_VEC4)};
+#undef KARST_FIELD
+
+class ShaderInterface : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Status status = programs_.create(context_.gl(), log_);
+    ASSERT_TRUE(status.ok()) << status.what() << ' ' << log_.data();
+  }
+  void TearDown() override {
+    programs_.destroy(context_.gl());
+    EXPECT_EQ(context_.gl().GetError(), GLenum{GL_NO_ERROR});
+  }
+
+  GLint program_value(GLuint program, GLenum name) {
+    GLint value = 0;
+    context_.gl().GetProgramiv(program, name, &value);
+    return value;
+  }
+
+  GlContext& context_ = GlContext::get();
+  Programs programs_;
+  std::array<char, 2048> log_{};
+};
+
+TEST_F(ShaderInterface, EveryVariantCompilesAndIsNamedOnce) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    EXPECT_NE(programs_[static_cast<ShaderVariant>(i)], 0u);
+    EXPECT_TRUE(names.insert(kShaderTexts[i].name).second) << kShaderTexts[i].name;
+    EXPECT_EQ(std::string(kShaderTexts[i].vertex).rfind("#version 300 es\n", 0), 0u);
+    EXPECT_EQ(std::string(kShaderTexts[i].fragment).rfind("#version 300 es\n", 0), 0u);
+  }
+  EXPECT_STREQ(kShaderTexts[static_cast<std::size_t>(ShaderVariant::terrain)].name, "terrain");
+}
+
+TEST_F(ShaderInterface, AttributesAreWhereCppPutsThem) {
+  const auto get_location = context_.function<PFNGLGETATTRIBLOCATIONPROC>("glGetAttribLocation");
+  const GLuint terrain = programs_[ShaderVariant::terrain];
+  EXPECT_EQ(get_location(terrain, "position_normal"), KARST_LOCATION_POSITION);
+  const GLint morph = get_location(terrain, "morph_normal");
+  EXPECT_TRUE(morph == KARST_LOCATION_MORPH || morph == -1) << morph;
+  // No attribute that the vertex array does not supply.
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    const GLuint program = programs_[static_cast<ShaderVariant>(i)];
+    const auto get_attribute = context_.function<PFNGLGETACTIVEATTRIBPROC>("glGetActiveAttrib");
+    for (GLint a = 0; a < program_value(program, GL_ACTIVE_ATTRIBUTES); ++a) {
+      char name[64];
+      GLint size = 0;
+      GLenum type = 0;
+      get_attribute(program, static_cast<GLuint>(a), sizeof name, nullptr, &size, &type, name);
+      if (std::strncmp(name, "gl_", 3) == 0) continue;  // gl_VertexID
+      EXPECT_EQ(type, GLenum{GL_INT_VEC4}) << name;
+      const GLint location = get_location(program, name);
+      EXPECT_TRUE(location == KARST_LOCATION_POSITION || location == KARST_LOCATION_MORPH) << name;
+    }
+  }
+}
+
+TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
+  const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
+  const auto get_uniforms = context_.function<PFNGLGETACTIVEUNIFORMSIVPROC>("glGetActiveUniformsiv");
+  const auto get_block = context_.function<PFNGLGETACTIVEUNIFORMBLOCKIVPROC>("glGetActiveUniformBlockiv");
+  for (const ShaderVariant variant : {ShaderVariant::terrain, ShaderVariant::sky}) {
+    const GLuint program = programs_[variant];
+    const GLuint block = context_.gl().GetUniformBlockIndex(program, "FrameBlock");
+    ASSERT_NE(block, GL_INVALID_INDEX);
+    GLint size = 0;
+    get_block(program, block, GL_UNIFORM_BLOCK_DATA_SIZE, &size);
+    EXPECT_EQ(static_cast<std::size_t>(size), sizeof(shader::FrameBlock));
+    GLint binding = -1;
+    get_block(program, block, GL_UNIFORM_BLOCK_BINDING, &binding);
+    EXPECT_EQ(binding, KARST_BINDING_FRAME);
+
+    std::size_t members = 0;
+    for (GLint i = 0; i < program_value(program, GL_ACTIVE_UNIFORMS); ++i) {
+      const auto index = static_cast<GLuint>(i);
+      GLint in_block = -1;
+      get_uniforms(program, 1, &index, GL_UNIFORM_BLOCK_INDEX, &in_block);
+      if (in_block < 0) continue;
+      char name[64];
+      GLint count = 0;
+      GLenum type = 0;
+      get_uniform(program, index, sizeof name, nullptr, &count, &type, name);
+      const auto field = kFields.find(name);
+      ASSERT_NE(field, kFields.end()) << name;
+      GLint offset = -1;
+      get_uniforms(program, 1, &index, GL_UNIFORM_OFFSET, &offset);
+      EXPECT_EQ(static_cast<std::size_t>(offset), field->second.offset) << name;
+      EXPECT_EQ(type, field->second.type) << name;
+      ++members;
+    }
+    EXPECT_EQ(members, kFields.size());
+  }
+}
+
+TEST_F(ShaderInterface, SamplersReadTheirUnits) {
+  const std::map<std::string, GLint> units = {{"page_origins", KARST_UNIT_PAGE_ORIGINS},
+                                              {"noise", KARST_UNIT_NOISE},
+                                              {"column_tops", KARST_UNIT_COLUMN_TOPS},
+                                              {"depth", KARST_UNIT_DEPTH}};
+  const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
+  const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
+  std::set<std::string> seen;
+  for (std::size_t p = 0; p < kShaderVariants; ++p) {
+    const GLuint program = programs_[static_cast<ShaderVariant>(p)];
+    for (GLint i = 0; i < program_value(program, GL_ACTIVE_UNIFORMS); ++i) {
+      char name[64];
+      GLint count = 0;
+      GLenum type = 0;
+      get_uniform(program, static_cast<GLuint>(i), sizeof name, nullptr, &count, &type, name);
+      if (type != GL_SAMPLER_2D && type != GL_INT_SAMPLER_2D) continue;
+      ASSERT_TRUE(units.contains(name)) << name;
+      GLint unit = -1;
+      get_value(program, context_.gl().GetUniformLocation(program, name), &unit);
+      EXPECT_EQ(unit, units.at(name)) << name;
+      seen.insert(name);
+    }
+  }
+  EXPECT_EQ(seen.size(), units.size());
+}
+
+}  // namespace
+}  // namespace karst
