@@ -43,8 +43,8 @@ struct FitHeights {
 };
 
 // Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle is folded or
-// max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is turned against W at
-// its vertices; in a height field (height_field = true), when it does not face upwards.
+// max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is turned both against W at
+// its vertices and against its undisplaced normal; in a height field (height_field = true), when it does not face upwards.
 struct RepairFolds {
   Surface surface;
   int level = 0;

@@ -2,6 +2,8 @@
 // Folds are rare (design 4.4) and small: neighbouring rays that meet different sheets of a steep slope. Averaging
 // the heights of the vertices concerned with those around them pulls the sheets together again. Passes look only at
 // patches that changed in the last one.
+// On features one voxel thin W can oppose the surface's normal; a triangle there counts as folded only when it is turned
+// against its undisplaced self as well.
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -21,9 +23,14 @@ constexpr int kWidenAfter = 8;
 class Repair {
  public:
   explicit Repair(const RepairFolds& job)
-      : job_(job), side_(patch_side(job.level)), patches_(job.surface.patches.begin(), job.surface.patches.end()) {
+      : job_(job),
+        side_(patch_side(job.level)),
+        patches_(job.surface.patches.begin(), job.surface.patches.end()),
+        bare_patches_(patches_) {
     for (PatchId p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
+    for (Patch& p : bare_patches_) p.height_block = kNoHeights;
     surface_ = {job.surface.volumes, patches_};
+    bare_surface_ = {job.surface.volumes, bare_patches_};
   }
 
   RepairFolds::Result run() {
@@ -38,7 +45,7 @@ class Repair {
       if (result.passes == 0) result.folded_before = folded;
       result.folded_after = folded;
       if (folded == 0 || result.passes == job_.max_passes) break;
-      work = move(marked);
+      work = move(marked, result.passes);
       moved.insert(moved.end(), marked.begin(), marked.end());
     }
     std::sort(moved.begin(), moved.end());
@@ -61,21 +68,28 @@ class Repair {
     return least;
   }
 
-  bool folded(PatchId p, const GridVertex (&v)[3]) const {
+  glm::dvec3 normal(const std::vector<glm::ivec3>& positions, const GridVertex (&v)[3]) const {
     glm::dvec3 d[3];
-    for (int k = 0; k < 3; ++k) d[k] = glm::dvec3(positions_[static_cast<std::size_t>(v[k].j * side_ + v[k].i)]);
-    const glm::dvec3 normal = glm::cross(d[1] - d[0], d[2] - d[0]);
-    if (job_.height_field) return normal.y <= 0 && glm::dot(normal, normal) > 0;
+    for (int k = 0; k < 3; ++k) d[k] = glm::dvec3(positions[static_cast<std::size_t>(v[k].j * side_ + v[k].i)]);
+    return glm::cross(d[1] - d[0], d[2] - d[0]);
+  }
+
+  bool folded(PatchId p, const GridVertex (&v)[3]) const {
+    const glm::dvec3 n = normal(positions_, v);
+    if (job_.height_field) return n.y <= 0 && glm::dot(n, n) > 0;
+    if (glm::dot(n, normal(base_, v)) >= 0) return false;
     glm::dvec3 w(0.0);
     for (const GridVertex& g : v) w += base_point(surface_, job_.level, p, g.i, g.j).direction;
-    return glm::dot(normal, w) < 0;
+    return glm::dot(n, w) < 0;
   }
 
   // Appends the canonical keys of the vertices to move; returns the number of folded triangles.
   std::uint64_t find_folds(PatchId p, int pass, std::vector<std::uint64_t>& marked) {
     const Heights heights = {job_.level, job_.heights};
     positions_.resize(block());
+    base_.resize(block());
     displaced_positions(surface_, heights, job_.level, p, positions_);
+    displaced_positions(bare_surface_, {}, job_.level, p, base_);
     const int n = side_ - 1;
     std::uint64_t count = 0;
     for (int j = 0; j < n; ++j) {
@@ -104,7 +118,7 @@ class Repair {
   }
 
   // Mean height of a vertex's grid neighbours over all its copies.
-  std::int16_t smoothed(GridVertex v) const {
+  std::int16_t smoothed(GridVertex v, int pass) const {
     std::int64_t sum = 0;
     std::int64_t count = 0;
     for_each_copy(patches_, job_.level, v, [&](GridVertex copy) {
@@ -115,16 +129,18 @@ class Repair {
         }
       }
     });
-    return static_cast<std::int16_t>(sum / count);
+    // Undisplaced, no triangle is folded (a height field's may stand upright): heights that keep folding are worn down.
+    const std::int64_t worn = !job_.height_field && pass >= kWidenAfter ? sum * 3 / 4 : sum;
+    return static_cast<std::int16_t>(worn / count);
   }
 
   // All marked vertices at once from the old heights. Returns the patches to look at again.
-  std::vector<PatchId> move(std::vector<std::uint64_t>& marked) {
+  std::vector<PatchId> move(std::vector<std::uint64_t>& marked, int pass) {
     std::sort(marked.begin(), marked.end());
     marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
     std::vector<std::int16_t> value;
     value.reserve(marked.size());
-    for (const std::uint64_t k : marked) value.push_back(smoothed(vertex(k)));
+    for (const std::uint64_t k : marked) value.push_back(smoothed(vertex(k), pass));
     std::vector<PatchId> touched;
     for (std::size_t m = 0; m < marked.size(); ++m) {
       for_each_copy(patches_, job_.level, vertex(marked[m]), [&](GridVertex copy) {
@@ -140,8 +156,11 @@ class Repair {
   const RepairFolds& job_;
   int side_;
   std::vector<Patch> patches_;
+  std::vector<Patch> bare_patches_;  // the same without heights
   Surface surface_;
-  std::vector<glm::ivec3> positions_;
+  Surface bare_surface_;
+  std::vector<glm::ivec3> positions_;  // of the patch in hand, displaced
+  std::vector<glm::ivec3> base_;       // and undisplaced
 };
 
 }  // namespace
