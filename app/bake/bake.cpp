@@ -6,6 +6,7 @@
 #include "app/bake/elevation_solid.h"
 #include "app/bake/parallel.h"
 #include "app/bake/samples.h"
+#include "app/bake/settle_voxels.h"
 #include "terrain/base/config.h"
 #include "terrain/patch/fit_heights.h"
 #include "terrain/surface/extract_surface.h"
@@ -93,7 +94,7 @@ class Baker {
     if (job_.sample.empty()) {
       read_image();
     } else {
-      Sample sample = make_sample(job_.sample);
+      Sample sample = make_sample(job_.sample, job_.threads);
       if (sample.solid == nullptr) throw BakeError("--sample: there is no sample '" + job_.sample + "'");
       grid_ = grid_for(sample.content_m, job_.voxel_m > 0 ? job_.voxel_m : sample.voxel_m);
       level_ = job_.level > 0 ? job_.level : sample.level;
@@ -178,24 +179,23 @@ class Baker {
     check(voxelize.run(voxels_.octree), "voxels");
   }
 
-  // Voxels whose centre is in the solid. The topmost layer stays air.
+  // Voxels whose centre is in the solid, settled. The topmost layer stays air.
   void fill_by(const Solid& solid) {
     const glm::ivec3 extent = grid_.extent;
     const auto row = static_cast<std::size_t>(extent.x), slice = row * static_cast<std::size_t>(extent.y);
-    std::vector<std::uint8_t> filled(slice * static_cast<std::size_t>(extent.z));
-    parallel_chunks(
-        static_cast<std::size_t>(extent.z), 1, job_.threads, [&](std::size_t z, std::size_t, int) {
-          for (int y = 0; y < extent.y - 1; ++y) {
-            for (int x = 0; x < extent.x; ++x) {
-              const glm::dvec3 centre(x + 0.5, y + 0.5, static_cast<double>(z) + 0.5);
-              filled[z * slice + static_cast<std::size_t>(y) * row + static_cast<std::size_t>(x)] =
-                  solid.value_m(grid_.to_m(centre)) > 0 ? 1 : 0;
-            }
-          }
-        });
+    std::vector<float> values(slice * static_cast<std::size_t>(extent.z), -1.0f);
+    parallel_chunks(static_cast<std::size_t>(extent.z), 1, job_.threads,
+                    [&](std::size_t z, std::size_t, int) {
+                      for (std::size_t k = 0; k < slice - row; ++k) {
+                        const glm::dvec3 corner(static_cast<double>(k % row), static_cast<double>(k / row),
+                                                static_cast<double>(z));
+                        values[z * slice + k] = static_cast<float>(solid.value_m(grid_.to_m(corner + 0.5)));
+                      }
+                    });
+    report_.voxels_settled = SettleVoxels{extent, values}.run();
     const auto is_filled = [&](glm::ivec3 v, bool) {
-      return filled[static_cast<std::size_t>(v.z) * slice + static_cast<std::size_t>(v.y) * row +
-                    static_cast<std::size_t>(v.x)] != 0;
+      return values[static_cast<std::size_t>(v.z) * slice + static_cast<std::size_t>(v.y) * row +
+                    static_cast<std::size_t>(v.x)] > 0;
     };
     const VoxelizePredicate voxelize{extent, VoxelFunction(is_filled)};
     const std::uint32_t full_tree = ((1u << (3 * grid_.depth)) - 1) / 7;

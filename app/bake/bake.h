@@ -39,6 +39,7 @@ struct Bake {
 
     WorldInfo info;
     std::uint64_t filled_voxels = 0;
+    std::uint64_t voxels_settled = 0;  // changed by SettleVoxels
     std::size_t carve_shapes = 0;
     std::uint64_t vertices = 0, misses = 0;            // misses: no surface within reach of the vertex
     std::uint64_t folds_repaired = 0, folds_left = 0;  // triangles, in the sense of RepairFolds

@@ -15,65 +15,28 @@ double mix(double a, double b, double t) {
   return a + t * (b - a);
 }
 
-// One of the twelve directions to a cube's edges (four of them twice), times d.
-double gradient(std::uint32_t hash, double x, double y, double z) {
-  switch (hash >> 28) {
-    case 0:
-      return x + y;
-    case 1:
-      return y - x;
-    case 2:
-      return x - y;
-    case 3:
-      return -x - y;
-    case 4:
-      return x + z;
-    case 5:
-      return z - x;
-    case 6:
-      return x - z;
-    case 7:
-      return -x - z;
-    case 8:
-      return y + z;
-    case 9:
-      return z - y;
-    case 10:
-      return y - z;
-    case 11:
-      return -y - z;
-    case 12:
-      return x + y;
-    case 13:
-      return z - y;
-    case 14:
-      return y - x;
-    default:
-      return -y - z;
-  }
-}
+// The twelve directions to a cube's edges (four of them twice), and eight of equal length in the plane.
+// Looked up rather than branched to: the branches of a hash are never predicted.
+constexpr double kEdges[16][3] = {{1, 1, 0},  {-1, 1, 0},  {1, -1, 0}, {-1, -1, 0}, {1, 0, 1},  {-1, 0, 1},
+                                  {1, 0, -1}, {-1, 0, -1}, {0, 1, 1},  {0, -1, 1},  {0, 1, -1}, {0, -1, -1},
+                                  {1, 1, 0},  {0, -1, 1},  {-1, 1, 0}, {0, -1, -1}};
+constexpr double kDiagonal = 0.70710678118654752;
+constexpr double kWays[8][2] = {{1, 0},
+                                {-1, 0},
+                                {0, 1},
+                                {0, -1},
+                                {kDiagonal, kDiagonal},
+                                {kDiagonal, -kDiagonal},
+                                {-kDiagonal, kDiagonal},
+                                {-kDiagonal, -kDiagonal}};
 
-// One of eight directions of equal length, times d.
+double gradient(std::uint32_t hash, double x, double y, double z) {
+  const double* g = kEdges[hash >> 28];
+  return g[0] * x + g[1] * y + g[2] * z;
+}
 double gradient(std::uint32_t hash, double x, double z) {
-  constexpr double kDiagonal = 0.70710678118654752;
-  switch (hash >> 29) {
-    case 0:
-      return x;
-    case 1:
-      return -x;
-    case 2:
-      return z;
-    case 3:
-      return -z;
-    case 4:
-      return kDiagonal * (x + z);
-    case 5:
-      return kDiagonal * (x - z);
-    case 6:
-      return kDiagonal * (z - x);
-    default:
-      return -kDiagonal * (x + z);
-  }
+  const double* g = kWays[hash >> 29];
+  return g[0] * x + g[1] * z;
 }
 
 constexpr double kLacunarity = 2.03;
@@ -173,6 +136,31 @@ double TabulatedPlane::at(double x, double z) const {
   for (int k = 0; k < 4; ++k, first += width_) {
     sum += down.w[k] * (across.w[0] * first[0] + across.w[1] * first[1] + across.w[2] * first[2] +
                         across.w[3] * first[3]);
+  }
+  return sum;
+}
+
+double TabulatedSpace::at(glm::dvec3 p) const {
+  std::size_t cell[3];
+  double t[3];
+  for (int k = 0; k < 3; ++k) {
+    const double c = std::clamp((p[k] - origin_[k]) * per_unit_, 1.0, size_[k] - 3.001);
+    const int whole = static_cast<int>(c);
+    cell[k] = static_cast<std::size_t>(whole - 1);
+    t[k] = c - whole;
+  }
+  const SplineWeights wx(t[0]), wy(t[1]), wz(t[2]);
+  const auto row = static_cast<std::size_t>(size_.x), slice = row * static_cast<std::size_t>(size_.y);
+  const float* first = values_.data() + cell[2] * slice + cell[1] * row + cell[0];
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    double plane = 0;
+    for (std::size_t j = 0; j < 4; ++j) {
+      const float* v = first + k * slice + j * row;
+      plane += wy.w[j] * ((wx.w[0] * double{v[0]} + wx.w[1] * double{v[1]}) +
+                          (wx.w[2] * double{v[2]} + wx.w[3] * double{v[3]}));
+    }
+    sum += wz.w[k] * plane;
   }
   return sum;
 }

@@ -5,6 +5,9 @@
 // functions" (2018), lowbias32.
 #pragma once
 
+#include "app/bake/parallel.h"
+#include "app/bake/solid.h"
+
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -25,12 +28,7 @@ constexpr std::uint32_t mix_bits(std::uint32_t x) {
 
 constexpr std::uint32_t hash_cell(int x, int y, int z, std::uint32_t seed) {
   const auto u = [](int v) { return static_cast<std::uint32_t>(v); };
-  return mix_bits(u(x) * 0x9e3779b1u ^ mix_bits(u(y) * 0x85ebca77u ^ mix_bits(u(z) * 0xc2b2ae3du ^ seed)));
-}
-
-// In [0, 1), by an integer.
-constexpr double hash_unit(std::uint32_t index, std::uint32_t seed) {
-  return mix_bits(index * 0x9e3779b1u ^ mix_bits(seed)) * (1.0 / 4294967296.0);
+  return mix_bits(u(x) * 0x9e3779b1u ^ u(y) * 0x85ebca77u ^ u(z) * 0xc2b2ae3du ^ seed * 0x27d4eb2fu);
 }
 
 // Gradient noise of period-free lattice 1, zero at lattice points, within +-1, slope at most about 2.
@@ -95,6 +93,35 @@ class TabulatedPlane {
   double per_unit_ = 1;
   int width_ = 0, height_ = 0;
   std::vector<double> values_;
+};
+
+// The same in space.
+class TabulatedSpace {
+ public:
+  TabulatedSpace() = default;
+  // function: double(glm::dvec3), called from `threads` threads, once a grid point over the box and a margin.
+  template <class F>
+  TabulatedSpace(const Box& box, double spacing, int threads, const F& function)
+      : origin_(box.min - 2 * spacing), per_unit_(1 / spacing) {
+    for (int k = 0; k < 3; ++k) size_[k] = static_cast<int>((box.max[k] - box.min[k]) / spacing) + 6;
+    const auto row = static_cast<std::size_t>(size_.x), slice = row * static_cast<std::size_t>(size_.y);
+    values_.resize(slice * static_cast<std::size_t>(size_.z));
+    parallel_chunks(static_cast<std::size_t>(size_.z), 1, threads, [&](std::size_t z, std::size_t, int) {
+      for (std::size_t k = 0; k < slice; ++k) {
+        const glm::dvec3 cell(static_cast<double>(k % row), static_cast<double>(k / row),
+                              static_cast<double>(z));
+        values_[z * slice + k] = static_cast<float>(function(origin_ + spacing * cell));
+      }
+    });
+  }
+
+  double at(glm::dvec3 p) const;
+
+ private:
+  glm::dvec3 origin_{0.0};
+  double per_unit_ = 1;
+  glm::ivec3 size_{0};
+  std::vector<float> values_;  // index (z * size_.y + y) * size_.x + x
 };
 
 }  // namespace karst::bake

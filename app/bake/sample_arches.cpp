@@ -51,9 +51,13 @@ constexpr Tower kTowers[] = {
     {{150, -10}, 18, 12, 16, 44},
 };
 
-class Arches final : public Solid {
+class Arches final : public SampleShape {
  public:
-  Arches() { sand_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, dunes); }
+  Arches() {
+    content_m = {{-kHalf, 2, -kHalf}, {kHalf, 106, kHalf}};
+    grain = {0.5, 6, 3.5, 0.35, 17, 7};
+    sand_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, dunes);
+  }
 
   double value_m(glm::dvec3 p) const override {
     const double wander = 3.2 * noise(p / 31.0, 41) + 1.4 * noise(p / 13.0, 42);
@@ -63,9 +67,8 @@ class Arches final : public Solid {
     for (const Fin& f : kFins) rock = std::max(rock, fin(f, p));
     for (const Tower& t : kTowers) rock = smooth_max(rock, tower(t, p), 8);
     for (const Arch& a : kArches) rock = smooth_max(rock, arch(a, p), 8);
-    const double worn = rock_grain_.apply(rock + wander + layers, p);
-    const double sand = sand_grain_.apply(sand_.at(p.x, p.z) - p.y, p);
-    return smooth_max(worn, sand, 9);  // sand is blown against the rock
+    const double sand = sand_.at(p.x, p.z) - p.y;
+    return smooth_max(rock + wander + layers, sand, 9);  // sand is blown against the rock
   }
 
  private:
@@ -110,17 +113,12 @@ class Arches final : public Solid {
   }
 
   TabulatedPlane sand_;
-  Grain rock_grain_{0.5, 6, 3.5, 0.35, 7};
-  Grain sand_grain_{0.12, 5, 0, 0, 8};
 };
 
 }  // namespace
 
-Sample make_arches() {
-  Sample sample;
-  sample.solid = std::make_unique<Arches>();
-  sample.content_m = {{-kHalf, 2, -kHalf}, {kHalf, 106, kHalf}};
-  return sample;
+std::unique_ptr<SampleShape> make_arches() {
+  return std::make_unique<Arches>();
 }
 
 }  // namespace karst::bake

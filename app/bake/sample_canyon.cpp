@@ -30,9 +30,11 @@ struct Tier {
 };
 constexpr std::array<Tier, 3> kTiers = {{{17, 40, 9, 6}, {45, 86, 12, 8}, {84, 122, 12, 9}}};
 
-class Canyon final : public Solid {
+class Canyon final : public SampleShape {
  public:
   Canyon() {
+    grain = {0.45, 7, 4.5, 0.4, 14, 5};
+    content_m = {{-kHalfX, 0, -kHalfZ}, {kHalfX, 138, kHalfZ}};
     const glm::dvec2 min(-kHalfX - 20, -kHalfZ - 20), max(kHalfX + 20, kHalfZ + 20);
     for (int k = 0; k < kRiverPoints; ++k) {
       const double x = -kHalfX - 60 + (2 * kHalfX + 120) * k / (kRiverPoints - 1);
@@ -61,7 +63,7 @@ class Canyon final : public Solid {
     for (const Hollow& h : kHollows) {
       value = smooth_min(value, ellipsoid_distance(h.centre, h.radii, p) + 0.3 * wander, 5);
     }
-    return grain_.apply(value, p);
+    return value;
   }
 
  private:
@@ -141,16 +143,12 @@ class Canyon final : public Solid {
 
   std::array<glm::dvec2, kRiverPoints> river_;
   TabulatedPlane from_river_, from_gully_, swell_;
-  Grain grain_{0.45, 7, 4.5, 0.4, 5};
 };
 
 }  // namespace
 
-Sample make_canyon() {
-  Sample sample;
-  sample.solid = std::make_unique<Canyon>();
-  sample.content_m = {{-kHalfX, 0, -kHalfZ}, {kHalfX, 138, kHalfZ}};
-  return sample;
+std::unique_ptr<SampleShape> make_canyon() {
+  return std::make_unique<Canyon>();
 }
 
 }  // namespace karst::bake

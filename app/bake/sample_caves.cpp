@@ -62,16 +62,20 @@ constexpr Pillar kPillars[] = {
     {{100, 14}, 9.5, 20, 56}, {{-8, 92}, 9, 17, 30},     {{76, -92}, 9, 17, 34},
 };
 
-class Caves final : public Solid {
+class Caves final : public SampleShape {
  public:
-  Caves() { ground_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, hills); }
+  Caves() {
+    content_m = {{-kHalf, 8, -kHalf}, {kHalf, 130, kHalf}};
+    grain = {0.5, 6.5, 5, 0.25, -1e9, 9};
+    ground_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, hills);
+  }
 
   double value_m(glm::dvec3 p) const override {
     const double wander = 4.5 * noise(p / 38.0, 61) + 2.0 * noise(p / 15.0, 62);
     const double ground = ground_.at(p.x, p.z) - p.y;
     const double rock = ground + 0.35 * wander;
     const double open = hollow(p, wander);
-    return grain_.apply(smooth_min(rock, -open, 5), p);
+    return smooth_min(rock, -open, 5);
   }
 
  private:
@@ -111,16 +115,12 @@ class Caves final : public Solid {
   }
 
   TabulatedPlane ground_;
-  Grain grain_{0.5, 6.5, 5, 0.25, 9};
 };
 
 }  // namespace
 
-Sample make_caves() {
-  Sample sample;
-  sample.solid = std::make_unique<Caves>();
-  sample.content_m = {{-kHalf, 8, -kHalf}, {kHalf, 130, kHalf}};
-  return sample;
+std::unique_ptr<SampleShape> make_caves() {
+  return std::make_unique<Caves>();
 }
 
 }  // namespace karst::bake

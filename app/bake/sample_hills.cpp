@@ -9,10 +9,14 @@ namespace {
 
 constexpr double kHalf = 252;  // metres; 63 x 63 voxels
 
-class Hills final : public Solid {
+class Hills final : public SampleShape {
  public:
-  Hills() { height_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, ground); }
-  double value_m(glm::dvec3 p) const override { return grain_.apply(height_.at(p.x, p.z) - p.y, p); }
+  Hills() {
+    content_m = {{-kHalf, 8, -kHalf}, {kHalf, 112, kHalf}};
+    grain = {0.5, 9, 4, 0, -1e9, 6};
+    height_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, ground);
+  }
+  double value_m(glm::dvec3 p) const override { return height_.at(p.x, p.z) - p.y; }
 
  private:
   // Ridges wander through broad swells: noise whose place is itself moved by noise.
@@ -27,16 +31,12 @@ class Hills final : public Solid {
   }
 
   TabulatedPlane height_;
-  Grain grain_{0.5, 9, 0, 0, 6};
 };
 
 }  // namespace
 
-Sample make_hills() {
-  Sample sample;
-  sample.solid = std::make_unique<Hills>();
-  sample.content_m = {{-kHalf, 8, -kHalf}, {kHalf, 112, kHalf}};
-  return sample;
+std::unique_ptr<SampleShape> make_hills() {
+  return std::make_unique<Hills>();
 }
 
 }  // namespace karst::bake

@@ -24,7 +24,7 @@ struct SampleName {
 };
 std::span<const SampleName> sample_names();
 
-// solid is null for a name that is none of the above.
-Sample make_sample(std::string_view name);
+// solid is null for a name that is none of the above. The sample does not depend on threads.
+Sample make_sample(std::string_view name, int threads);
 
 }  // namespace karst::bake
