@@ -11,7 +11,7 @@
 // Texture units.
 #define KARST_UNIT_PAGE_ORIGINS 0
 #define KARST_UNIT_NOISE 1
-#define KARST_UNIT_COLUMN_TOPS 2
+#define KARST_UNIT_SKY_LINE 2
 #define KARST_UNIT_DEPTH 3
 
 // Binding point of the uniform block.
@@ -45,5 +45,5 @@ KARST_BLOCK(FrameBlock) {
   vec4 sky_zenith;         // rgb: the sky itself
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
   vec4 haze;               // x: 1 / distance at which 63 % is haze, 1/voxels
-  vec4 columns;            // xy: 1 / extent in x and z, 1/voxels
+  vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
 };

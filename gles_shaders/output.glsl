@@ -2,9 +2,10 @@
 // From linear light to the eight bits of the picture.
 
 // Light that is brighter than the picture can show keeps its hue and rolls off instead of clipping. Fit of the ACES
-// filmic curve: K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015. 0.6 is the exposure that curve was fitted for.
+// filmic curve: K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
+const float kExposure = 0.66;
 vec3 tone_map(vec3 light) {
-  vec3 x = light * 0.6;
+  vec3 x = light * kExposure;
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 

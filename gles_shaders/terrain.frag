@@ -10,7 +10,7 @@ precision highp sampler2D;
 #include "sky_colour.glsl"
 #include "surface_noise.glsl"
 
-uniform sampler2D column_tops;  // r: height of the lowest column top of the 3 x 3 around, voxels
+uniform sampler2D sky_line;  // r: height of the open sky over a column, voxels (renderer/sky_line.h)
 
 in vec3 normal_ws;
 in vec3 from_eye_ws;
@@ -48,11 +48,9 @@ float pixel_footprint() {
   return max(max(a, b) * 0.5, min(a, b));
 }
 
-// How deep below open sky a point lies: 0 outside, 1 in a cave. column_tops takes the lowest of the neighbouring
-// columns, so cliffs and the mouths of caves count as outside.
+// 0 under the open sky, 1 deep in a cave.
 float cave_depth(vec3 position) {
-  float top = texture(column_tops, position.xz * columns.xy).r;
-  return smoothstep(0.25, 1.75, top - position.y);
+  return smoothstep(0.5, 4.0, texture(sky_line, position.xz * sky_line_scale.xy).r - position.y);
 }
 
 // Strata: a line through the noise texture along the height, warped a little, so that beds undulate.
@@ -115,7 +113,7 @@ void main() {
   float sun = max(facing_sun, 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
   vec3 ambient = mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
   float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
-  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.25, cave) + kLamp * (lamp * cave));
+  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.3, cave) + kLamp * (lamp * cave));
 
   float hazed = (1.0 - exp(-distance_voxels * haze.x)) * (1.0 - 0.9 * cave);
   colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));

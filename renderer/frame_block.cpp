@@ -37,8 +37,8 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
   const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
 
   block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.7f, 3.35f, 2.9f}, height) * disc);
-  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.09f, 0.24f, 0.62f}, height);
-  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.56f, 0.68f, 0.84f}, height);
+  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.07f, 0.20f, 0.56f}, height);
+  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.37f, 0.54f, 0.80f}, height);
   constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
   constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));
@@ -82,8 +82,8 @@ shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& ligh
                                       -std::cos(azimuth) * std::cos(elevation)));
   set_light(light, block);
   block.haze.x = static_cast<float>(1.0 / light.haze_voxels);
-  block.columns.x = 1.0f / static_cast<float>(extent.x);
-  block.columns.y = 1.0f / static_cast<float>(extent.z);
+  block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
+  block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
   return block;
 }
 

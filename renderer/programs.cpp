@@ -16,7 +16,7 @@ struct Sampler {
 // Names are the same in all shaders; a program that has no such sampler is left alone.
 constexpr Sampler kSamplers[] = {{"page_origins", KARST_UNIT_PAGE_ORIGINS},
                                  {"noise", KARST_UNIT_NOISE},
-                                 {"column_tops", KARST_UNIT_COLUMN_TOPS},
+                                 {"sky_line", KARST_UNIT_SKY_LINE},
                                  {"depth", KARST_UNIT_DEPTH}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "renderer/column_tops.h"
 #include "renderer/noise_texture.h"
+#include "renderer/sky_line.h"
 #include "terrain/patch/index_batches.h"
 #include "terrain/view/expand_indices.h"
 
@@ -106,7 +106,7 @@ void Renderer::destroy() {
   programs_.destroy(gl_);
   GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
   GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
-  GLuint* const textures[] = {&page_origins_, &noise_, &column_tops_, &depth_};
+  GLuint* const textures[] = {&page_origins_, &noise_, &sky_line_, &depth_};
   GLuint* const framebuffers[] = {&target_, &colour_target_};
   for (GLuint* name : buffers) gl_.DeleteBuffers(1, name);
   for (GLuint* name : arrays) gl_.DeleteVertexArrays(1, name);
@@ -214,12 +214,12 @@ void Renderer::create_textures() {
   }
   gl_.GenerateMipmap(GL_TEXTURE_2D);
 
-  column_tops_ =
-      make_texture(KARST_UNIT_COLUMN_TOPS, GL_R16F, 1, settings_.extent.x, settings_.extent.z, GL_LINEAR);
-  float top_row[1 << kMaxDepth];
-  std::fill(std::begin(top_row), std::end(top_row), -1e4f);  // below everything: no cave anywhere
+  sky_line_ =
+      make_texture(KARST_UNIT_SKY_LINE, GL_R16F, 1, settings_.extent.x, settings_.extent.z, GL_LINEAR);
+  float row[1 << kMaxDepth];
+  std::fill(std::begin(row), std::end(row), -1e4f);  // below everything: no cave anywhere
   for (int z = 0; z < settings_.extent.z; ++z) {
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings_.extent.x, 1, GL_RED, GL_FLOAT, top_row);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings_.extent.x, 1, GL_RED, GL_FLOAT, row);
   }
 }
 
@@ -234,7 +234,7 @@ void Renderer::label_objects() {
   label(GL_VERTEX_ARRAY_KHR, vertex_array_, "terrain");
   label(GL_TEXTURE, page_origins_, "page_origins");
   label(GL_TEXTURE, noise_, "noise");
-  label(GL_TEXTURE, column_tops_, "column_tops");
+  label(GL_TEXTURE, sky_line_, "sky_line");
   label(GL_TEXTURE, depth_, "depth");
   label(GL_RENDERBUFFER, colour_, "colour");
   label(GL_FRAMEBUFFER, target_, "target");
@@ -244,11 +244,12 @@ void Renderer::label_objects() {
   }
 }
 
-void Renderer::upload_columns(const Octree& octree) {
-  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_COLUMN_TOPS);
+void Renderer::upload_sky_line(const Octree& octree) {
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_SKY_LINE);
+  SkyLine rows(octree, settings_.extent);
   float row[1 << kMaxDepth];
   for (int z = 0; z < settings_.extent.z; ++z) {
-    column_tops_row(octree, settings_.extent, z, row);
+    rows.next(row);
     gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings_.extent.x, 1, GL_RED, GL_FLOAT, row);
   }
 }

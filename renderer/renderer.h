@@ -80,8 +80,8 @@ class Renderer {
   const GlCaps& caps() const { return caps_; }
   const RendererSettings& settings() const { return settings_; }
 
-  // Tells where the ground is open to the sky (column_tops.h). Without it, all of it is.
-  void upload_columns(const Octree& octree);
+  // Tells where the ground is open to the sky (sky_line.h). Without it, all of it is.
+  void upload_sky_line(const Octree& octree);
 
   // Copies a patch's vertices to its slot: pages first_page .. first_page + pages_for(vertices.size()) - 1.
   // origin: the patch's, in voxels. invalid_argument where the slot does not lie in the buffer.
@@ -144,7 +144,7 @@ class Renderer {
   GLuint no_attributes_ = 0;  // vertex array of the full-screen passes
   GLuint page_origins_ = 0;
   GLuint noise_ = 0;
-  GLuint column_tops_ = 0;
+  GLuint sky_line_ = 0;
   GLuint depth_ = 0;
   GLuint colour_ = 0;
   GLuint target_ = 0;         // framebuffer: colour_ and depth_

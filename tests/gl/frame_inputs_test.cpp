@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the renderer computes on the CPU: the noise texture, the tops of columns, the uniform block.
+// What the renderer computes on the CPU: the noise texture, the sky-line, the uniform block.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/column_tops.h"
 #include "renderer/frame_block.h"
 #include "renderer/noise_texture.h"
+#include "renderer/sky_line.h"
 #include "terrain/base/checksum.h"
 #include "tests/gl/gl_fixture.h"
 
@@ -67,7 +67,8 @@ TEST(NoiseTexture, IsTheSameOnAllPlatforms) {
   EXPECT_EQ(crc32c(std::as_bytes(std::span(texels))), 4240403726u);
 }
 
-TEST(ColumnTops, AreTheLeastOfTheNeighbourhood) {
+// Against every column of the world at once.
+TEST(SkyLine, IsTheLeastOfTopsAndDistances) {
   const test::TestWorld world = test::hills_with_cave(1);
   const glm::ivec3 extent = world.extent();
   const auto top = [&](int x, int z) {
@@ -76,17 +77,19 @@ TEST(ColumnTops, AreTheLeastOfTheNeighbourhood) {
     return y;
   };
   std::vector<float> row(static_cast<std::size_t>(extent.x));
+  SkyLine rows(world.octree(), extent);
   for (int z = 0; z < extent.z; ++z) {
-    column_tops_row(world.octree(), extent, z, row);
+    rows.next(row);
     for (int x = 0; x < extent.x; ++x) {
-      int least = extent.y;
-      for (int dz = -1; dz <= 1; ++dz) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          least =
-              std::min(least, top(std::clamp(x + dx, 0, extent.x - 1), std::clamp(z + dz, 0, extent.z - 1)));
+      float least = 1e9f;
+      for (int other_z = 0; other_z < extent.z; ++other_z) {
+        for (int other_x = 0; other_x < extent.x; ++other_x) {
+          if (std::max(std::abs(other_x - x), std::abs(other_z - z)) > kSkyReach) continue;
+          const auto distance = static_cast<float>(std::hypot(other_x - x, other_z - z));
+          least = std::min(least, static_cast<float>(top(other_x, other_z)) + kSkySlope * distance);
         }
       }
-      ASSERT_EQ(row[static_cast<std::size_t>(x)], static_cast<float>(least)) << x << ' ' << z;
+      ASSERT_NEAR(row[static_cast<std::size_t>(x)], least, 1e-5) << x << ' ' << z;
     }
   }
 }
@@ -109,8 +112,8 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   EXPECT_EQ(block.ray_forward, glm::vec4(0, 0, -1, 0));
   EXPECT_NEAR(block.ray_up.y, std::tan(3.14159265358979 / 6), 1e-6) << "half of 60 degrees";
   EXPECT_NEAR(block.ray_right.x / block.ray_up.y, 16.0 / 9, 1e-6);
-  EXPECT_EQ(block.columns.x, 0.1f);
-  EXPECT_EQ(block.columns.y, 0.025f);
+  EXPECT_EQ(block.sky_line_scale.x, 0.1f);
+  EXPECT_EQ(block.sky_line_scale.y, 0.025f);
 }
 
 TEST(FrameLight, NamesTheFieldThatIsWrong) {

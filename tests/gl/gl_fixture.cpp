@@ -42,7 +42,7 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
-  renderer_.upload_columns(terrain_.octree());
+  renderer_.upload_sky_line(terrain_.octree());
 
   const Surface surface = terrain_.surface();
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level())));

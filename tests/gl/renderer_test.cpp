@@ -202,7 +202,7 @@ TEST(Renderer, SlotsMayLieAnywhere) {
   settings.vertex_pages = 4000;
   Renderer renderer;
   ASSERT_TRUE(renderer.create(GlContext::get().gl(), settings).ok());
-  renderer.upload_columns(world.octree());
+  renderer.upload_sky_line(world.octree());
   const Surface surface = world.surface();
   std::vector<std::uint32_t> first_vertex(surface.patches.size());
   for (PatchId p = 0; p < surface.patches.size(); ++p) {

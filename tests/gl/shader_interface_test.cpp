@@ -42,7 +42,7 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
                                               KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),
                                               KARST_FIELD(haze, GL_FLOAT_VEC4),
-                                              KARST_FIELD(columns, GL_FLOAT_VEC4)};
+                                              KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4)};
 #undef KARST_FIELD
 
 class ShaderInterface : public testing::Test {
@@ -141,7 +141,7 @@ TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
   const std::map<std::string, GLint> units = {{"page_origins", KARST_UNIT_PAGE_ORIGINS},
                                               {"noise", KARST_UNIT_NOISE},
-                                              {"column_tops", KARST_UNIT_COLUMN_TOPS},
+                                              {"sky_line", KARST_UNIT_SKY_LINE},
                                               {"depth", KARST_UNIT_DEPTH}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
