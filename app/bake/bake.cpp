@@ -101,7 +101,7 @@ class Baker {
       base_ = std::move(sample.solid);
     }
     if (!shapes_.empty()) carved_ = std::make_unique<CarvedSolid>(*base_, shapes_, grid_);
-    report_.quantisation_m = grid_.voxel_m / kStepsPerVoxel;
+    report_.quantisation_m = grid_.voxel_m * kVertexStep / kStepsPerVoxel;
   }
 
   void read_image() {

@@ -43,7 +43,7 @@ struct Bake {
     std::size_t carve_shapes = 0;
     std::uint64_t vertices = 0, misses = 0;            // misses: no surface within reach of the vertex
     std::uint64_t folds_repaired = 0, folds_left = 0;  // triangles, in the sense of RepairFolds
-    double quantisation_m = 0;              // one lattice step; coordinates are off by half of it at most
+    double quantisation_m = 0;              // kVertexStep; coordinates are off by half of it at most
     std::optional<MeasureFit::Result> fit;  // of height fields: with an image
     bool fit_is_partial = false;            // holes and carved places are left out of fit
     double seconds_read = 0, seconds_voxels = 0, seconds_fit = 0, seconds_measure = 0;

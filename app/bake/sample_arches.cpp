@@ -77,7 +77,7 @@ class Arches final : public SampleShape {
     const glm::dvec2 p(x, z);
     const double shift = 26 * fbm(p / 120.0, 3, 51);
     const double crest = wave((x + 0.35 * z + shift) / 74);
-    return 9 + 2.6 * crest + 3.5 * fbm(p / 140.0, 2, 52) + 0.35 * wave((x + 0.2 * z + shift) / 9.5);
+    return 10 + 3.2 * crest + 5.5 * fbm(p / 140.0, 2, 52) + 0.35 * wave((x + 0.2 * z + shift) / 9.5);
   }
 
   static double arch(const Arch& a, glm::dvec3 p) {
