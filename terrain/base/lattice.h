@@ -11,6 +11,11 @@ inline constexpr int kLatticeBits = 13;
 inline constexpr std::int32_t kStepsPerVoxel = 1 << kLatticeBits;       // lattice steps
 inline constexpr std::int32_t kStepsPerHalfVoxel = kStepsPerVoxel / 2;  // lattice steps; unit of control points
 
+// Vertices lie on even steps. The midpoint of two vertices is then a lattice point, so that a vertex which has
+// morphed there lies exactly on the coarser surface, and dropping it changes nothing.
+inline constexpr int kVertexStepLog2 = 1;
+inline constexpr std::int32_t kVertexStep = 1 << kVertexStepLog2;  // lattice steps
+
 inline constexpr int kMaxDepth = 9;  // octree levels below the root (K 3.3.1: 9 bits an axis)
 inline constexpr int kMaxLevel = 6;  // finest level of detail: (2^6 + 1)^2 vertices a patch
 

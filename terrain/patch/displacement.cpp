@@ -61,8 +61,9 @@ inline void place(const PatchShape& patch, const Float4 (&p)[3], float to_half, 
     const Displacement4 d = displacement(patch.gradient, half, height);
     for (int axis = 0; axis < 3; ++axis) fixed[axis] += d.axis[axis];
   }
-  constexpr std::int32_t kRound = 1 << (kFractionBits - 1);
-  for (int axis = 0; axis < 3; ++axis) position[axis] = (fixed[axis] + kRound) >> kFractionBits;
+  constexpr int kBits = kFractionBits + kVertexStepLog2;
+  constexpr std::int32_t kRound = 1 << (kBits - 1);
+  for (int axis = 0; axis < 3; ++axis) position[axis] = (fixed[axis] + kRound) >> kBits << kVertexStepLog2;
 }
 
 // P is kept in 2^-12 steps: half voxels are 2^12 steps, and P counts half voxels / 2^(4 level).

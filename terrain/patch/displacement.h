@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Displaced vertices of a patch on the lattice: D = P + W h, rounded once (K equation 3.13 with design 4.4's W).
+// Displaced vertices of a patch on the lattice: D = P + W h (K equation 3.13 with design 4.4's W), rounded once, to
+// even steps (lattice.h).
 //
 // P is the biquadratic Bézier point at (i, j) / 2^k: a dyadic number, computed exactly in integers. W is the trilinear
 // interpolation of the gradients at the volume's eight voxel centres, normalised; on a face shared by two volumes

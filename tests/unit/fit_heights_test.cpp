@@ -84,8 +84,8 @@ TEST(FitHeights, PutsVerticesOnTheSolid) {
     }
   }
   std::printf("largest distance from the sphere: 1/%.0f voxel\n", 1 / worst);
-  // Half a step of the height along W, and half a step on each axis when the vertex is rounded to the lattice.
-  EXPECT_LT(worst, (0.5 + 0.5 * std::sqrt(3.0)) / 8192);
+  // Half a step of the height along W, and one step on each axis when the vertex is rounded to even steps.
+  EXPECT_LT(worst, (0.5 + std::sqrt(3.0)) / 8192);
 }
 
 TEST(FitHeights, PartsGiveTheWhole) {
