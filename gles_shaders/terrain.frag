@@ -26,6 +26,9 @@ const int kMiddleRepeat = 4;
 const float kNearRepeatsPerVoxel = 2.0;
 const float kBedRepeat = 8.0;
 
+// Levels of detail that lookups are blurred by: slopes at one texel a pixel would beat with the pixel grid.
+const float kSoften = 0.8;
+
 // Albedos in linear light.
 const vec3 kGrassDark = vec3(0.036, 0.043, 0.017);
 const vec3 kGrassLight = vec3(0.130, 0.112, 0.050);
@@ -50,7 +53,7 @@ float pixel_footprint() {
 
 // 0 under the open sky, 1 deep in a cave.
 float cave_depth(vec3 position) {
-  return smoothstep(0.5, 4.0, texture(sky_line, position.xz * sky_line_scale.xy).r - position.y);
+  return smoothstep(0.75, 5.0, texture(sky_line, position.xz * sky_line_scale.xy).r - position.y);
 }
 
 // Strata: a line through the noise texture along the height, warped a little, so that beds undulate.
@@ -85,7 +88,7 @@ void main() {
   vec3 normal = normalize(normal_ws);
   vec3 position = vec3(patch_voxel) + in_patch;
   float footprint = pixel_footprint();
-  float lod = log2(footprint) + kNoiseSideLog2;
+  float lod = log2(footprint) + kNoiseSideLog2 + kSoften;
 
   vec3 weights = triplanar_weights(normal);
   SurfaceNoise far = triplanar_noise((vec3(patch_voxel & (kFarRepeat - 1)) + in_patch) / float(kFarRepeat), weights,
@@ -113,7 +116,7 @@ void main() {
   float sun = max(facing_sun, 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
   vec3 ambient = mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
   float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
-  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.3, cave) + kLamp * (lamp * cave));
+  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.4, cave) + kLamp * (lamp * cave));
 
   float hazed = (1.0 - exp(-distance_voxels * haze.x)) * (1.0 - 0.9 * cave);
   colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));

@@ -44,10 +44,10 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));
   block.sky_horizon = xyz(mix(kNightHorizon, horizon, day));
   block.sky_light = xyz((glm::vec3(block.sky_zenith) * 0.6f + glm::vec3(block.sky_horizon) * 0.4f) * 1.15f);
-  // Light that the ground throws back: a brownish fifth of what falls on it.
+  // Light that the ground throws back: a brownish sixth of what falls on it.
   const float level = std::max(0.0f, block.sun_direction.y);
   block.ground_light = xyz((glm::vec3(block.sun_light) * level + glm::vec3(block.sky_light)) *
-                           glm::vec3(0.13f, 0.11f, 0.085f));
+                           glm::vec3(0.19f, 0.16f, 0.125f));
 }
 
 }  // namespace

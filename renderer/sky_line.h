@@ -18,7 +18,7 @@
 
 namespace karst {
 
-inline constexpr float kSkySlope = 0.8f;      // voxels of height a voxel of distance
+inline constexpr float kSkySlope = 1.6f;      // voxels of height a voxel of distance
 inline constexpr std::int32_t kSkyReach = 6;  // voxels; columns farther away do not count
 
 // The rows of the sky-line, z = 0, 1, ...
