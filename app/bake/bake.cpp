@@ -23,6 +23,9 @@ namespace karst::bake {
 namespace {
 
 constexpr double kVoxelsAcross = 128;  // of the longer side, by default: as detailed as K's largest terrain
+// Distance of vertices by default, in samples: above 1 the fit loses detail, below 1/2 heights are
+// interpolated ones.
+constexpr double kSamplesPerVertex = 0.75;
 constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's memory
 constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
 constexpr double kNearHoleVoxels = 2;  // patches bend towards a hole's side within this distance
@@ -47,6 +50,11 @@ void check(const Status& status, const char* stage) {
 double round_to_two_digits(double x) {
   const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
   return std::round(x / unit) * unit;
+}
+
+// Pages of vertices that a patch takes on the GPU: the default level lets a GPU hold all of a world.
+std::uint32_t pages_of(int level) {
+  return (static_cast<std::uint32_t>(patch_vertices(level)) + kPageVertices - 1) / kPageVertices;
 }
 
 // The octree and the memory of its pool.
@@ -137,8 +145,8 @@ class Baker {
     grid_ = grid_for(content, voxel_m);
     level_ = job_.level;
     if (level_ <= 0) {
-      level_ = std::clamp(static_cast<int>(std::lround(std::log2(grid_.voxel_m / (0.5 * spacing_m)))), 1,
-                          kMaxLevel);
+      const double wanted = std::log2(grid_.voxel_m / (kSamplesPerVertex * spacing_m));
+      level_ = std::clamp(static_cast<int>(std::lround(wanted)), 1, kMaxLevel);
     }
   }
 
@@ -216,6 +224,7 @@ class Baker {
     ExtractSurface::Result counts;
     check(extract.count(counts), "surface");
     if (counts.patches == 0) throw BakeError("the world has no surface: nothing, or everything, is filled");
+    while (job_.level <= 0 && level_ > 1 && counts.patches > kMostPages / pages_of(level_)) --level_;
     const std::size_t samples = counts.patches * static_cast<std::size_t>(patch_vertices(level_));
     if (counts.patches > kMostPatches || samples * sizeof(std::int16_t) > kMaxHeightBytes) {
       throw BakeError("--levels: " + std::to_string(counts.patches) + " patches at level " +

@@ -26,7 +26,7 @@ struct Bake {
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 
   double voxel_m = 0;        // 0: the sample's, or so that about 128 voxels span the image
-  int level = 0;             // of the heights; 0: the sample's, or vertices half a sample apart
+  int level = 0;             // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
   std::string carve_path{};  // empty: nothing is carved
   int threads = 1;           // >= 1; the result does not depend on it
 

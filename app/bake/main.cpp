@@ -37,8 +37,8 @@ image's centre.
 )";
 
 constexpr const char* kHelpOptions = R"(
-      --voxel M        size of a voxel in metres (default: about 128 voxels across; samples: 8)
-      --levels K       level of the heights, 1 to 6: 2^K + 1 a patch side (default: vertices half a sample
+      --voxel M        size of a voxel in metres (default: about 128 voxels across; samples: 8 or 10)
+      --levels K       level of the heights, 1 to 6: 2^K + 1 a patch side (default: vertices 3/4 of a sample
                        apart; samples: 5)
       --pixel-size M   metres between samples, for images that do not say, or say it wrong
       --z-scale S      multiplies heights (default 1)

@@ -102,6 +102,7 @@ std::string report_json(const Bake& job, const Bake::Report& report, std::size_t
   json.field("depth", info.depth).field("level", info.level).field("octets", info.octets).end_object();
   json.field("voxels", report.filled_voxels).field("volumes", info.volumes).field("patches", info.patches);
   json.field("heights", report.vertices).field("heights_without_surface", report.misses);
+  json.field("voxels_settled", report.voxels_settled);
   json.field("folds_repaired", report.folds_repaired).field("folds_left", report.folds_left);
   write_fit(json, report);
   json.field("quantisation_m", report.quantisation_m);
