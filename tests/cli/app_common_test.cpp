@@ -12,7 +12,7 @@
 #include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "app/common/mapped_file.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace karst::app {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 #include "tests/support/test_world.h"
 #include "tests/support/world_damage.h"
 

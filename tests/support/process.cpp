@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 #include <fcntl.h>
 #include <spawn.h>
