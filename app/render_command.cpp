@@ -40,7 +40,7 @@ Draws a world that karst-bake made, without a screen.
       --level N             draws no finer than level N, 1 to 6; saves GPU memory
       --lod-distance V      in voxels: from here on level 1 is drawn, a level finer for each halving (64)
       --no-skip NAME        draws what could be skipped; NAME: frustum
-      --max-memory MIB      refuses worlds that need more, CPU and GPU together (512)
+      --max-memory MIB      CPU and GPU together (512); larger worlds are drawn at a coarser level, or refused
       --stats FILE.json     what the frames cost and drew; - prints it
       --help                this text
 
@@ -235,7 +235,7 @@ class Render {
     const std::int64_t submitted = now_ns();
     renderer.finish();
     const std::int64_t end = now_ns();
-    if (record.counts.left_out > 0) record.flags |= kFlagNotResident;
+    if (record.counts.left_out > 0 || scene_.level_cut()) record.flags |= kFlagNotResident;
     record.cull_lod_ms = ms_between(start, listed);
     record.submit_ms = ms_between(listed, submitted);
     record.frame_ms = ms_between(start, end);

@@ -22,6 +22,11 @@ std::string format_mebibytes(std::size_t bytes) {
   return text;
 }
 
+bool fits(const WorldBudget& needs, std::size_t max_memory) {
+  const std::size_t cpu = needs.budget.cpu_bytes();
+  return needs.config.validate().ok() && cpu <= max_memory && needs.budget.gpu_bytes() <= max_memory - cpu;
+}
+
 // Adds the time since `start` to `total` and starts anew.
 void lap(std::int64_t& start, double& total) {
   const std::int64_t now = now_ns();
@@ -65,19 +70,28 @@ std::string Scene::load_world(const SceneOptions& options) {
   if (const Status status = read_world_info(file.bytes(), info); !status.ok()) {
     return status_text(options.world, status);
   }
-  resident_level_ = std::min(options.level, info.level);
-  const WorldBudget needs = budget_of(info, resident_level_, options.width, options.height);
+  // A world that is too large at its finest level is drawn coarser, and says so.
+  const int finest = std::min(options.level, info.level);
+  resident_level_ = finest;
+  WorldBudget needs = budget_of(info, finest, options.width, options.height);
+  while (resident_level_ > 1 && !fits(needs, options.max_memory)) {
+    needs = budget_of(info, --resident_level_, options.width, options.height);
+  }
   budget_ = needs.budget;
   renderer_settings_ = needs.renderer;
+  level_cut_ = resident_level_ < finest;
 
   const std::size_t cpu = budget_.cpu_bytes();
   const std::size_t gpu = budget_.gpu_bytes();
   if (cpu > options.max_memory || gpu > options.max_memory - cpu) {
     return options.world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
-           " of GPU memory, more than --max-memory " + format_mebibytes(options.max_memory) +
-           "; raise it, or take a lower --level";
+           " of GPU memory, more than --max-memory " + format_mebibytes(options.max_memory) + "; raise it";
   }
   if (const Status status = needs.config.validate(); !status.ok()) return status_text(options.world, status);
+  if (level_cut_) {
+    std::fprintf(stderr, "%s: drawn at level %d of %d, which is what --max-memory and the limit of GPU pages hold\n",
+                 options.world.c_str(), resident_level_, finest);
+  }
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));
   if (memory_ == nullptr) return options.world + ": cannot get " + format_mebibytes(cpu) + " of memory";
   if (const Status status = terrain_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
@@ -105,7 +119,7 @@ std::string Scene::open_renderer() {
     if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
     return error;
   }
-  renderer_.upload_columns(terrain_.octree());
+  renderer_.upload_sky_line(terrain_.octree());
   first_vertex_.resize(terrain_.patch_count());
   return {};
 }

@@ -20,7 +20,7 @@ struct SceneOptions {
   std::string world;
   int width = 1280;  // pixels
   int height = 720;
-  int level = kMaxLevel;                    // finest level held on the GPU; cut to the world's
+  int level = kMaxLevel;                    // finest level held on the GPU; cut to the world's and to max_memory
   std::uint64_t max_memory = 512ull << 20;  // bytes, CPU and GPU together
 };
 
@@ -42,6 +42,8 @@ class Scene {
   Renderer& renderer() { return renderer_; }
   std::span<const std::uint32_t> first_vertex() const { return first_vertex_; }
   int resident_level() const { return resident_level_; }
+  // The world is held coarser than asked for, because memory ends: statistics name gpu_vertex_pages.
+  bool level_cut() const { return level_cut_; }
   WorldFrame frame() const;
   const Budget& budget() const { return budget_; }
   const LoadTimes& load_times() const { return times_; }
@@ -62,6 +64,7 @@ class Scene {
   std::vector<std::uint32_t> first_vertex_;
   RendererSettings renderer_settings_;
   int resident_level_ = 1;
+  bool level_cut_ = false;
   Budget budget_;
   LoadTimes times_;
 };
