@@ -21,11 +21,11 @@ using test::ProcessResult;
 using test::read_text;
 using Names = std::vector<std::string>;
 
-std::vector<std::byte> small_world() {
+std::vector<std::byte> small_world(int level = 2) {
   test::TestWorld world({16, 12, 14}, [](glm::ivec3 v) {
     return v.y + 0.5 < 5 + 3 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
   });
-  world.roughen(2, 9, 500);
+  world.roughen(level, 9, 500);
   return world.file();
 }
 
@@ -334,8 +334,25 @@ TEST_F(Karst, OutputFollowsLinksAndDevices) {
 
 TEST_F(Karst, MemoryIsRefusedBeforeItIsTaken) {
   expect_error(render({"-o", file("a.png"), "--max-memory", "1"}), 1,
-               {world_ + ": needs ", "--max-memory 1.0 MiB", "--level"});
+               {world_ + ": needs ", "--max-memory 1.0 MiB"});
   EXPECT_EQ(folder_.names(), Names{"world.karst"});
+}
+
+TEST_F(Karst, WorldsTooLargeAreDrawnCoarserAndItIsSaid) {
+  const std::string large = folder_.write("large.karst", small_world(6));
+  const Names words{"render", large, "--size", "64x36", "--stats", "-", "--max-memory"};
+  const auto with_mebibytes = [&](const char* mebibytes) {
+    Names all = words;
+    all.push_back(mebibytes);
+    return run(all);
+  };
+  const ProcessResult roomy = with_mebibytes("512");
+  EXPECT_EQ(roomy.err, "");
+  EXPECT_NE(roomy.out.find("\"flags\": []"), std::string::npos) << roomy.out;
+  const ProcessResult tight = with_mebibytes("10");
+  EXPECT_EQ(tight.code, 0);
+  EXPECT_NE(tight.err.find(large + ": drawn at level "), std::string::npos) << tight.err;
+  EXPECT_NE(tight.out.find("\"gpu_vertex_pages\""), std::string::npos) << tight.out;
 }
 
 TEST_F(Karst, NoEglIsOneLine) {
