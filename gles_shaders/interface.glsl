@@ -44,6 +44,6 @@ KARST_BLOCK(FrameBlock) {
   vec4 ground_light;       // rgb: light on a surface that faces down
   vec4 sky_zenith;         // rgb: the sky itself
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
-  vec4 haze;               // x: 1 / distance at which 63 % is haze, 1/voxels
+  vec4 view_scale;         // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
 };

@@ -43,12 +43,11 @@ const vec3 kCaveLight = vec3(0.230, 0.205, 0.170);
 const vec3 kLamp = vec3(1.5, 1.2, 0.85);
 const float kLampReach = 28.0;  // voxels
 
-// Voxels a pixel covers. At grazing angles the long side of the footprint alone would blur everything: take half of it,
-// which the smooth noise stands without visible flicker.
-float pixel_footprint() {
-  float a = length(dFdx(in_patch));
-  float b = length(dFdy(in_patch));
-  return max(max(a, b) * 0.5, min(a, b));
+// Voxels a pixel covers, from distance and slope. Screen-space derivatives would jump between triangles, and mean nothing
+// in thin ones. At grazing angles the long side of the footprint alone would blur everything: take half of it, which
+// the smooth noise stands without visible flicker.
+float pixel_footprint(float distance_voxels, float facing_eye) {
+  return distance_voxels * view_scale.y * max(1.0, 0.5 / max(facing_eye, 0.05));
 }
 
 // 0 under the open sky, 1 deep in a cave.
@@ -87,7 +86,9 @@ vec3 surface_albedo(vec3 normal, vec3 position, float cave, SurfaceNoise far, Su
 void main() {
   vec3 normal = normalize(normal_ws);
   vec3 position = vec3(patch_voxel) + in_patch;
-  float footprint = pixel_footprint();
+  float distance_voxels = length(from_eye_ws);
+  vec3 direction = from_eye_ws / distance_voxels;
+  float footprint = pixel_footprint(distance_voxels, -dot(normal, direction));
   float lod = log2(footprint) + kNoiseSideLog2 + kSoften;
 
   vec3 weights = triplanar_weights(normal);
@@ -107,9 +108,6 @@ void main() {
   vec3 gradient = 0.5 * middle.gradient + 0.5 * near.gradient;
   vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
 
-  float distance_voxels = length(from_eye_ws);
-  vec3 direction = from_eye_ws / distance_voxels;
-
   // K 4.1, per pixel. The sun does not reach into caves; sky light does a little. Sky light is stronger from the sun's
   // side, so that slopes in shade keep their relief.
   float facing_sun = dot(bumped, sun_direction.xyz);
@@ -118,6 +116,6 @@ void main() {
   float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
   vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.4, cave) + kLamp * (lamp * cave));
 
-  float hazed = (1.0 - exp(-distance_voxels * haze.x)) * (1.0 - 0.9 * cave);
+  float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
   colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));
 }

@@ -65,7 +65,8 @@ Status FrameLight::validate() const {
   return {};
 }
 
-shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent) {
+shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent,
+                                    int height) {
   shader::FrameBlock block{};
   block.clip_from_lattice = clip_from_lattice(camera);
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
@@ -81,7 +82,8 @@ shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& ligh
   block.sun_direction = xyz(glm::vec3(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                                       -std::cos(azimuth) * std::cos(elevation)));
   set_light(light, block);
-  block.haze.x = static_cast<float>(1.0 / light.haze_voxels);
+  block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
+  block.view_scale.y = static_cast<float>(2.0 * half_height / height);
   block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
   block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
   return block;

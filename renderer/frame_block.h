@@ -20,7 +20,8 @@ struct FrameLight {
   Status validate() const;
 };
 
-// extent: of the world in voxels, at least 1 on each axis. light is valid.
-shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent);
+// extent: of the world in voxels, at least 1 on each axis. height: of the picture in pixels. light is valid.
+shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent,
+                                    int height);
 
 }  // namespace karst

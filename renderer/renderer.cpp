@@ -289,7 +289,8 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   counts = {};
   if (const Status status = input.light.validate(); !status.ok()) return status;
   flush_origins();
-  const shader::FrameBlock block = make_frame_block(input.camera, input.light, settings_.extent);
+  const shader::FrameBlock block =
+      make_frame_block(input.camera, input.light, settings_.extent, settings_.height);
   gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
   gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);

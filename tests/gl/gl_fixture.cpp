@@ -56,6 +56,7 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
   EXPECT_TRUE(terrain_.finish_bounds().ok());
   lod.max_level = level();
   lod.resident_level = level();
+  lod.mode = LodMode::distance;
   lod.distance_voxels = 30;
 }
 

@@ -41,7 +41,7 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_FIELD(ground_light, GL_FLOAT_VEC4),
                                               KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
                                               KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),
-                                              KARST_FIELD(haze, GL_FLOAT_VEC4),
+                                              KARST_FIELD(view_scale, GL_FLOAT_VEC4),
                                               KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4)};
 #undef KARST_FIELD
 

@@ -139,7 +139,7 @@ shader::FrameBlock block_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
   settings.pitch_deg = pitch_deg;
   Camera camera;
   EXPECT_TRUE(make_camera(settings, camera).ok());
-  return make_frame_block(camera, {}, glm::ivec3(64));
+  return make_frame_block(camera, {}, glm::ivec3(64), 720);
 }
 
 // Every packed normal there is, and positions over the whole range.
