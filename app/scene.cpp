@@ -89,7 +89,8 @@ std::string Scene::load_world(const SceneOptions& options) {
   }
   if (const Status status = needs.config.validate(); !status.ok()) return status_text(options.world, status);
   if (level_cut_) {
-    std::fprintf(stderr, "%s: drawn at level %d of %d, which is what --max-memory and the limit of GPU pages hold\n",
+    std::fprintf(stderr,
+                 "%s: drawn at level %d of %d, which is what --max-memory and the limit of GPU pages hold\n",
                  options.world.c_str(), resident_level_, finest);
   }
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));

@@ -20,7 +20,7 @@ struct SceneOptions {
   std::string world;
   int width = 1280;  // pixels
   int height = 720;
-  int level = kMaxLevel;                    // finest level held on the GPU; cut to the world's and to max_memory
+  int level = kMaxLevel;  // finest level held on the GPU; cut to the world's and to max_memory
   std::uint64_t max_memory = 512ull << 20;  // bytes, CPU and GPU together
 };
 

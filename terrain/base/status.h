@@ -10,9 +10,9 @@ namespace karst {
 enum class StatusCode : std::uint8_t {
   ok,
   invalid_argument,  // the caller broke a stated range or shape
-  limit_reached,     // a Config limit is too small; field() names it and value() is what was needed (0: unknown)
-  corrupt,           // untrusted bytes are not what they claim; field() names the field, value() its byte offset
-  unsupported,       // well-formed, but of a version or kind this build does not read
+  limit_reached,  // a Config limit is too small; field() names it and value() is what was needed (0: unknown)
+  corrupt,        // untrusted bytes are not what they claim; field() names the field, value() its byte offset
+  unsupported,    // well-formed, but of a version or kind this build does not read
 };
 
 class [[nodiscard]] Status {
@@ -24,7 +24,7 @@ class [[nodiscard]] Status {
 
   constexpr bool ok() const { return code_ == StatusCode::ok; }
   constexpr StatusCode code() const { return code_; }
-  constexpr const char* what() const { return what_; }    // one clause, no full stop: "voxel octets are used up"
+  constexpr const char* what() const { return what_; }    // one clause: "voxel octets are used up"
   constexpr const char* field() const { return field_; }  // the limit to raise or the field that is wrong
   constexpr std::uint64_t value() const { return value_; }
 

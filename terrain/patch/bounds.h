@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The box of a patch's displaced vertices at its full level, in lattice steps from the patch's origin. 12 bytes.
+// The box of a patch's displaced vertices at its full level, in lattice steps from the patch's origin. 12
+// bytes.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// All patches around a corner, found by walking from edge to neighbouring edge: K's shared vertex lists (3.5.1.2)
-// without the lists.
+// All patches around a corner, found by walking from edge to neighbouring edge: K's shared vertex lists
+// (3.5.1.2) without the lists.
 #pragma once
 
 #include <span>
@@ -14,17 +14,20 @@ struct PatchCorner {
   int corner;  // 0..3; corner 0 stands for the apex (corners 0 and 3) of a collapsed patch
 };
 
-// More patches than meet at any edge point of extracted surfaces (tests/property prints the most seen). A walk over
-// inconsistent adjacency stops here.
+// More patches than meet at any edge point of extracted surfaces (tests/property prints the most seen). A
+// walk over inconsistent adjacency stops here.
 inline constexpr int kMaxCornerFan = 32;
 
 // The apex of a collapsed patch has one name.
-inline int canonical_corner(const Patch& patch, int corner) { return patch.collapsed != 0 && corner == 3 ? 0 : corner; }
+inline int canonical_corner(const Patch& patch, int corner) {
+  return patch.collapsed != 0 && corner == 3 ? 0 : corner;
+}
 
-// Writes the patches around the corner into fan, the given one first, counter-clockwise; where the surface ends
-// at this corner, those beyond the end follow clockwise. Returns how many. closed tells whether the fan goes
-// all the way around.
-inline int corner_fan(std::span<const Patch> patches, PatchCorner start, PatchCorner (&fan)[kMaxCornerFan], bool* closed = nullptr) {
+// Writes the patches around the corner into fan, the given one first, counter-clockwise; where the surface
+// ends at this corner, those beyond the end follow clockwise. Returns how many. closed tells whether the fan
+// goes all the way around.
+inline int corner_fan(std::span<const Patch> patches, PatchCorner start, PatchCorner (&fan)[kMaxCornerFan],
+                      bool* closed = nullptr) {
   start.corner = canonical_corner(patches[start.patch], start.corner);
   int count = 0;
   fan[count++] = start;

@@ -67,7 +67,9 @@ inline void place(const PatchShape& patch, const Float4 (&p)[3], float to_half, 
 }
 
 // P is kept in 2^-12 steps: half voxels are 2^12 steps, and P counts half voxels / 2^(4 level).
-constexpr int fixed_shift(int level) { return kLatticeBits - 1 + kFractionBits - 4 * level; }
+constexpr int fixed_shift(int level) {
+  return kLatticeBits - 1 + kFractionBits - 4 * level;
+}
 
 float inverse_fourth(int n) {
   const float n2 = static_cast<float>(n) * static_cast<float>(n);
@@ -93,7 +95,8 @@ PatchShape PatchShape::make(const Surface& surface, const Heights& heights, int 
     s.heights_side = patch_side(heights.level);
     s.heights_stride = 1 << (heights.level - level);
     for (int o = 0; o < 8; ++o) {
-      for (int axis = 0; axis < 3; ++axis) s.gradient[o][axis] = simd::splat(static_cast<float>(s.volume->gradient[o][axis]));
+      for (int axis = 0; axis < 3; ++axis)
+        s.gradient[o][axis] = simd::splat(static_cast<float>(s.volume->gradient[o][axis]));
     }
   }
   return s;
@@ -103,10 +106,18 @@ GridLine GridLine::along_edge(int edge, int inset, int level, bool reversed) {
   const int n = patch_cells(level);
   GridLine line{};
   switch (edge) {
-    case 0: line = {0, inset, 1, 0}; break;
-    case 1: line = {n - inset, 0, 0, 1}; break;
-    case 2: line = {n, n - inset, -1, 0}; break;
-    default: line = {inset, n, 0, -1}; break;
+    case 0:
+      line = {0, inset, 1, 0};
+      break;
+    case 1:
+      line = {n - inset, 0, 0, 1};
+      break;
+    case 2:
+      line = {n, n - inset, -1, 0};
+      break;
+    default:
+      line = {inset, n, 0, -1};
+      break;
   }
   if (reversed) line = {line.i0 + n * line.di, line.j0 + n * line.dj, -line.di, -line.dj};
   return line;
@@ -126,8 +137,8 @@ LineCurve line_curve(const PatchShape& patch, GridLine line) {
 }
 
 template <bool kDisplaced>
-static inline void displace_points_of(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points,
-                                      glm::vec3 offset, float* const (&out)[3]) {
+static inline void displace_points_of(const PatchShape& patch, const LineCurve& curve, GridLine line,
+                                      LinePoints points, glm::vec3 offset, float* const (&out)[3]) {
   const int n = patch_cells(patch.level);
   Float4 control[3][3];
   for (int a = 0; a < 3; ++a) {
@@ -140,7 +151,8 @@ static inline void displace_points_of(const PatchShape& patch, const LineCurve& 
   std::ptrdiff_t height_step = 0;
   if constexpr (kDisplaced) {
     height_step = (line.dj * patch.heights_side + line.di) * patch.heights_stride;
-    heights = patch.heights + (line.j0 * patch.heights_side + line.i0) * patch.heights_stride + points.first * height_step;
+    heights = patch.heights + (line.j0 * patch.heights_side + line.i0) * patch.heights_stride +
+              points.first * height_step;
     height_step *= points.step;
   }
   const Float4 lane_t = static_cast<float>(points.step) * Float4{0, 1, 2, 3};
@@ -165,12 +177,13 @@ static inline void displace_points_of(const PatchShape& patch, const LineCurve& 
     }
     Int4 position[3];
     place<kDisplaced>(patch, p, to_half, shift, height, position);
-    for (int axis = 0; axis < 3; ++axis) simd::store(out[axis] + k, simd::to_float(position[axis]) + offset[axis]);
+    for (int axis = 0; axis < 3; ++axis)
+      simd::store(out[axis] + k, simd::to_float(position[axis]) + offset[axis]);
   }
 }
 
-void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points, glm::vec3 offset, float* x,
-                     float* y, float* z) {
+void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points,
+                     glm::vec3 offset, float* x, float* y, float* z) {
   float* const out[3] = {x, y, z};
   if (patch.heights != nullptr) {
     displace_points_of<true>(patch, curve, line, points, offset, out);
@@ -185,7 +198,7 @@ void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, flo
 
 Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const int (&j)[4]) {
   const int n = patch_cells(patch.level);
-  const auto weights = [n](const int (&t)[4], Float4 (&w)[3]) {
+  const auto weights = [n](const int(&t)[4], Float4(&w)[3]) {
     const Float4 b = simd::to_float(Int4{t[0], t[1], t[2], t[3]});
     const Float4 a = static_cast<float>(n) - b;
     w[0] = a * a;
@@ -200,7 +213,8 @@ Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const in
   for (int axis = 0; axis < 3; ++axis) {
     p[axis] = simd::splat(0.0f);
     for (int a = 0; a < 3; ++a) {
-      const Float4 across = v[0] * patch.control[0][a][axis] + v[1] * patch.control[1][a][axis] + v[2] * patch.control[2][a][axis];
+      const Float4 across = v[0] * patch.control[0][a][axis] + v[1] * patch.control[1][a][axis] +
+                            v[2] * patch.control[2][a][axis];
       p[axis] += u[a] * across;
     }
   }
@@ -208,23 +222,27 @@ Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const in
   const float to_half = inverse_fourth(n);
   const int shift = fixed_shift(patch.level);
   if (patch.heights != nullptr) {
-    const Int4 height = {patch.height(i[0], j[0]), patch.height(i[1], j[1]), patch.height(i[2], j[2]), patch.height(i[3], j[3])};
+    const Int4 height = {patch.height(i[0], j[0]), patch.height(i[1], j[1]), patch.height(i[2], j[2]),
+                         patch.height(i[3], j[3])};
     place<true>(patch, p, to_half, shift, simd::to_float(height), position);
   } else {
     place<false>(patch, p, to_half, shift, simd::splat(0.0f), position);
   }
   Vertices4 r;
-  for (int lane = 0; lane < 4; ++lane) r.position[lane] = {position[0][lane], position[1][lane], position[2][lane]};
+  for (int lane = 0; lane < 4; ++lane)
+    r.position[lane] = {position[0][lane], position[1][lane], position[2][lane]};
   return r;
 }
 
-void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch, std::span<glm::ivec3> out) {
+void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch,
+                         std::span<glm::ivec3> out) {
   const PatchShape shape = PatchShape::make(surface, heights, level, patch);
   const int side = patch_side(level);
   float line[3][patch_side(kMaxLevel) + simd::kLanes];
   for (int j = 0; j < side; ++j) {
     displace_line(shape, {0, j, 1, 0}, glm::vec3(0), line[0], line[1], line[2]);
-    for (int i = 0; i < side; ++i) out[static_cast<std::size_t>(j * side + i)] = glm::ivec3(glm::vec3(line[0][i], line[1][i], line[2][i]));
+    for (int i = 0; i < side; ++i)
+      out[static_cast<std::size_t>(j * side + i)] = glm::ivec3(glm::vec3(line[0][i], line[1][i], line[2][i]));
   }
 }
 
@@ -242,7 +260,8 @@ BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, in
   glm::dvec3 g(0.0);
   for (int o = 0; o < 8; ++o) {
     double weight = 1;
-    for (int axis = 0; axis < 3; ++axis) weight *= (o >> axis & 1) != 0 ? 0.5 + 0.5 * p[axis] : 0.5 - 0.5 * p[axis];
+    for (int axis = 0; axis < 3; ++axis)
+      weight *= (o >> axis & 1) != 0 ? 0.5 + 0.5 * p[axis] : 0.5 - 0.5 * p[axis];
     for (int axis = 0; axis < 3; ++axis) g[axis] += weight * shape.volume->gradient[o][axis];
   }
   const double length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);

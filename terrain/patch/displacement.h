@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Displaced vertices of a patch on the lattice: D = P + W h (K equation 3.13 with design 4.4's W), rounded once, to
-// even steps (lattice.h).
+// Displaced vertices of a patch on the lattice: D = P + W h (K equation 3.13 with design 4.4's W), rounded
+// once, to even steps (lattice.h).
 //
-// P is the biquadratic Bézier point at (i, j) / 2^k: a dyadic number, computed exactly in integers. W is the trilinear
-// interpolation of the gradients at the volume's eight voxel centres, normalised; on a face shared by two volumes
-// only the face's four centres have weights, so both compute the same bits. W h is cut to 2^-12 step before it meets P,
-// which makes the sum independent of the origin it is measured from.
-// Where the interpolated gradient is shorter than kMinGradientLength (features one voxel thin, where the two
-// sides cancel), W shrinks to zero with it instead of turning at random: such a spot can't be displaced.
+// P is the biquadratic Bézier point at (i, j) / 2^k: a dyadic number, computed exactly in integers. W is the
+// trilinear interpolation of the gradients at the volume's eight voxel centres, normalised; on a face shared
+// by two volumes only the face's four centres have weights, so both compute the same bits. W h is cut to
+// 2^-12 step before it meets P, which makes the sum independent of the origin it is measured from. Where the
+// interpolated gradient is shorter than kMinGradientLength (features one voxel thin, where the two sides
+// cancel), W shrinks to zero with it instead of turning at random: such a spot can't be displaced.
 #pragma once
 
 #include <cstdint>
@@ -43,8 +43,8 @@ struct PatchShape {
   }
 };
 
-// A straight run of vertices through a patch's grid: (i0, j0) + t (di, dj), t = 0..2^level, with exactly one of di, dj
-// in {-1, 1} and the other 0, from border to border.
+// A straight run of vertices through a patch's grid: (i0, j0) + t (di, dj), t = 0..2^level, with exactly one
+// of di, dj in {-1, 1} and the other 0, from border to border.
 struct GridLine {
   int i0, j0, di, dj;
 
@@ -63,11 +63,11 @@ LineCurve line_curve(const PatchShape& patch, GridLine line);
 struct LinePoints {
   int first, step, count;
 };
-void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points, glm::vec3 offset, float* x,
-                     float* y, float* z);
+void displace_points(const PatchShape& patch, const LineCurve& curve, GridLine line, LinePoints points,
+                     glm::vec3 offset, float* x, float* y, float* z);
 
-// Displaced positions in lattice steps relative to the patch's origin, as floats that hold integers, plus offset.
-// x, y, z: room for 2^level + 1 values rounded up to a multiple of four.
+// Displaced positions in lattice steps relative to the patch's origin, as floats that hold integers, plus
+// offset. x, y, z: room for 2^level + 1 values rounded up to a multiple of four.
 void displace_line(const PatchShape& patch, GridLine line, glm::vec3 offset, float* x, float* y, float* z);
 
 // Any four vertices (i, j) of a patch, relative to its origin; the same values as displace_line's.
@@ -77,7 +77,8 @@ struct Vertices4 {
 Vertices4 displace_vertices(const PatchShape& patch, const int (&i)[4], const int (&j)[4]);
 
 // All vertices of a patch, row by row (j * side + i): patch_vertices(level) positions relative to its origin.
-void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch, std::span<glm::ivec3> out);
+void displaced_positions(const Surface& surface, const Heights& heights, int level, PatchId patch,
+                         std::span<glm::ivec3> out);
 
 // P of vertex (i, j) in voxels relative to the patch's origin, and W there. Both exact to double.
 struct BasePoint {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The search goes out from the undisplaced point in both directions at once, so the first change of sign is the
-// nearest crossing; it is then closed in by regula falsi with the Illinois rule (Dowell and Jarratt, 1971).
-// Everything is a function of the vertex's position, so shared vertices need no sharing step.
+// The search goes out from the undisplaced point in both directions at once, so the first change of sign is
+// the nearest crossing; it is then closed in by regula falsi with the Illinois rule (Dowell and Jarratt,
+// 1971). Everything is a function of the vertex's position, so shared vertices need no sharing step.
 #include "terrain/patch/fit_heights.h"
 
 #include <algorithm>
@@ -46,8 +46,8 @@ double refine(const Ray& ray, double a, double fa, double b, double fb) {
   return s;
 }
 
-// Signed distance along the ray to the nearest crossing; found tells whether there is one within reach, else the
-// place of the least |field| among the samples.
+// Signed distance along the ray to the nearest crossing; found tells whether there is one within reach, else
+// the place of the least |field| among the samples.
 double nearest_crossing(const Ray& ray, double reach, double step, bool& found) {
   found = true;
   const double f0 = ray.at(0);
@@ -81,8 +81,10 @@ double nearest_crossing(const Ray& ray, double reach, double step, bool& found) 
 Status FitHeights::validate() const {
   if (field.value == nullptr) return {StatusCode::invalid_argument, "no field given", "field"};
   if (level < 1 || level > kMaxLevel) return {StatusCode::invalid_argument, "level is out of 1..6", "level"};
-  if (!(search_voxels > 0 && search_voxels <= 3)) return {StatusCode::invalid_argument, "search is out of (0, 3]", "search_voxels"};
-  if (!(step_voxels > 0 && step_voxels <= 0.5)) return {StatusCode::invalid_argument, "step is out of (0, 0.5]", "step_voxels"};
+  if (!(search_voxels > 0 && search_voxels <= 3))
+    return {StatusCode::invalid_argument, "search is out of (0, 3]", "search_voxels"};
+  if (!(step_voxels > 0 && step_voxels <= 0.5))
+    return {StatusCode::invalid_argument, "step is out of (0, 0.5]", "step_voxels"};
   if (heights.size() != surface.patches.size() * static_cast<std::size_t>(patch_vertices(level))) {
     return {StatusCode::invalid_argument, "heights do not have one block a patch", "heights"};
   }
@@ -101,7 +103,8 @@ void FitHeights::run(PatchId first, PatchId last, Result& result) const {
         bool found = false;
         const Ray ray = {&field, corner + base.position, base.direction};
         const double s = nearest_crossing(ray, search_voxels, step_voxels, found);
-        const double steps = std::clamp(std::round(s * kStepsPerVoxel), -double{kMaxHeight}, double{kMaxHeight});
+        const double steps =
+            std::clamp(std::round(s * kStepsPerVoxel), -double{kMaxHeight}, double{kMaxHeight});
         out[j * side + i] = static_cast<std::int16_t>(steps);
         ++result.vertices;
         result.misses += found ? 0 : 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Heights that put a patch's vertices on a given solid's boundary: for each vertex, the nearest crossing of the field
-// along +-W (design 4.4). Used when a world is baked and when brushes fit to a shape.
+// Heights that put a patch's vertices on a given solid's boundary: for each vertex, the nearest crossing of
+// the field along +-W (design 4.4). Used when a world is baked and when brushes fit to a shape.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace karst {
 
-// A solid given by a continuous function of position: positive inside, negative outside. Position in voxels from the
-// octree's minimum corner. Called many millions of times: keep it cheap and pure.
+// A solid given by a continuous function of position: positive inside, negative outside. Position in voxels
+// from the octree's minimum corner. Called many millions of times: keep it cheap and pure.
 struct SolidField {
   double (*value)(const void* context, glm::dvec3 position) = nullptr;
   const void* context = nullptr;
@@ -25,11 +25,12 @@ struct FitHeights {
   // Inputs.
   Surface surface;
   SolidField field;
-  int level = 0;                 // of the heights, 1..kMaxLevel
-  double search_voxels = 1.5;    // how far along +-W a crossing is looked for, (0, 3]
-  double step_voxels = 1.0 / 16; // first step of the search, (0, 0.5]; features thinner than this can be missed
+  int level = 0;                  // of the heights, 1..kMaxLevel
+  double search_voxels = 1.5;     // how far along +-W a crossing is looked for, (0, 3]
+  double step_voxels = 1.0 / 16;  // first step of the search, (0, 0.5]; thinner features can be missed
 
-  // Output, borrowed: patch_vertices(level) heights for patch 0, then patch 1, ... (as Heights with height_block = patch).
+  // Output, borrowed: patch_vertices(level) heights for patch 0, then patch 1, ... (as Heights with
+  // height_block = patch).
   std::span<std::int16_t> heights;
 
   struct Result {
@@ -42,9 +43,10 @@ struct FitHeights {
   void run(PatchId first, PatchId last, Result& result) const;
 };
 
-// Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle is folded or
-// max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is turned both against W at
-// its vertices and against its undisplaced normal; in a height field (height_field = true), when it does not face upwards.
+// Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle
+// is folded or max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is
+// turned both against W at its vertices and against its undisplaced normal; in a height field (height_field =
+// true), when it does not face upwards.
 struct RepairFolds {
   Surface surface;
   int level = 0;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Four passes over one patch, all in working memory that fits the first or second cache:
 //   positions: row by row, and one row inside each neighbour ("ghost" lines);
-//   normals:   inside in float, four vertices at a time; on borders and corners as sums that are exact in double,
+//   normals:   inside in float, four vertices at a time; on borders and corners as sums that are exact in
+//   double,
 //              so that every patch at a vertex gets the same bits in whatever order it adds;
 //   emission:  level by level from the finest, halving the grid in place after each.
 // A vertex's normal is the area vector of the polygon of its neighbours: the sum of the cross products of the
-// triangles around it (K equation 3.12), whose terms in the vertex itself cancel. In K's triangle pattern a vertex with
-// i + j even has eight neighbours and any other four, where the sum is (east - west) x (north - south).
+// triangles around it (K equation 3.12), whose terms in the vertex itself cancel. In K's triangle pattern a
+// vertex with i + j even has eight neighbours and any other four, where the sum is (east - west) x (north -
+// south).
 #include "terrain/patch/generate_vertices.h"
 
 #include <new>
@@ -25,11 +27,13 @@ namespace {
 using simd::Float4;
 using simd::Int4;
 
-// A row of the grid holds its even columns, then its odd ones, so that lanes of one parity lie together: what a vertex
-// needs of its neighbours depends on the parity of its column and row. Each half has room before it for the lane
-// at column -1 and after it for lanes past the end.
+// A row of the grid holds its even columns, then its odd ones, so that lanes of one parity lie together: what
+// a vertex needs of its neighbours depends on the parity of its column and row. Each half has room before it
+// for the lane at column -1 and after it for lanes past the end.
 constexpr int kPad = simd::kLanes;
-constexpr int half_row(int level) { return kPad + (patch_cells(level) / 2 + 1 + simd::kLanes - 1) / simd::kLanes * simd::kLanes + kPad; }
+constexpr int half_row(int level) {
+  return kPad + (patch_cells(level) / 2 + 1 + simd::kLanes - 1) / simd::kLanes * simd::kLanes + kPad;
+}
 constexpr int kMaxSide = patch_side(kMaxLevel);
 constexpr int kMaxGrid = 2 * half_row(kMaxLevel) * kMaxSide;
 constexpr int kMaxLine = kMaxSide + simd::kLanes;
@@ -48,7 +52,8 @@ struct Layout {
 struct PatchScratch {
   alignas(64) float position[3][kMaxGrid];
   alignas(64) float normal[3][kMaxGrid];
-  alignas(64) float ghost[4][3][kMaxLine];  // one row inside the neighbour across each edge, in this patch's direction
+  // One row inside the neighbour across each edge, in this patch's direction.
+  alignas(64) float ghost[4][3][kMaxLine];
 };
 
 namespace {
@@ -62,8 +67,8 @@ void make_positions(const PatchShape& shape, Layout layout, PatchScratch& s) {
     const LineCurve curve = line_curve(shape, line);
     for (int parity = 0; parity < 2; ++parity) {
       const int row = layout.at(parity, j);
-      displace_points(shape, curve, line, {parity, 2, n / 2 + 1 - parity}, glm::vec3(0), s.position[0] + row, s.position[1] + row,
-                      s.position[2] + row);
+      displace_points(shape, curve, line, {parity, 2, n / 2 + 1 - parity}, glm::vec3(0), s.position[0] + row,
+                      s.position[1] + row, s.position[2] + row);
     }
   }
 }
@@ -85,8 +90,12 @@ void make_ghosts(const GenerateVertices& job, PatchId patch, PatchScratch& s) {
 struct Vec4 {
   Float4 x, y, z;
 };
-inline Vec4 operator-(const Vec4& a, const Vec4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec4 operator+(const Vec4& a, const Vec4& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec4 operator-(const Vec4& a, const Vec4& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vec4 operator+(const Vec4& a, const Vec4& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 inline Vec4 cross(const Vec4& a, const Vec4& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -103,8 +112,8 @@ inline Vec4 select(Int4 mask, const Vec4& a, const Vec4& b) {
 }
 
 // Rows 1..n-1. Columns 0 and n get values too, which the border passes replace.
-// The polygon of eight neighbours is cut into three quadrilaterals; a quadrilateral's area vector is the cross product of
-// its diagonals, so the vertex itself is not needed.
+// The polygon of eight neighbours is cut into three quadrilaterals; a quadrilateral's area vector is the
+// cross product of its diagonals, so the vertex itself is not needed.
 void make_inner_normals(int n, Layout layout, PatchScratch& s) {
   const int up = layout.stride();
   for (int j = 1; j < n; ++j) {
@@ -135,19 +144,25 @@ void make_inner_normals(int n, Layout layout, PatchScratch& s) {
   }
 }
 
-// Coordinates are integers below 2^17, so products and sums of products below stay integers below 2^53: exact.
+// Coordinates are integers below 2^17, so products and sums of products below stay integers below 2^53:
+// exact.
 using Exact = glm::dvec3;
 
-Exact grid_position(const PatchScratch& s, int index) { return {s.position[0][index], s.position[1][index], s.position[2][index]}; }
-Exact line_position(const float (&line)[3][kMaxLine], int t) { return {line[0][t], line[1][t], line[2][t]}; }
+Exact grid_position(const PatchScratch& s, int index) {
+  return {s.position[0][index], s.position[1][index], s.position[2][index]};
+}
+Exact line_position(const float (&line)[3][kMaxLine], int t) {
+  return {line[0][t], line[1][t], line[2][t]};
+}
 
 // An exact zero may come with either sign, depending on the order of terms; adding zero makes it positive.
 void set_normal(PatchScratch& s, int index, Exact n) {
   for (int axis = 0; axis < 3; ++axis) s.normal[axis][index] = static_cast<float>(n[axis] + 0.0);
 }
 
-// Area vector of the half ring on one side of an edge vertex: from `ahead` over the row inside to `behind`, all relative
-// to the vertex. inside: the row's vertices at t + 1, t, t - 1. Even t has triangles to all three, odd t to the middle one.
+// Area vector of the half ring on one side of an edge vertex: from `ahead` over the row inside to `behind`,
+// all relative to the vertex. inside: the row's vertices at t + 1, t, t - 1. Even t has triangles to all
+// three, odd t to the middle one.
 Exact half_ring(bool even, Exact ahead, Exact behind, Exact inside_ahead, Exact inside, Exact inside_behind) {
   if (even) return glm::cross(inside_ahead, inside - ahead) + glm::cross(inside_behind, behind - inside);
   return glm::cross(ahead, inside) + glm::cross(inside, behind);
@@ -173,7 +188,8 @@ void make_edge_normals(int e, bool has_neighbour, int level, Layout layout, Patc
     } else if (even) {
       const Exact own_behind = own(t - 1);
       const Exact their_ahead = theirs(t + 1);
-      sum = glm::cross(own(t) - ahead_at, own_behind - own(t + 1)) + glm::cross(behind_at - ahead_at, their_ahead - own_behind) +
+      sum = glm::cross(own(t) - ahead_at, own_behind - own(t + 1)) +
+            glm::cross(behind_at - ahead_at, their_ahead - own_behind) +
             glm::cross(theirs(t) - behind_at, their_ahead - theirs(t - 1));
     } else {
       sum = glm::cross(ahead_at - behind_at, own(t) - theirs(t));
@@ -184,8 +200,8 @@ void make_edge_normals(int e, bool has_neighbour, int level, Layout layout, Patc
   }
 }
 
-// Area vector of two triangles at a grid corner: (vertex, ahead, diagonal) and (vertex, diagonal, behind), where ahead and
-// behind are next to the vertex on the edges that leave and reach the corner.
+// Area vector of two triangles at a grid corner: (vertex, ahead, diagonal) and (vertex, diagonal, behind),
+// where ahead and behind are next to the vertex on the edges that leave and reach the corner.
 Exact corner_area(Exact vertex, Exact ahead, Exact diagonal, Exact behind) {
   return glm::cross(diagonal - vertex, behind - ahead);
 }
@@ -200,7 +216,9 @@ constexpr GridCorner grid_corner(int corner, int n) {
 }
 
 // Edge `corner` leaves along u at corners 0 and 2, along v at 1 and 3.
-constexpr bool leaves_along_u(int corner) { return corner % 2 == 0; }
+constexpr bool leaves_along_u(int corner) {
+  return corner % 2 == 0;
+}
 
 // The area at a corner of a patch of which no vertex is known yet.
 Exact far_corner_area(const GenerateVertices& job, PatchCorner at_corner) {
@@ -216,12 +234,15 @@ Exact far_corner_area(const GenerateVertices& job, PatchCorner at_corner) {
     return sum;
   }
   const GridCorner c = grid_corner(at_corner.corner, n);
-  const Vertices4 v = displace_vertices(shape, {c.i, c.i + c.di, c.i + c.di, c.i}, {c.j, c.j, c.j + c.dj, c.j + c.dj});
+  const Vertices4 v =
+      displace_vertices(shape, {c.i, c.i + c.di, c.i + c.di, c.i}, {c.j, c.j, c.j + c.dj, c.j + c.dj});
   const bool u = leaves_along_u(at_corner.corner);
-  return corner_area(Exact(v.position[0]), Exact(v.position[u ? 1 : 3]), Exact(v.position[2]), Exact(v.position[u ? 3 : 1]));
+  return corner_area(Exact(v.position[0]), Exact(v.position[u ? 1 : 3]), Exact(v.position[2]),
+                     Exact(v.position[u ? 3 : 1]));
 }
 
-Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, Layout layout, const PatchScratch& s) {
+Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, Layout layout,
+                      const PatchScratch& s) {
   const int n = patch_cells(job.level);
   if (job.surface.patches[at_corner.patch].collapsed != 0 && at_corner.corner == 0) {
     const Exact v = grid_position(s, layout.at(0, 0));
@@ -236,14 +257,18 @@ Exact own_corner_area(const GenerateVertices& job, PatchCorner at_corner, Layout
   const Exact along_v = grid_position(s, layout.at(c.i, c.j + c.dj));
   const Exact diagonal = grid_position(s, layout.at(c.i + c.di, c.j + c.dj));
   const bool u = leaves_along_u(at_corner.corner);
-  return corner_area(grid_position(s, layout.at(c.i, c.j)), u ? along_u : along_v, diagonal, u ? along_v : along_u);
+  return corner_area(grid_position(s, layout.at(c.i, c.j)), u ? along_u : along_v, diagonal,
+                     u ? along_v : along_u);
 }
 
-// The neighbour across edge e at the corner where e starts (or ends), from the ghost line: its border is ours.
+// The neighbour across edge e at the corner where e starts (or ends), from the ghost line: its border is
+// ours.
 Exact ghost_corner_area(int e, bool start, int level, Layout layout, const PatchScratch& s) {
   const int n = patch_cells(level);
   const GridLine line = GridLine::along_edge(e, 0, level, false);
-  const auto border = [&](int t) { return grid_position(s, layout.at(line.i0 + t * line.di, line.j0 + t * line.dj)); };
+  const auto border = [&](int t) {
+    return grid_position(s, layout.at(line.i0 + t * line.di, line.j0 + t * line.dj));
+  };
   const auto ghost = [&](int t) { return line_position(s.ghost[e], t); };
   // Seen from the neighbour, its edge along ours reaches our start, and leaves from our end.
   return start ? corner_area(border(0), ghost(0), ghost(1), border(1))
@@ -319,7 +344,8 @@ struct PackedVertices {
 };
 
 // position, morph: integers held in floats; morph_sum is twice the morph position.
-inline PackedVertices pack(const Vec4& position, const Vec4& normal, const Vec4& morph_sum, const Vec4& morph_normal) {
+inline PackedVertices pack(const Vec4& position, const Vec4& normal, const Vec4& morph_sum,
+                           const Vec4& morph_normal) {
   const auto half = [](Float4 sum) { return (simd::to_int(sum) + 1) >> 1; };
   const Int4 n = encode_octahedral4(normal);
   const Int4 m = encode_octahedral4(morph_normal);
@@ -340,14 +366,15 @@ inline Parents parents(const PatchScratch& s, int a, int b) {
   return {load(s.position, a) + load(s.position, b), load(s.normal, a) + load(s.normal, b)};
 }
 
-// A row of odd j: every vertex is new at this level. Even columns lie between their neighbours above and below, odd ones
-// on the diagonal of the coarser cell, which alternates like K's pattern (figure 3.27).
+// A row of odd j: every vertex is new at this level. Even columns lie between their neighbours above and
+// below, odd ones on the diagonal of the coarser cell, which alternates like K's pattern (figure 3.27).
 GpuVertex* emit_odd_row(int n, Layout layout, int j, const PatchScratch& s, GpuVertex* out) {
   const int up = layout.stride();
   for (int k = 0; k <= n / 2; k += simd::kLanes) {
     const int c = layout.at(0, j) + k;
     const Parents upright = parents(s, c - up, c + up);
-    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), upright.position_sum, upright.normal_sum);
+    const PackedVertices v =
+        pack(load(s.position, c), load(s.normal, c), upright.position_sum, upright.normal_sum);
     const int lanes = n / 2 + 1 - k < simd::kLanes ? n / 2 + 1 - k : simd::kLanes;
     for (int lane = 0; lane < lanes; ++lane) simd::store(out + 2 * (k + lane), v.vertex[lane]);
   }
@@ -358,7 +385,8 @@ GpuVertex* emit_odd_row(int n, Layout layout, int j, const PatchScratch& s, GpuV
     const int west = layout.at(0, j) + k;
     const Parents up_right = parents(s, west - up, west + 1 + up);
     const Parents down_right = parents(s, west + up, west + 1 - up);
-    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), select(rising, up_right.position_sum, down_right.position_sum),
+    const PackedVertices v = pack(load(s.position, c), load(s.normal, c),
+                                  select(rising, up_right.position_sum, down_right.position_sum),
                                   select(rising, up_right.normal_sum, down_right.normal_sum));
     const int lanes = n / 2 - k < simd::kLanes ? n / 2 - k : simd::kLanes;
     for (int lane = 0; lane < lanes; ++lane) simd::store(out + 2 * (k + lane) + 1, v.vertex[lane]);
@@ -372,7 +400,8 @@ GpuVertex* emit_even_row(int n, Layout layout, int j, const PatchScratch& s, Gpu
     const int c = layout.at(1, j) + k;
     const int west = layout.at(0, j) + k;
     const Parents beside = parents(s, west, west + 1);
-    const PackedVertices v = pack(load(s.position, c), load(s.normal, c), beside.position_sum, beside.normal_sum);
+    const PackedVertices v =
+        pack(load(s.position, c), load(s.normal, c), beside.position_sum, beside.normal_sum);
     const int lanes = n / 2 - k < simd::kLanes ? n / 2 - k : simd::kLanes;
     for (int lane = 0; lane < lanes; ++lane) simd::store(out + k + lane, v.vertex[lane]);
   }
@@ -387,13 +416,15 @@ void emit_level_1(Layout layout, const PatchScratch& s, GpuVertex* out) {
       const Vec4 p = load(s.position, c);
       const Vec4 n = load(s.normal, c);
       const PackedVertices v = pack(p, n, p + p, n);
-      for (int lane = 0; lane < 2 - parity; ++lane) simd::store(out + 3 * j + parity + 2 * lane, v.vertex[lane]);
+      for (int lane = 0; lane < 2 - parity; ++lane)
+        simd::store(out + 3 * j + parity + 2 * lane, v.vertex[lane]);
     }
   }
 }
 
-// Keeps even rows and columns, in place: the even columns of row 2j become both halves of row j. Values are read before
-// anything lands on them: other rows lie behind, and in row 0 four values land where eight were read.
+// Keeps even rows and columns, in place: the even columns of row 2j become both halves of row j. Values are
+// read before anything lands on them: other rows lie behind, and in row 0 four values land where eight were
+// read.
 void halve(int n, Layout layout, float (&plane)[3][kMaxGrid]) {
   for (auto& p : plane) {
     for (int j = 0; j <= n / 2; ++j) {
@@ -459,10 +490,12 @@ void make_bounds(int n, Layout layout, const PatchScratch& s, PatchBounds& bound
 Status GenerateVertices::validate() const {
   if (scratch == nullptr) return {StatusCode::invalid_argument, "no working memory given", "scratch"};
   if (heights.level < 1 || heights.level > kMaxLevel) {
-    return {StatusCode::invalid_argument, "heights' level is out of 1..6", "heights.level", static_cast<std::uint64_t>(heights.level)};
+    return {StatusCode::invalid_argument, "heights' level is out of 1..6", "heights.level",
+            static_cast<std::uint64_t>(heights.level)};
   }
   if (level < 1 || level > heights.level) {
-    return {StatusCode::invalid_argument, "level is out of 1..heights.level", "level", static_cast<std::uint64_t>(level)};
+    return {StatusCode::invalid_argument, "level is out of 1..heights.level", "level",
+            static_cast<std::uint64_t>(level)};
   }
   return {};
 }
@@ -482,10 +515,13 @@ void GenerateVertices::run(PatchId patch, std::span<GpuVertex> out, PatchBounds*
   emit(level, layout, s, out.data());
 }
 
-std::size_t patch_scratch_bytes() { return sizeof(PatchScratch); }
+std::size_t patch_scratch_bytes() {
+  return sizeof(PatchScratch);
+}
 
 PatchScratch* make_patch_scratch(std::span<std::byte> memory) {
-  if (memory.size() < sizeof(PatchScratch) || reinterpret_cast<std::uintptr_t>(memory.data()) % alignof(PatchScratch) != 0) {
+  if (memory.size() < sizeof(PatchScratch) ||
+      reinterpret_cast<std::uintptr_t>(memory.data()) % alignof(PatchScratch) != 0) {
     return nullptr;
   }
   return ::new (static_cast<void*>(memory.data())) PatchScratch();

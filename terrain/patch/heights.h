@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Heights of patches: 16-bit displacement along W (displacement.h), one block of (2^level + 1)^2 samples a patch,
-// row by row (index j * side + i). Unit: lattice steps. Vertices that patches share hold the same value in
-// each of them (shared_vertices.h); heights.h only says where values are.
+// Heights of patches: 16-bit displacement along W (displacement.h), one block of (2^level + 1)^2 samples a
+// patch, row by row (index j * side + i). Unit: lattice steps. Vertices that patches share hold the same
+// value in each of them (shared_vertices.h); heights.h only says where values are.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace karst {
 
-// |height| limit in lattice steps. A vertex lies within half a voxel of its origin before displacement and |W| <= 1,
-// so positions stay inside int16 (4 voxels) with 0.1 voxel to spare.
+// |height| limit in lattice steps. A vertex lies within half a voxel of its origin before displacement and
+// |W| <= 1, so positions stay inside int16 (4 voxels) with 0.1 voxel to spare.
 inline constexpr std::int32_t kMaxHeight = 28'000;
 
 struct Heights {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Octahedral normals in two snorm8 (Meyer et al., "On Floating-Point Normal Vectors", 2010): the sphere is projected
-// to the octahedron |x|+|y|+|z| = 1 and its lower half (y < 0) unfolded. The pole is y, so that only overhangs use the
-// unfolded part. tests/property/normal_error_test.cpp prints the largest error.
+// Octahedral normals in two snorm8 (Meyer et al., "On Floating-Point Normal Vectors", 2010): the sphere is
+// projected to the octahedron |x|+|y|+|z| = 1 and its lower half (y < 0) unfolded. The pole is y, so that
+// only overhangs use the unfolded part. tests/property/normal_error_test.cpp prints the largest error.
 #pragma once
 
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Folds are rare (design 4.4) and small: neighbouring rays that meet different sheets of a steep slope. Averaging
-// the heights of the vertices concerned with those around them pulls the sheets together again. Passes look only at
-// patches that changed in the last one.
-// On features one voxel thin W can oppose the surface's normal; a triangle there counts as folded only when it is turned
-// against its undisplaced self as well.
+// Folds are rare (design 4.4) and small: neighbouring rays that meet different sheets of a steep slope.
+// Averaging the heights of the vertices concerned with those around them pulls the sheets together again.
+// Passes look only at patches that changed in the last one. On features one voxel thin W can oppose the
+// surface's normal; a triangle there counts as folded only when it is turned against its undisplaced self as
+// well.
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -17,7 +17,8 @@
 namespace karst {
 namespace {
 
-// After this many passes a folded triangle also moves the vertices around its own: its fold is wider than itself.
+// After this many passes a folded triangle also moves the vertices around its own: its fold is wider than
+// itself.
 constexpr int kWidenAfter = 8;
 
 class Repair {
@@ -49,13 +50,16 @@ class Repair {
       moved.insert(moved.end(), marked.begin(), marked.end());
     }
     std::sort(moved.begin(), moved.end());
-    result.vertices_moved = static_cast<std::uint64_t>(std::unique(moved.begin(), moved.end()) - moved.begin());
+    result.vertices_moved =
+        static_cast<std::uint64_t>(std::unique(moved.begin(), moved.end()) - moved.begin());
     return result;
   }
 
  private:
   std::size_t block() const { return static_cast<std::size_t>(side_ * side_); }
-  std::uint64_t key(GridVertex v) const { return std::uint64_t{v.patch} * block() + static_cast<std::size_t>(v.j * side_ + v.i); }
+  std::uint64_t key(GridVertex v) const {
+    return std::uint64_t{v.patch} * block() + static_cast<std::size_t>(v.j * side_ + v.i);
+  }
   GridVertex vertex(std::uint64_t k) const {
     const int at = static_cast<int>(k % block());
     return {static_cast<PatchId>(k / block()), at % side_, at / side_};
@@ -70,7 +74,8 @@ class Repair {
 
   glm::dvec3 normal(const std::vector<glm::ivec3>& positions, const GridVertex (&v)[3]) const {
     glm::dvec3 d[3];
-    for (int k = 0; k < 3; ++k) d[k] = glm::dvec3(positions[static_cast<std::size_t>(v[k].j * side_ + v[k].i)]);
+    for (int k = 0; k < 3; ++k)
+      d[k] = glm::dvec3(positions[static_cast<std::size_t>(v[k].j * side_ + v[k].i)]);
     return glm::cross(d[1] - d[0], d[2] - d[0]);
   }
 
@@ -129,7 +134,8 @@ class Repair {
         }
       }
     });
-    // Undisplaced, no triangle is folded (a height field's may stand upright): heights that keep folding are worn down.
+    // Undisplaced, no triangle is folded (a height field's may stand upright): heights that keep folding are
+    // worn down.
     const std::int64_t worn = !job_.height_field && pass >= kWidenAfter ? sum * 3 / 4 : sum;
     return static_cast<std::int16_t>(worn / count);
   }
@@ -174,6 +180,8 @@ Status RepairFolds::validate() const {
   return {};
 }
 
-RepairFolds::Result RepairFolds::run() const { return Repair(*this).run(); }
+RepairFolds::Result RepairFolds::run() const {
+  return Repair(*this).run();
+}
 
 }  // namespace karst

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// All grid vertices that are one vertex of the surface: copies of a border vertex in the patches that share it, and the
-// collapsed edge of a three-edge patch. Whoever writes a height writes it to all of them.
+// All grid vertices that are one vertex of the surface: copies of a border vertex in the patches that share
+// it, and the collapsed edge of a three-edge patch. Whoever writes a height writes it to all of them.
 #pragma once
 
 #include "terrain/patch/corner_fan.h"

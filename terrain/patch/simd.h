@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Four lanes of float or int32 as compiler vector types: SSE2 or NEON where the target has them, plain scalar code
-// elsewhere. Every operation is lane-wise IEEE arithmetic without contraction, so the bits are the same on all of them.
+// Four lanes of float or int32 as compiler vector types: SSE2 or NEON where the target has them, plain scalar
+// code elsewhere. Every operation is lane-wise IEEE arithmetic without contraction, so the bits are the same
+// on all of them.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,12 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 inline constexpr int kLanes = 4;
 
-inline Float4 splat(float v) { return Float4{v, v, v, v}; }
-inline Int4 splat(std::int32_t v) { return Int4{v, v, v, v}; }
+inline Float4 splat(float v) {
+  return Float4{v, v, v, v};
+}
+inline Int4 splat(std::int32_t v) {
+  return Int4{v, v, v, v};
+}
 
 template <class Vector, class T>
 inline Vector load(const T* p) {
@@ -30,16 +35,30 @@ inline Vector load(const T* p) {
   std::memcpy(&v, p, sizeof v);
   return v;
 }
-inline Float4 load(const float* p) { return load<Float4>(p); }
-inline Int4 load(const std::int32_t* p) { return load<Int4>(p); }
+inline Float4 load(const float* p) {
+  return load<Float4>(p);
+}
+inline Int4 load(const std::int32_t* p) {
+  return load<Int4>(p);
+}
 
-inline void store(float* p, Float4 v) { std::memcpy(p, &v, sizeof v); }
-inline void store(std::int32_t* p, Int4 v) { std::memcpy(p, &v, sizeof v); }
-inline void store(void* p, Int4 v) { std::memcpy(p, &v, sizeof v); }
+inline void store(float* p, Float4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+inline void store(std::int32_t* p, Int4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+inline void store(void* p, Int4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
 
 // Towards zero. Precondition: |v| < 2^31.
-inline Int4 to_int(Float4 v) { return __builtin_convertvector(v, Int4); }
-inline Float4 to_float(Int4 v) { return __builtin_convertvector(v, Float4); }
+inline Int4 to_int(Float4 v) {
+  return __builtin_convertvector(v, Int4);
+}
+inline Float4 to_float(Int4 v) {
+  return __builtin_convertvector(v, Float4);
+}
 
 inline Float4 as_float(Int4 v) {
   Float4 r;
@@ -53,10 +72,16 @@ inline Int4 as_int(Float4 v) {
 }
 
 // mask lanes are 0 or -1.
-inline Int4 select(Int4 mask, Int4 a, Int4 b) { return (mask & a) | (~mask & b); }
-inline Float4 select(Int4 mask, Float4 a, Float4 b) { return as_float(select(mask, as_int(a), as_int(b))); }
+inline Int4 select(Int4 mask, Int4 a, Int4 b) {
+  return (mask & a) | (~mask & b);
+}
+inline Float4 select(Int4 mask, Float4 a, Float4 b) {
+  return as_float(select(mask, as_int(a), as_int(b)));
+}
 
-inline Float4 abs(Float4 v) { return as_float(as_int(v) & 0x7fffffff); }
+inline Float4 abs(Float4 v) {
+  return as_float(as_int(v) & 0x7fffffff);
+}
 inline Float4 copy_sign(Float4 magnitude, Float4 sign) {
   const Int4 bit = splat(std::int32_t{INT32_MIN});
   return as_float((as_int(magnitude) & ~bit) | (as_int(sign) & bit));

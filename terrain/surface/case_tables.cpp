@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Generation of the case tables. Each configuration goes through three steps:
-//   curves: on every face, one curve around each run of filled corners (design 4.2: around the filled voxels, always);
-//   loops:  every edge point ends one curve and starts one, so the curves close into loops;
-//   fill:   a loop becomes one to three patches by the rule for its curve types.
-// The fills are those with the least crease among all divisions of a loop into at most three three- and four-edge
-// patches whose inner edges run edge point - L - edge point; tests/property/crease_test.cpp searches them all.
+//   curves: on every face, one curve around each run of filled corners (design 4.2: around the filled voxels,
+//   always); loops:  every edge point ends one curve and starts one, so the curves close into loops; fill: a
+//   loop becomes one to three patches by the rule for its curve types.
+// The fills are those with the least crease among all divisions of a loop into at most three three- and
+// four-edge patches whose inner edges run edge point - L - edge point; tests/property/crease_test.cpp
+// searches them all.
 #include "terrain/surface/case_tables.h"
 
 namespace karst {
@@ -24,7 +25,9 @@ constexpr int octant(Point corner) {
   return (corner[0] > 0 ? 1 : 0) + (corner[1] > 0 ? 2 : 0) + (corner[2] > 0 ? 4 : 0);
 }
 
-constexpr bool is_filled(int configuration, Point corner) { return (configuration >> octant(corner) & 1) != 0; }
+constexpr bool is_filled(int configuration, Point corner) {
+  return (configuration >> octant(corner) & 1) != 0;
+}
 
 constexpr Point face_center(int face) {
   Point c{};
@@ -52,7 +55,9 @@ constexpr std::array<Point, 4> face_ring(int face) {
   return ring;
 }
 
-constexpr std::size_t point_key(Point p) { return static_cast<std::size_t>((p[0] + 1) + 3 * (p[1] + 1) + 9 * (p[2] + 1)); }
+constexpr std::size_t point_key(Point p) {
+  return static_cast<std::size_t>((p[0] + 1) + 3 * (p[1] + 1) + 9 * (p[2] + 1));
+}
 
 struct DirectedCurve {
   bool exists = false;
@@ -104,8 +109,8 @@ constexpr Loops make_loops(int configuration) {
   return loops;
 }
 
-// How a loop is filled. `straight`: curve types in order, '1' straight. A piece lists three or four positions in
-// the loop, counter-clockwise; a three-edge piece is collapsed at its first.
+// How a loop is filled. `straight`: curve types in order, '1' straight. A piece lists three or four positions
+// in the loop, counter-clockwise; a three-edge piece is collapsed at its first.
 struct Piece {
   int size = 0;
   int at[4]{};
@@ -113,7 +118,8 @@ struct Piece {
 struct Fill {
   int loop_size = 0;
   const char* straight = "";
-  bool opposite = false;  // positions 0 and 3 must be opposite edge points: else their common edge would be a fold
+  bool opposite =
+      false;  // positions 0 and 3 must be opposite edge points: else their common edge would be a fold
   int pieces = 0;
   Piece piece[3];
 };
@@ -138,7 +144,8 @@ constexpr FillMatch match_fill(const Loop& loop) {
     for (int rotation = 0; rotation < loop.size; ++rotation) {
       bool same = true;
       for (int i = 0; i < loop.size; ++i) {
-        same = same && loop.curve[static_cast<std::size_t>((i + rotation) % loop.size)].straight == (fill.straight[i] == '1');
+        same = same && loop.curve[static_cast<std::size_t>((i + rotation) % loop.size)].straight ==
+                           (fill.straight[i] == '1');
       }
       if (fill.opposite) {
         const Point a = loop.curve[static_cast<std::size_t>(rotation)].start;
@@ -158,7 +165,8 @@ struct Side {
   bool collapsed = false;
 };
 
-constexpr void add_piece(const Loop& loop, int rotation, const Piece& piece, std::array<Side, 4>& sides, PatchCase& patch) {
+constexpr void add_piece(const Loop& loop, int rotation, const Piece& piece, std::array<Side, 4>& sides,
+                         PatchCase& patch) {
   const auto curve_at = [&](int position) -> const LoopCurve& {
     return loop.curve[static_cast<std::size_t>((position + rotation) % loop.size)];
   };
@@ -198,12 +206,15 @@ constexpr void fill_loop(const Loop& loop, ConfigurationCase& result) {
     for (std::size_t e = 0; e < 4; ++e) {
       CaseEdge& edge = result.patch[static_cast<std::size_t>(base) + p].edge[e];
       if (edge.kind == CaseEdge::external) {
-        result.curve[edge.a][edge.b] = static_cast<std::uint8_t>((static_cast<std::size_t>(base) + p) << 2 | e);
+        result.curve[edge.a][edge.b] =
+            static_cast<std::uint8_t>((static_cast<std::size_t>(base) + p) << 2 | e);
       }
       if (edge.kind != CaseEdge::internal) continue;
       for (std::size_t q = 0; q < static_cast<std::size_t>(match.fill->pieces); ++q) {
         for (std::size_t f = 0; f < 4; ++f) {
-          if (sides[q][f].from != sides[p][e].to || sides[q][f].to != sides[p][e].from || sides[q][f].collapsed) continue;
+          if (sides[q][f].from != sides[p][e].to || sides[q][f].to != sides[p][e].from ||
+              sides[q][f].collapsed)
+            continue;
           edge.a = static_cast<std::uint8_t>(static_cast<std::size_t>(base) + q);
           edge.b = static_cast<std::uint8_t>(f);
         }
@@ -232,6 +243,8 @@ constexpr std::array<ConfigurationCase, 256> make_table() {
 
 constexpr std::array<ConfigurationCase, 256> kCaseTable = make_table();
 
-Loops configuration_loops(int configuration) { return make_loops(configuration); }
+Loops configuration_loops(int configuration) {
+  return make_loops(configuration);
+}
 
 }  // namespace karst

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The patches of each of the 256 configurations of an intersection volume (K 3.4.2, figures 3.12 - 3.17), generated
-// at compile time from the rules of design 4.2, not typed in.
+// The patches of each of the 256 configurations of an intersection volume (K 3.4.2, figures 3.12 - 3.17),
+// generated at compile time from the rules of design 4.2, not typed in.
 //
 // Units: half a voxel, so the volume is the cube [-1, 1]^3, its corners are voxel centres and its centre L a
-// voxel corner. Octant o = x + 2y + 4z. Face f = 2 * axis + (1 for the positive side); opposite of f is f ^ 1.
+// voxel corner. Octant o = x + 2y + 4z. Face f = 2 * axis + (1 for the positive side); opposite of f is f
+// ^ 1.
 #pragma once
 
 #include <array>
@@ -12,7 +13,7 @@
 namespace karst {
 
 inline constexpr int kMaxCasePatches = 4;  // checked when the tables are made
-inline constexpr int kFaceCurves = 2;      // curves on one face: at most two, where two filled voxels are diagonal
+inline constexpr int kFaceCurves = 2;      // on one face: two where two filled voxels are diagonal
 
 // Where an edge of a patch leads.
 struct CaseEdge {
@@ -32,8 +33,8 @@ struct ConfigurationCase {
   std::uint8_t patch_count = 0;
   std::uint8_t loop_count = 0;
   std::array<PatchCase, kMaxCasePatches> patch{};
-  // The patch and edge that run along a face's curve: patch << 2 | edge, kNoCurve where there is none. Two volumes
-  // that share a face number its curves alike: by the lowest octant that a curve goes around.
+  // The patch and edge that run along a face's curve: patch << 2 | edge, kNoCurve where there is none. Two
+  // volumes that share a face number its curves alike: by the lowest octant that a curve goes around.
   std::array<std::array<std::uint8_t, kFaceCurves>, 6> curve{};
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// K algorithm 3.1, turned around: instead of a loop over all voxels, a recursion over blocks of voxel corners in
-// Morton order that stops where all eight surrounding octree cells are leaves of one kind. Volumes therefore come out
-// in the octree's order in space. Adjacency is a table look-up: the neighbour across a cube face has the curve of the same
-// number on the opposite face (case_tables.h).
+// K algorithm 3.1, turned around: instead of a loop over all voxels, a recursion over blocks of voxel corners
+// in Morton order that stops where all eight surrounding octree cells are leaves of one kind. Volumes
+// therefore come out in the octree's order in space. Adjacency is a table look-up: the neighbour across a
+// cube face has the curve of the same number on the opposite face (case_tables.h).
 #include "terrain/surface/extract_surface.h"
 
 #include "terrain/surface/case_tables.h"
@@ -39,7 +39,8 @@ Cells child_cells(const Octree& octree, const Cells& cells, int child) {
     for (int axis = 0; axis < 3; ++axis) {
       const int upper_block = child >> axis & 1;
       const int upper_cell = o >> axis & 1;
-      // Lower block: the cells meet at the parents' common plane. Upper block: both halves are the upper parent's.
+      // Lower block: the cells meet at the parents' common plane. Upper block: both halves are the upper
+      // parent's.
       parent |= (upper_block | upper_cell) << axis;
       octant |= (upper_block ? upper_cell : 1 - upper_cell) << axis;
     }
@@ -113,8 +114,8 @@ class CornerTable {
 
  private:
   static std::uint32_t hash(int x, int y, int z) {
-    const std::uint32_t key =
-        static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 10 | static_cast<std::uint32_t>(z) << 20;
+    const std::uint32_t key = static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 10 |
+                              static_cast<std::uint32_t>(z) << 20;
     return (key * 0x9e3779b1u) >> 7;  // Fibonacci hashing: 2^32 / golden ratio
   }
 
@@ -127,7 +128,8 @@ void link_inside(const ConfigurationCase& c, PatchId first, std::span<Patch> pat
   for (PatchId p = 0; p < c.patch_count; ++p) {
     for (std::size_t e = 0; e < 4; ++e) {
       const CaseEdge& edge = c.patch[p].edge[e];
-      if (edge.kind == CaseEdge::internal) patches[first + p].neighbour[e] = PatchEdge::make(first + edge.a, edge.b);
+      if (edge.kind == CaseEdge::internal)
+        patches[first + p].neighbour[e] = PatchEdge::make(first + edge.a, edge.b);
     }
   }
 }
@@ -181,13 +183,18 @@ Status ExtractSurface::count(Result& result) const {
 Status ExtractSurface::validate() const {
   if (octree == nullptr) return {StatusCode::invalid_argument, "no octree given", "octree"};
   const std::int32_t size = octree->size();
-  const bool fits = extent.x >= 2 && extent.x <= size && extent.z >= 2 && extent.z <= size && extent.y >= 1 && extent.y < size;
-  if (!fits) return {StatusCode::invalid_argument, "extent lies outside the octree or leaves no empty layer on top", "extent"};
+  const bool fits = extent.x >= 2 && extent.x <= size && extent.z >= 2 && extent.z <= size && extent.y >= 1 &&
+                    extent.y < size;
+  if (!fits)
+    return {StatusCode::invalid_argument, "extent lies outside the octree or leaves no empty layer on top",
+            "extent"};
   const std::size_t n = scratch.size();
   if (n < scratch_size(volumes.size()) || (n & (n - 1)) != 0) {
-    return {StatusCode::limit_reached, "scratch is too small or no power of two", "max_scratch", scratch_size(volumes.size())};
+    return {StatusCode::limit_reached, "scratch is too small or no power of two", "max_scratch",
+            scratch_size(volumes.size())};
   }
-  if (patches.size() > kMaxPatchId) return {StatusCode::invalid_argument, "more patches than a PatchId can name", "patches"};
+  if (patches.size() > kMaxPatchId)
+    return {StatusCode::invalid_argument, "more patches than a PatchId can name", "patches"};
   return {};
 }
 
@@ -200,9 +207,11 @@ Status ExtractSurface::run(Result& result) const {
   auto visitor = [&](glm::ivec3 corner, int configuration) {
     const ConfigurationCase& c = kCaseTable[static_cast<std::size_t>(configuration)];
     if (made.volumes == volumes.size()) {
-      status = {StatusCode::limit_reached, "intersection volumes are used up", "max_volumes", made.volumes + 1};
+      status = {StatusCode::limit_reached, "intersection volumes are used up", "max_volumes",
+                made.volumes + 1};
     } else if (made.patches + c.patch_count > patches.size()) {
-      status = {StatusCode::limit_reached, "patches are used up", "max_patches", made.patches + c.patch_count};
+      status = {StatusCode::limit_reached, "patches are used up", "max_patches",
+                made.patches + c.patch_count};
     }
     if (!status.ok()) return false;
     Volume& v = volumes[made.volumes];

@@ -6,8 +6,8 @@
 namespace karst {
 namespace {
 
-// One row of six voxels gives, at its two middle voxels, the smoothed value (1-2-1) and the falling difference of the
-// smoothed value. Four 16-bit lanes: smooth at 2, smooth at 3, slope at 2, slope at 3.
+// One row of six voxels gives, at its two middle voxels, the smoothed value (1-2-1) and the falling
+// difference of the smoothed value. Four 16-bit lanes: smooth at 2, smooth at 3, slope at 2, slope at 3.
 struct Lanes {
   std::int16_t v[4];
 };
@@ -22,10 +22,14 @@ constexpr Lanes operator-(Lanes a, Lanes b) {
   for (int i = 0; i < 4; ++i) r.v[i] = static_cast<std::int16_t>(a.v[i] - b.v[i]);
   return r;
 }
-constexpr Lanes twice(Lanes a) { return a + a; }
+constexpr Lanes twice(Lanes a) {
+  return a + a;
+}
 
 // Values at -2..2 around the middle one.
-constexpr Lanes smooth(Lanes below, Lanes middle, Lanes above) { return below + twice(middle) + above; }
+constexpr Lanes smooth(Lanes below, Lanes middle, Lanes above) {
+  return below + twice(middle) + above;
+}
 constexpr Lanes slope(Lanes far_below, Lanes below, Lanes above, Lanes far_above) {
   return far_below + twice(below) - twice(above) - far_above;
 }
@@ -52,7 +56,8 @@ constexpr std::array<Lanes, 64> kRowTable = make_row_table();
 void NeighbourhoodReader::read_block(glm::ivec3 block) {
   block_ = block;
   for (int z = 0; z < kRows; ++z) {
-    for (int y = 0; y < kRows; ++y) rows_[z][y] = reader_.read_row(block.x - 3, block.y - 3 + y, block.z - 3 + z, kRows);
+    for (int y = 0; y < kRows; ++y)
+      rows_[z][y] = reader_.read_row(block.x - 3, block.y - 3 + y, block.z - 3 + z, kRows);
   }
 }
 
@@ -82,7 +87,8 @@ void corner_gradients(const Neighbourhood& n, std::int8_t (&gradient)[8][3]) {
     for (int cy = 0; cy < 2; ++cy) {
       const Lanes x_and_value = smooth(smooth_y[cz + 1][cy], smooth_y[cz + 2][cy], smooth_y[cz + 3][cy]);
       const Lanes y = smooth(slope_y[cz + 1][cy], slope_y[cz + 2][cy], slope_y[cz + 3][cy]);
-      const Lanes z = slope(smooth_y[cz][cy], smooth_y[cz + 1][cy], smooth_y[cz + 3][cy], smooth_y[cz + 4][cy]);
+      const Lanes z =
+          slope(smooth_y[cz][cy], smooth_y[cz + 1][cy], smooth_y[cz + 3][cy], smooth_y[cz + 4][cy]);
       for (int cx = 0; cx < 2; ++cx) {
         std::int8_t* g = gradient[cx + 2 * cy + 4 * cz];
         g[0] = static_cast<std::int8_t>(x_and_value.v[2 + cx]);

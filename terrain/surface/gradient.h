@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The gradient of the smoothed occupancy at voxel centres: the direction W along which heights displace
-// (design 4.4). Occupancy is smoothed by 1-2-1 along each axis (sigma about 0.7 voxel) and differenced centrally,
-// all in integers, so the eight gradients of an intersection volume are exact.
+// (design 4.4). Occupancy is smoothed by 1-2-1 along each axis (sigma about 0.7 voxel) and differenced
+// centrally, all in integers, so the eight gradients of an intersection volume are exact.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ struct Neighbourhood {
   std::uint32_t row[6][6];
 };
 
-// Reads neighbourhoods. Corners asked for in Morton order share most of what they read: a block of 8^3 corners is
-// read at once, as 13 x 13 rows of 13 voxels, instead of 36 rows of 6 for each of its corners.
+// Reads neighbourhoods. Corners asked for in Morton order share most of what they read: a block of 8^3
+// corners is read at once, as 13 x 13 rows of 13 voxels, instead of 36 rows of 6 for each of its corners.
 class NeighbourhoodReader {
  public:
   explicit NeighbourhoodReader(const VoxelReader& reader) : reader_(reader) {}
@@ -29,13 +29,13 @@ class NeighbourhoodReader {
   Neighbourhood read(glm::ivec3 corner);
 
  private:
-  static constexpr int kBlock = 8;           // corners a side
-  static constexpr int kRows = kBlock + 5;   // voxels a side that they look at
+  static constexpr int kBlock = 8;          // corners a side
+  static constexpr int kRows = kBlock + 5;  // voxels a side that they look at
 
   void read_block(glm::ivec3 block);
 
   VoxelReader reader_;
-  glm::ivec3 block_{-1};  // minimum corner of the block in rows_; -1: none
+  glm::ivec3 block_{-1};              // minimum corner of the block in rows_; -1: none
   std::uint32_t rows_[kRows][kRows];  // [z][y], bit x
 };
 

@@ -30,7 +30,9 @@ struct PatchEdge {
   static constexpr std::uint32_t kNone = 0xffffffffu;
   std::uint32_t bits = kNone;  // patch << 2 | edge
 
-  static constexpr PatchEdge make(PatchId patch, int edge) { return {patch << 2 | static_cast<std::uint32_t>(edge)}; }
+  static constexpr PatchEdge make(PatchId patch, int edge) {
+    return {patch << 2 | static_cast<std::uint32_t>(edge)};
+  }
   constexpr bool exists() const { return bits != kNone; }
   constexpr PatchId patch() const { return bits >> 2; }
   constexpr int edge() const { return static_cast<int>(bits & 3u); }
@@ -43,10 +45,10 @@ inline constexpr std::uint32_t kMaxPatchId = (1u << 30) - 2;  // so that patch <
 // Corners run counter-clockwise: 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1); edge e runs from corner e to
 // corner (e+1) mod 4. A three-edge patch has edge 3 collapsed into corner 0 (K figure 3.12). 28 bytes.
 struct Patch {
-  std::uint32_t volume;      // index into Surface::volumes
-  std::uint8_t case_patch;   // index among the patches of the volume's configuration (case_tables.h)
-  std::uint8_t size_log2;    // voxels a side of its volume, as a power of two; extraction makes 0 only
-  std::uint8_t collapsed;    // 1 when edge 3 is a point
+  std::uint32_t volume;     // index into Surface::volumes
+  std::uint8_t case_patch;  // index among the patches of the volume's configuration (case_tables.h)
+  std::uint8_t size_log2;   // voxels a side of its volume, as a power of two; extraction makes 0 only
+  std::uint8_t collapsed;   // 1 when edge 3 is a point
   std::uint8_t reserved = 0;
   std::uint32_t height_block;  // index of its block of heights (heights.h), or kNoHeights
   // The edge that lies on this one, by edge; it runs the other way. A collapsed edge has none.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints one line "stage hash" for each CPU stage on a fixed world: the same on every compiler, build type and
-// instruction set. ./dev test compares gcc and clang, debug and release.
+// Prints one line "stage hash" for each CPU stage on a fixed world: the same on every compiler, build type
+// and instruction set. ./dev test compares gcc and clang, debug and release.
 #include <bit>
 #include <cstdio>
 #include <cstring>
@@ -44,7 +44,8 @@ bool run() {
   print("patches", world.surface().patches);
 
   constexpr int kLevel = 4;
-  std::vector<std::int16_t> heights(world.patches().size() * static_cast<std::size_t>(patch_vertices(kLevel)));
+  std::vector<std::int16_t> heights(world.patches().size() *
+                                    static_cast<std::size_t>(patch_vertices(kLevel)));
   FitHeights fit;
   fit.surface = world.surface();
   fit.field.value = [](const void*, glm::dvec3 p) { return density(p); };

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Creases of the undisplaced surface: how far patches are from a common tangent plane along their edges, for the fills in
-// the case tables and for every other division of a loop into at most three three- and four-edge patches.
+// Creases of the undisplaced surface: how far patches are from a common tangent plane along their edges, for
+// the fills in the case tables and for every other division of a loop into at most three three- and four-edge
+// patches.
 //
-// On a cube face the plane that both volumes should share is spanned by the curve's tangent and the face's normal.
+// On a cube face the plane that both volumes should share is spanned by the curve's tangent and the face's
+// normal.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +25,9 @@ namespace {
 using Point = glm::dvec3;
 using Control = std::array<std::array<Point, 3>, 3>;
 
-Point point(const std::array<std::int8_t, 3>& p) { return {p[0], p[1], p[2]}; }
+Point point(const std::array<std::int8_t, 3>& p) {
+  return {p[0], p[1], p[2]};
+}
 Point face_centre(int face) {
   Point c(0.0);
   c[face / 2] = face % 2 != 0 ? 1 : -1;
@@ -67,10 +71,14 @@ std::vector<double> samples() {
 
 Point edge_normal(const Control& c, int edge, double t) {
   switch (edge) {
-    case 0: return normal_at(c, t, 0);
-    case 1: return normal_at(c, 1, t);
-    case 2: return normal_at(c, 1 - t, 1);
-    default: return normal_at(c, 0, 1 - t);
+    case 0:
+      return normal_at(c, t, 0);
+    case 1:
+      return normal_at(c, 1, t);
+    case 2:
+      return normal_at(c, 1 - t, 1);
+    default:
+      return normal_at(c, 0, 1 - t);
   }
 }
 
@@ -87,10 +95,14 @@ Control control(const Loop& loop, const Piece& piece) {
   };
   const int a = piece.at[0], b = piece.at[1], c = piece.at[2];
   if (piece.at.size() == 3) {
-    return {{{start(a), middle(a, b), start(b)}, {start(a), Point(0.0), middle(b, c)}, {start(a), middle(c, a), start(c)}}};
+    return {{{start(a), middle(a, b), start(b)},
+             {start(a), Point(0.0), middle(b, c)},
+             {start(a), middle(c, a), start(c)}}};
   }
   const int d = piece.at[3];
-  return {{{start(a), middle(a, b), start(b)}, {middle(d, a), Point(0.0), middle(b, c)}, {start(d), middle(c, d), start(c)}}};
+  return {{{start(a), middle(a, b), start(b)},
+           {middle(d, a), Point(0.0), middle(b, c)},
+           {start(d), middle(c, d), start(c)}}};
 }
 
 struct Crease {
@@ -112,12 +124,14 @@ Crease measure(const Loop& loop, const Fill& fill) {
       for (const double t : samples()) normals.push_back(edge_normal(c, e, t));
       if ((from + 1) % loop.size == to) {
         const LoopCurve& curve = loop.curve[static_cast<std::size_t>(from)];
-        const Point p[3] = {point(curve.start), face_centre(curve.face), point(loop.curve[static_cast<std::size_t>(to)].start)};
+        const Point p[3] = {point(curve.start), face_centre(curve.face),
+                            point(loop.curve[static_cast<std::size_t>(to)].start)};
         for (std::size_t k = 0; k < normals.size(); ++k) {
           double w[3], d[3];
           weights(samples()[k], w, d);
           const Point tangent = d[0] * p[0] + d[1] * p[1] + d[2] * p[2];
-          crease.outer_deg = std::max(crease.outer_deg, angle_deg(normals[k], glm::cross(face_centre(curve.face), tangent)));
+          crease.outer_deg =
+              std::max(crease.outer_deg, angle_deg(normals[k], glm::cross(face_centre(curve.face), tangent)));
         }
       } else {
         if (from > to) std::reverse(normals.begin(), normals.end());
@@ -126,7 +140,8 @@ Crease measure(const Loop& loop, const Fill& fill) {
     }
   }
   for (const auto& [edge, sides] : inner) {
-    for (std::size_t k = 0; k < sides[0].size(); ++k) crease.inner_deg = std::max(crease.inner_deg, angle_deg(sides[0][k], sides[1][k]));
+    for (std::size_t k = 0; k < sides[0].size(); ++k)
+      crease.inner_deg = std::max(crease.inner_deg, angle_deg(sides[0][k], sides[1][k]));
   }
   return crease;
 }
@@ -144,7 +159,10 @@ void divide(const std::vector<int>& polygon, const Fill& done, std::vector<Fill>
       const std::vector<int> p = open.back();
       open.pop_back();
       const std::size_t n = p.size();
-      const auto part = [&](std::size_t a, std::size_t b) { return std::vector<int>(p.begin() + static_cast<std::ptrdiff_t>(a), p.begin() + static_cast<std::ptrdiff_t>(b) + 1); };
+      const auto part = [&](std::size_t a, std::size_t b) {
+        return std::vector<int>(p.begin() + static_cast<std::ptrdiff_t>(a),
+                                p.begin() + static_cast<std::ptrdiff_t>(b) + 1);
+      };
       // The piece that holds the side from the last vertex to the first.
       for (std::size_t i = 1; i + 1 < n; ++i) {
         for (int collapse = 0; collapse < 3; ++collapse) {
@@ -201,9 +219,11 @@ TEST(Crease, TableHasTheLeastOfAllFills) {
     for (int l = 0; l < loops.count; ++l) {
       const Loop& loop = loops.loop[static_cast<std::size_t>(l)];
       std::string type;
-      for (int i = 0; i < loop.size; ++i) type += loop.curve[static_cast<std::size_t>(i)].straight ? 'S' : 'C';
+      for (int i = 0; i < loop.size; ++i)
+        type += loop.curve[static_cast<std::size_t>(i)].straight ? 'S' : 'C';
       std::string least_type = type;
-      for (std::size_t r = 0; r < type.size(); ++r) least_type = std::min(least_type, type.substr(r) + type.substr(0, r));
+      for (std::size_t r = 0; r < type.size(); ++r)
+        least_type = std::min(least_type, type.substr(r) + type.substr(0, r));
       const Crease ours = measure(loop, table_fill(kCaseTable[static_cast<std::size_t>(c)], loop));
       std::vector<int> polygon;
       for (int i = 0; i < loop.size; ++i) polygon.push_back(i);
@@ -216,8 +236,8 @@ TEST(Crease, TableHasTheLeastOfAllFills) {
     }
   }
   for (const auto& [type, value] : by_type) {
-    std::printf("loop %-8s crease on cube faces %5.2f deg a side, inside %5.2f deg\n", type.c_str(), value.first.outer_deg,
-                value.first.inner_deg);
+    std::printf("loop %-8s crease on cube faces %5.2f deg a side, inside %5.2f deg\n", type.c_str(),
+                value.first.outer_deg, value.first.inner_deg);
   }
   EXPECT_EQ(by_type.size(), 7u);
   EXPECT_LT(by_type["CCC"].first.worst(), 1e-6);

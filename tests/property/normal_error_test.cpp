@@ -70,7 +70,8 @@ TEST(LayoutError, Positions) {
   EXPECT_LE(worst, 1.01);
 }
 
-// The gradient on a flat surface is 32 at the voxel centres beside it, which kMinGradientLength is measured against.
+// The gradient on a flat surface is 32 at the voxel centres beside it, which kMinGradientLength is measured
+// against.
 TEST(LayoutError, FlatGradient) {
   const test::TestWorld world({8, 8, 8}, [](glm::ivec3 v) { return v.y < 4; });
   for (const Volume& v : world.surface().volumes) {

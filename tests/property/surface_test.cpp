@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The extracted surface as a whole, on random voxel fields: a closed, consistently oriented 2-manifold at every level
-// and with legal level differences, checked on decoded 16-bit vertices, bit by bit.
+// The extracted surface as a whole, on random voxel fields: a closed, consistently oriented 2-manifold at
+// every level and with legal level differences, checked on decoded 16-bit vertices, bit by bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,15 +55,16 @@ struct Mesh {
     }
   }
 
-  // Edges that are not run as often one way as the other. Zero for a closed, consistently oriented surface; an edge may
-  // be run twice each way where surfaces touch.
+  // Edges that are not run as often one way as the other. Zero for a closed, consistently oriented surface;
+  // an edge may be run twice each way where surfaces touch.
   std::size_t count_open() {
     std::sort(edges.begin(), edges.end());
     std::size_t open = 0;
     for (std::size_t i = 0; i < edges.size();) {
       int balance = 0;
       std::size_t j = i;
-      for (; j < edges.size() && edges[j].a == edges[i].a && edges[j].b == edges[i].b; ++j) balance += edges[j].direction;
+      for (; j < edges.size() && edges[j].a == edges[i].a && edges[j].b == edges[i].b; ++j)
+        balance += edges[j].direction;
       open += balance != 0;
       i = j;
     }
@@ -110,7 +111,8 @@ Mesh draw(const TestWorld& world, int resident, const std::vector<int>& levels) 
       for (std::uint32_t t = 0; t < ranges[r].count; t += 3) {
         Position corner[3];
         for (std::uint32_t k = 0; k < 3; ++k) {
-          corner[k] = lattice_position(surface.volume_of(p), vertices[table[ranges[r].first + t + k]].position);
+          corner[k] =
+              lattice_position(surface.volume_of(p), vertices[table[ranges[r].first + t + k]].position);
         }
         mesh.add(corner[0], corner[1], corner[2]);
       }
@@ -130,8 +132,9 @@ TEST(Surface, ClosedAtEveryLevel) {
   std::size_t triangles = 0;
   for (int round = 0; round < 40; ++round) {
     const double wavelength = round % 3 == 0 ? 0.0 : 2.0 + 3.0 * random.unit();
-    TestWorld world = TestWorld::noise(random.next(), {7 + random.below(4), 7 + random.below(3), 7 + random.below(4)},
-                                       0.3 + 0.4 * random.unit(), wavelength, true);
+    TestWorld world =
+        TestWorld::noise(random.next(), {7 + random.below(4), 7 + random.below(3), 7 + random.below(4)},
+                         0.3 + 0.4 * random.unit(), wavelength, true);
     if (world.patches().empty()) continue;
     world.roughen(3, random.next(), 2000);
     patches += world.patches().size();
@@ -183,7 +186,8 @@ TEST(Surface, ThousandsOfFieldsClose) {
   Random random{3};
   for (int round = 0; round < 3000; ++round) {
     const glm::ivec3 extent(4 + random.below(5), 4 + random.below(5), 4 + random.below(5));
-    const TestWorld world = TestWorld::noise(random.next(), extent, random.unit(), round % 2 == 0 ? 0.0 : 2.5, true);
+    const TestWorld world =
+        TestWorld::noise(random.next(), extent, random.unit(), round % 2 == 0 ? 0.0 : 2.5, true);
     const Surface surface = world.surface();
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
       for (int e = 0; e < 4; ++e) {
@@ -209,12 +213,14 @@ TEST(Surface, OpenOnlyAtSides) {
     std::size_t open = 0;
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
       for (int e = 0; e < 4; ++e) {
-        if ((surface.patches[p].collapsed != 0 && e == 3) || surface.patches[p].neighbour[e].exists()) continue;
+        if ((surface.patches[p].collapsed != 0 && e == 3) || surface.patches[p].neighbour[e].exists())
+          continue;
         ++open;
         const GridLine line = GridLine::along_edge(e, 0, 1, false);
         const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p))) / 8192.0 +
                               base_point(surface, 1, p, line.i0 + line.di, line.j0 + line.dj).position;
-        const bool on_side = at.x == 0.5 || at.x == extent.x - 0.5 || at.z == 0.5 || at.z == extent.z - 0.5 || at.y == 0.5;
+        const bool on_side =
+            at.x == 0.5 || at.x == extent.x - 0.5 || at.z == 0.5 || at.z == extent.z - 0.5 || at.y == 0.5;
         EXPECT_TRUE(on_side) << at.x << ' ' << at.y << ' ' << at.z;
       }
     }
@@ -226,7 +232,8 @@ TEST(Surface, OpenOnlyAtSides) {
 TEST(Surface, SharedVerticesAreIdentical) {
   Random random{5};
   for (int round = 0; round < 40; ++round) {
-    TestWorld world = TestWorld::noise(random.next(), {8, 8, 8}, 0.5, round % 2 == 0 ? 0.0 : 3.0, round % 4 < 2);
+    TestWorld world =
+        TestWorld::noise(random.next(), {8, 8, 8}, 0.5, round % 2 == 0 ? 0.0 : 3.0, round % 4 < 2);
     const int level = 1 + round % 5;
     world.roughen(level, random.next(), 2500);
     const Surface surface = world.surface();
@@ -236,8 +243,10 @@ TEST(Surface, SharedVerticesAreIdentical) {
     const auto same = [&](PatchId p, int i, int j, PatchId q, int k, int l) {
       const GpuVertex& a = vertices[p][static_cast<std::size_t>(vertex_order(level, i, j))];
       const GpuVertex& b = vertices[q][static_cast<std::size_t>(vertex_order(level, k, l))];
-      const bool positions = lattice_position(surface.volume_of(p), a.position) == lattice_position(surface.volume_of(q), b.position);
-      const bool morphs = lattice_position(surface.volume_of(p), a.morph) == lattice_position(surface.volume_of(q), b.morph);
+      const bool positions = lattice_position(surface.volume_of(p), a.position) ==
+                             lattice_position(surface.volume_of(q), b.position);
+      const bool morphs =
+          lattice_position(surface.volume_of(p), a.morph) == lattice_position(surface.volume_of(q), b.morph);
       return positions && morphs && a.normal == b.normal && a.morph_normal == b.morph_normal;
     };
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
@@ -247,8 +256,8 @@ TEST(Surface, SharedVerticesAreIdentical) {
         const GridLine mine = GridLine::along_edge(e, 0, level, false);
         const GridLine theirs = GridLine::along_edge(other.edge(), 0, level, true);
         for (int t = 0; t <= n; ++t) {
-          ASSERT_TRUE(same(p, mine.i0 + t * mine.di, mine.j0 + t * mine.dj, other.patch(), theirs.i0 + t * theirs.di,
-                           theirs.j0 + t * theirs.dj))
+          ASSERT_TRUE(same(p, mine.i0 + t * mine.di, mine.j0 + t * mine.dj, other.patch(),
+                           theirs.i0 + t * theirs.di, theirs.j0 + t * theirs.dj))
               << "patch " << p << " edge " << e << " t " << t << " level " << level;
         }
       }
@@ -267,7 +276,8 @@ TEST(Surface, CornerFansAreConsistent) {
   Random random{6};
   int most = 0;
   for (int round = 0; round < 100; ++round) {
-    const TestWorld world = TestWorld::noise(random.next(), {8, 8, 8}, 0.5, round % 2 == 0 ? 0.0 : 3.0, round % 4 < 2);
+    const TestWorld world =
+        TestWorld::noise(random.next(), {8, 8, 8}, 0.5, round % 2 == 0 ? 0.0 : 3.0, round % 4 < 2);
     const Surface surface = world.surface();
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
       for (int c = 0; c < 4; ++c) {

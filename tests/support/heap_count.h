@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Counts this program's own calls of the heap (operator new and delete, replaced in heap_count.cpp), so that tests can
-// state that something makes none. The GL driver allocates with malloc and is not counted.
+// Counts this program's own calls of the heap (operator new and delete, replaced in heap_count.cpp), so that
+// tests can state that something makes none. The GL driver allocates with malloc and is not counted.
 #pragma once
 
 #include <cstdint>

@@ -18,8 +18,12 @@
 namespace karst {
 namespace {
 
-glm::ivec3 point(const std::array<std::int8_t, 3>& p) { return {p[0], p[1], p[2]}; }
-glm::ivec3 octant_centre(int o) { return {(o & 1) * 2 - 1, (o >> 1 & 1) * 2 - 1, (o >> 2 & 1) * 2 - 1}; }
+glm::ivec3 point(const std::array<std::int8_t, 3>& p) {
+  return {p[0], p[1], p[2]};
+}
+glm::ivec3 octant_centre(int o) {
+  return {(o & 1) * 2 - 1, (o >> 1 & 1) * 2 - 1, (o >> 2 & 1) * 2 - 1};
+}
 
 // The configuration after one of the 48 symmetries of the cube: axes permuted, then mirrored.
 int transformed(int configuration, int symmetry) {
@@ -130,15 +134,19 @@ struct EdgePoints {
 };
 
 EdgePoints edge_points(const PatchCase& patch, int edge) {
-  constexpr int kAt[4][3][2] = {{{0, 0}, {1, 0}, {2, 0}}, {{2, 0}, {2, 1}, {2, 2}}, {{2, 2}, {1, 2}, {0, 2}}, {{0, 2}, {0, 1}, {0, 0}}};
+  constexpr int kAt[4][3][2] = {
+      {{0, 0}, {1, 0}, {2, 0}}, {{2, 0}, {2, 1}, {2, 2}}, {{2, 2}, {1, 2}, {0, 2}}, {{0, 2}, {0, 1}, {0, 0}}};
   EdgePoints e{};
   for (int k = 0; k < 3; ++k) {
-    e.p[k] = point(patch.control[static_cast<std::size_t>(kAt[edge][k][1])][static_cast<std::size_t>(kAt[edge][k][0])]);
+    e.p[k] = point(
+        patch.control[static_cast<std::size_t>(kAt[edge][k][1])][static_cast<std::size_t>(kAt[edge][k][0])]);
   }
   return e;
 }
 
-bool reversed(const EdgePoints& a, const EdgePoints& b) { return a.p[0] == b.p[2] && a.p[1] == b.p[1] && a.p[2] == b.p[0]; }
+bool reversed(const EdgePoints& a, const EdgePoints& b) {
+  return a.p[0] == b.p[2] && a.p[1] == b.p[1] && a.p[2] == b.p[0];
+}
 
 TEST(CaseTables, EveryEdgeHasItsPartner) {
   for (std::size_t c = 0; c < 256; ++c) {
@@ -235,7 +243,8 @@ TEST(CaseTables, DiagonalFacesKeepFilledVoxelsApart) {
           if (octant_centre(o) == around) filled = c >> o & 1;
         }
         int on_face = 0;
-        for (int o = 0; o < 8; ++o) on_face += octant_centre(o)[curve.face / 2] == centre[curve.face / 2] && (c >> o & 1) != 0;
+        for (int o = 0; o < 8; ++o)
+          on_face += octant_centre(o)[curve.face / 2] == centre[curve.face / 2] && (c >> o & 1) != 0;
         if (on_face == 2) {
           EXPECT_EQ(filled, 1) << "configuration " << c;
         }
@@ -248,7 +257,8 @@ glm::ivec3 cross(glm::ivec3 a, glm::ivec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// At every patch corner the normal is the normal of the voxel face that the edge point is the centre of (design 4.2).
+// At every patch corner the normal is the normal of the voxel face that the edge point is the centre of
+// (design 4.2).
 TEST(CaseTables, CornerNormalsAreVoxelFaceNormals) {
   int corners = 0;
   for (std::size_t c = 0; c < 256; ++c) {
@@ -256,10 +266,13 @@ TEST(CaseTables, CornerNormalsAreVoxelFaceNormals) {
     for (std::size_t p = 0; p < table.patch_count; ++p) {
       const PatchCase& patch = table.patch[p];
       for (int corner = 0; corner < 4; ++corner) {
-        // Tangents: the control polygon's first and last leg there; a collapsed corner uses the edges on both sides.
-        const EdgePoints leaving = edge_points(patch, patch.edge[3].kind == CaseEdge::collapsed && corner == 3 ? 0 : corner);
+        // Tangents: the control polygon's first and last leg there; a collapsed corner uses the edges on both
+        // sides.
+        const EdgePoints leaving =
+            edge_points(patch, patch.edge[3].kind == CaseEdge::collapsed && corner == 3 ? 0 : corner);
         const int before = (corner + 3) % 4;
-        const EdgePoints arriving = edge_points(patch, patch.edge[static_cast<std::size_t>(before)].kind == CaseEdge::collapsed ? 2 : before);
+        const EdgePoints arriving = edge_points(
+            patch, patch.edge[static_cast<std::size_t>(before)].kind == CaseEdge::collapsed ? 2 : before);
         const glm::ivec3 at = leaving.p[0];
         ASSERT_EQ(at, arriving.p[2]);
         const glm::ivec3 normal = cross(leaving.p[1] - at, arriving.p[1] - at);
@@ -277,7 +290,8 @@ TEST(CaseTables, CornerNormalsAreVoxelFaceNormals) {
           if (k == axis) continue;
           EXPECT_EQ(normal[k], 0) << "configuration " << c << " patch " << p << " corner " << corner;
         }
-        // Straight chains through an apex have parallel legs: then the cross product vanishes, and says nothing.
+        // Straight chains through an apex have parallel legs: then the cross product vanishes, and says
+        // nothing.
         if (normal[axis] != 0) {
           EXPECT_GT(normal[axis] * expected[axis], 0) << "configuration " << c;
         }

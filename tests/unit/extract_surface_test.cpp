@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Extraction: its invalid inputs one by one, its counts, large voxels against small ones, and work that follows the surface.
+// Extraction: its invalid inputs one by one, its counts, large voxels against small ones, and work that
+// follows the surface.
 #include "terrain/surface/extract_surface.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,9 @@ class ExtractSurfaceTest : public testing::Test {
  protected:
   ExtractSurfaceTest()
       : world_({12, 10, 12}, [](glm::ivec3 v) { return v.y < 4 + (v.x > 5 ? 2 : 0); }),
-        volumes_(1000), patches_(3000), scratch_(ExtractSurface::scratch_size(1000)) {
+        volumes_(1000),
+        patches_(3000),
+        scratch_(ExtractSurface::scratch_size(1000)) {
     extract_.octree = &world_.octree();
     extract_.extent = world_.extent();
     extract_.volumes = volumes_;
@@ -41,8 +44,9 @@ TEST_F(ExtractSurfaceTest, RefusesWhatIsMissingOrWrong) {
   e.octree = nullptr;
   EXPECT_EQ(field_of(e), "octree");
   EXPECT_FALSE(e.count(result_).ok());
-  for (const glm::ivec3 extent : {glm::ivec3(1, 4, 4), glm::ivec3(17, 4, 4), glm::ivec3(4, 0, 4), glm::ivec3(4, 16, 4),
-                                  glm::ivec3(4, 4, 1), glm::ivec3(4, 4, 17), glm::ivec3(-1, 4, 4)}) {
+  for (const glm::ivec3 extent :
+       {glm::ivec3(1, 4, 4), glm::ivec3(17, 4, 4), glm::ivec3(4, 0, 4), glm::ivec3(4, 16, 4),
+        glm::ivec3(4, 4, 1), glm::ivec3(4, 4, 17), glm::ivec3(-1, 4, 4)}) {
     e = extract_;
     e.extent = extent;
     EXPECT_EQ(field_of(e), "extent") << extent.x << ' ' << extent.y << ' ' << extent.z;
@@ -77,8 +81,8 @@ TEST_F(ExtractSurfaceTest, CountsAStep) {
   ASSERT_TRUE(extract_.count(counted).ok());
   EXPECT_EQ(counted.volumes, result_.volumes);
   EXPECT_EQ(counted.patches, result_.patches);
-  // Corners 1..11 on both ground axes: each of the 11 rows has 11 columns; the wall at x = 6 has its foot (4), one
-  // voxel of wall (5) and its brink (6).
+  // Corners 1..11 on both ground axes: each of the 11 rows has 11 columns; the wall at x = 6 has its foot
+  // (4), one voxel of wall (5) and its brink (6).
   EXPECT_EQ(result_.volumes, 11u * (10 + 3));
   EXPECT_EQ(result_.patches, 11u * (10 + 3));
 }
@@ -88,7 +92,8 @@ TEST_F(ExtractSurfaceTest, VolumesFollowTheOctreesOrder) {
   const auto morton = [](const Volume& v) {
     std::uint64_t code = 0;
     for (int bit = 0; bit < 10; ++bit) {
-      for (int axis = 0; axis < 3; ++axis) code |= static_cast<std::uint64_t>(v.corner[axis] >> bit & 1) << (3 * bit + axis);
+      for (int axis = 0; axis < 3; ++axis)
+        code |= static_cast<std::uint64_t>(v.corner[axis] >> bit & 1) << (3 * bit + axis);
     }
     return code;
   };
@@ -107,12 +112,14 @@ TEST_F(ExtractSurfaceTest, VolumesFollowTheOctreesOrder) {
   EXPECT_EQ(next, result_.patches);
 }
 
-// Every corner of the world looked at one by one gives the same volumes: nothing is skipped inside large voxels.
+// Every corner of the world looked at one by one gives the same volumes: nothing is skipped inside large
+// voxels.
 TEST(ExtractSurface, SkipsNothing) {
   test::Random random{31};
   for (int round = 0; round < 40; ++round) {
     const glm::ivec3 extent(3 + random.below(20), 3 + random.below(20), 3 + random.below(20));
-    const test::TestWorld world = test::TestWorld::noise(random.next(), extent, 0.5, round % 2 == 0 ? 0.0 : 6.0, false);
+    const test::TestWorld world =
+        test::TestWorld::noise(random.next(), extent, 0.5, round % 2 == 0 ? 0.0 : 6.0, false);
     const VoxelReader reader(world.octree(), extent);
     std::size_t found = 0;
     for (int z = 1; z < extent.z; ++z) {
@@ -120,7 +127,8 @@ TEST(ExtractSurface, SkipsNothing) {
         for (int x = 1; x < extent.x; ++x) {
           int configuration = 0;
           for (int o = 0; o < 8; ++o) {
-            configuration |= (reader.filled({x - 1 + (o & 1), y - 1 + (o >> 1 & 1), z - 1 + (o >> 2)}) ? 1 : 0) << o;
+            configuration |=
+                (reader.filled({x - 1 + (o & 1), y - 1 + (o >> 1 & 1), z - 1 + (o >> 2)}) ? 1 : 0) << o;
           }
           found += configuration != 0 && configuration != 255;
         }

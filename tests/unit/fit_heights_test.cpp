@@ -20,7 +20,9 @@ constexpr int kLevel = 3;
 const glm::dvec3 kCentre(8.2, 8.1, 7.9);
 constexpr double kRadius = 5.3;
 
-double sphere(const void*, glm::dvec3 p) { return kRadius - glm::length(p - kCentre); }
+double sphere(const void*, glm::dvec3 p) {
+  return kRadius - glm::length(p - kCentre);
+}
 
 test::TestWorld sphere_world() {
   return test::TestWorld({16, 16, 16}, [](glm::ivec3 v) { return sphere(nullptr, glm::dvec3(v) + 0.5) > 0; });
@@ -41,7 +43,9 @@ TEST(FitHeights, RefusesEachWrongField) {
   std::vector<std::int16_t> heights;
   const FitHeights good = fit_job(world, heights);
   ASSERT_TRUE(good.validate().ok());
-  const auto expect = [](const FitHeights& fit, const char* field) { EXPECT_STREQ(fit.validate().field(), field); };
+  const auto expect = [](const FitHeights& fit, const char* field) {
+    EXPECT_STREQ(fit.validate().field(), field);
+  };
   FitHeights fit = good;
   fit.field.value = nullptr;
   expect(fit, "field");
@@ -111,14 +115,16 @@ TEST(FitHeights, MissesAreCountedAndStayInReach) {
   EXPECT_EQ(heights[0], 0);
 }
 
-// for_each_copy names the vertices at the same undisplaced place, and all of them that share an edge or corner.
+// for_each_copy names the vertices at the same undisplaced place, and all of them that share an edge or
+// corner.
 TEST(SharedVertices, CopiesAreAtOnePlace) {
   for (const double wavelength : {0.0, 3.0}) {
     const test::TestWorld world = test::TestWorld::noise(8, {9, 9, 9}, 0.5, wavelength, false);
     const Surface surface = world.surface();
     const int n = patch_cells(kLevel);
     const auto place = [&](GridVertex v) {
-      return glm::dvec3(patch_origin(surface.volume_of(v.patch))) / 8192.0 + base_point(surface, kLevel, v.patch, v.i, v.j).position;
+      return glm::dvec3(patch_origin(surface.volume_of(v.patch))) / 8192.0 +
+             base_point(surface, kLevel, v.patch, v.i, v.j).position;
     };
     std::size_t copies = 0;
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
