@@ -340,6 +340,22 @@ class Baker {
     report_.fit = measure.run();
   }
 
+  std::vector<std::uint16_t> level_errors() const {
+    std::vector<BorderErrors> borders(patches_.size());
+    std::vector<std::uint16_t> values(patches_.size() * level_error_values(level_));
+    const MeasureLevelErrors errors{{volumes_, patches_}, {level_, heights_}, borders, values};
+    check(errors.validate(), "level errors");
+    const auto in_parallel = [&](void (MeasureLevelErrors::*stage)(PatchId, PatchId) const) {
+      parallel_chunks(patches_.size(), kFitChunk, job_.threads,
+                      [&](std::size_t first, std::size_t last, int) {
+                        (errors.*stage)(static_cast<PatchId>(first), static_cast<PatchId>(last));
+                      });
+    };
+    in_parallel(&MeasureLevelErrors::measure);
+    in_parallel(&MeasureLevelErrors::join);
+    return values;
+  }
+
   std::vector<std::byte> write() {
     WorldInfo& info = report_.info;
     info.voxel_size_m = grid_.voxel_m;
@@ -355,7 +371,8 @@ class Baker {
 
     std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
-    const WorldHeights world_heights{mask, heights_};
+    const std::vector<std::uint16_t> errors = level_errors();
+    const WorldHeights world_heights{mask, heights_, errors};
     std::vector<std::byte> file(world_file_bytes(info));
     std::size_t written = 0;
     check(write_world(info, voxels_.octree, world_heights, file, written), "world");

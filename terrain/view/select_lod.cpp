@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+// Levels of detail by error: a patch's level is a function of the camera and its own thresholds, which
+// already hold what its neighbours need (morph.h); patches out of view are skipped by their boxes.
+//
 // Levels of detail by distance: k = 1 - log2(d / d_max) (K equation 4.13), rounded up, so that a patch is at
 // level 1 exactly from d_max on, as K's figure 4.19 draws it.
 //
@@ -16,12 +19,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 namespace karst {
 namespace {
+
+// Of a patch's box: vertices are within 4 voxels of the origin on each axis. sqrt(3) * 8 voxels, rounded up.
+constexpr float kLongestDiagonal = 14.0f * kStepsPerVoxel;
+
+// --- by distance
 
 struct Thresholds {
   int top = 1;          // finest level
@@ -111,6 +120,109 @@ std::uint32_t raise_coarser(const Surface& surface, std::span<std::uint8_t> leve
   return raised;
 }
 
+// Calls visit(first, count) for runs of patches that hold all in view and their neighbours.
+template <class Visit>
+void visit_view(const BoundsTree& tree, const Frustum& frustum, int row, std::uint32_t n, PlaneMask mask,
+                const Visit& visit) {
+  mask = classify(frustum, tree.node(row, n), mask);
+  if (mask == kOutside) return;
+  if (mask == 0 || row == 0) {
+    visit(tree.first_patch(row, n), tree.patch_count(row, n));
+    return;
+  }
+  const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
+  for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) {
+    visit_view(tree, frustum, row - 1, child, mask, visit);
+  }
+}
+
+template <class Visit>
+void visit_patches(const SelectLod& stage, const Visit& visit) {
+  if (stage.frustum == nullptr) {
+    visit(PatchId{0}, static_cast<std::uint32_t>(stage.levels.size()));
+    return;
+  }
+  // A neighbour's box touches that of the patch in view: moved outwards by the longest diagonal there is, a
+  // plane that does not cull the one does not cull the other.
+  Frustum wide = *stage.frustum;
+  for (Plane& plane : wide.planes) plane.offset += kLongestDiagonal;
+  visit_view(*stage.tree, wide, stage.tree->rows() - 1, 0, kAllPlanes, visit);
+}
+
+// --- the bound
+
+// The most pixels by which a patch that nowhere strays by more than error(j) can be off, in front of the near
+// plane: morph.h's formula, with the depth of the point on the full surface not below the near plane's.
+struct PixelBound {
+  const SelectLod& stage;
+  LodEye view;
+  float least_depth;  // lattice steps
+
+  explicit PixelBound(const SelectLod& s)
+      : stage(s),
+        view(make_lod_eye(*s.camera, s.scale.least_cos2)),
+        least_depth(std::sqrt(s.scale.least_cos2) *
+                    static_cast<float>(s.camera->near_voxels * kStepsPerVoxel)) {}
+
+  float operator()(PatchId id, int j, float least_apparent) const {
+    if (j >= stage.errors.level) return 0.0f;
+    const std::uint16_t error = stage.errors.error(id, j);
+    if (error == kUnboundedError) return std::numeric_limits<float>::infinity();
+    const auto steps = static_cast<float>(error);
+    return stage.scale.pixels * steps / std::max(least_apparent - steps, least_depth);
+  }
+  bool in_view(PatchId id) const {
+    return stage.frustum == nullptr ||
+           classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) != kOutside;
+  }
+
+  // Raises most to the patch's bound where it is in view.
+  void raise(float& most, PatchId id, int j, float least_apparent) const {
+    const float own = (*this)(id, j, least_apparent);
+    if (own > most && in_view(id)) most = own;
+  }
+};
+
+// Of levels that do not morph.
+float bound_of_levels(const SelectLod& stage) {
+  if (!stage.errors.known(stage.levels.size()) || stage.lods.size() != stage.levels.size()) {
+    return std::numeric_limits<float>::infinity();
+  }
+  const PixelBound bound(stage);
+  float most = 0.0f;
+  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
+    for (PatchId id = first; id < first + count; ++id) {
+      // An edge to a coarser neighbour leaves out vertices: a mixture of two levels, which error(j) covers.
+      int j = stage.levels[id];
+      for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
+        if (edge.exists() && stage.levels[edge.patch()] < stage.levels[id]) j = stage.levels[id] - 1;
+      }
+      bound.raise(most, id, j, least_apparent_distance(stage.lods[id], bound.view));
+    }
+  });
+  return most;
+}
+
+// --- by error
+
+SelectLod::Result select_by_error(const SelectLod& stage) {
+  const PixelBound bound(stage);
+  const int top = stage.settings.top_level();
+  const bool capped = top < stage.errors.level;
+  SelectLod::Result result;
+  result.bound_px = static_cast<float>(stage.settings.error_px);
+  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
+    for (PatchId id = first; id < first + count; ++id) {
+      const PatchLod& lod = stage.lods[id];
+      const float apparent = least_apparent_distance(lod, bound.view);
+      const int level = level_at(lod, apparent);
+      stage.levels[id] = static_cast<std::uint8_t>(level);
+      if (capped && level == top) bound.raise(result.bound_px, id, top, apparent);
+    }
+  });
+  return result;
+}
+
 }  // namespace
 
 Status SelectLod::validate() const {
@@ -118,10 +230,15 @@ Status SelectLod::validate() const {
     return Status{StatusCode::invalid_argument, what, field};
   };
   const LodSettings& s = settings;
-  if (s.mode != LodMode::distance && s.mode != LodMode::full) return refuse("not a mode", "mode");
+  if (s.mode != LodMode::error && s.mode != LodMode::distance && s.mode != LodMode::full) {
+    return refuse("not a mode", "mode");
+  }
   if (s.max_level < 1 || s.max_level > kMaxLevel) return refuse("not a level of detail", "max_level");
   if (s.resident_level < 1 || s.resident_level > kMaxLevel) {
     return refuse("not a level of detail", "resident_level");
+  }
+  if (!(s.error_px >= kLeastErrorPx && s.error_px <= kMostErrorPx)) {
+    return refuse("not within 0.01..1000 pixels", "error_px");
   }
   if (!(s.distance_voxels >= 0.0 && s.distance_voxels <= kCameraReach)) {
     return refuse("not within 0..2^20 voxels", "distance_voxels");
@@ -130,25 +247,34 @@ Status SelectLod::validate() const {
   if (bounds.size() != surface.patches.size()) return refuse("must hold one box a patch", "bounds");
   if (tree == nullptr) return refuse("missing", "tree");
   if (tree->patches() != surface.patches.size()) return refuse("not built over the surface", "tree");
+  if (s.mode == LodMode::error) {
+    if (!(scale.steps_per_step > 0.0f)) return refuse("not made by make_error_scale", "scale");
+    if (lods.size() != surface.patches.size()) return refuse("must hold one entry a patch", "lods");
+    if (!errors.known(surface.patches.size())) return refuse("must hold the values of every patch", "errors");
+  }
   if (levels.size() != surface.patches.size()) return refuse("must hold one byte a patch", "levels");
   return {};
 }
 
 SelectLod::Result SelectLod::run() const {
   if (levels.empty()) return {};
-  Thresholds thresholds;
-  thresholds.top = std::min(settings.max_level, settings.resident_level);
+  if (settings.mode == LodMode::error) return select_by_error(*this);
+  Result result;
   if (settings.mode == LodMode::full) {
-    std::memset(levels.data(), thresholds.top, levels.size());
-    return {};
+    std::memset(levels.data(), settings.top_level(), levels.size());
+  } else {
+    Thresholds thresholds;
+    thresholds.top = settings.top_level();
+    thresholds.eye = glm::vec3(eye_lattice(*camera));
+    for (int m = 2; m <= thresholds.top; ++m) {
+      const double distance = std::ldexp(settings.distance_voxels * kStepsPerVoxel, 2 - m);
+      thresholds.squared[m] = static_cast<float>(distance * distance);
+    }
+    choose(*this, thresholds, tree->rows() - 1, 0);
+    result.raised = raise_coarser(surface, levels, thresholds.top);
   }
-  thresholds.eye = glm::vec3(eye_lattice(*camera));
-  for (int m = 2; m <= thresholds.top; ++m) {
-    const double distance = std::ldexp(settings.distance_voxels * kStepsPerVoxel, 2 - m);
-    thresholds.squared[m] = static_cast<float>(distance * distance);
-  }
-  choose(*this, thresholds, tree->rows() - 1, 0);
-  return {raise_coarser(surface, levels, thresholds.top)};
+  result.bound_px = bound_of_levels(*this);
+  return result;
 }
 
 }  // namespace karst

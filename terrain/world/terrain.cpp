@@ -21,6 +21,10 @@ std::size_t max_height_samples(const Config& config) {
   return std::size_t{config.max_height_blocks} * static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
 }
 
+std::size_t max_level_errors(const Config& config) {
+  return config.max_patches * level_error_values(static_cast<int>(config.max_level));
+}
+
 }  // namespace
 
 Config Terrain::config_for(const WorldInfo& info, int resident_level) {
@@ -45,6 +49,8 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::heights, Arena::bytes_for<std::int16_t>(max_height_samples(config)));
   b.add(Consumer::bounds, Arena::bytes_for<PatchBounds>(config.max_patches));
   b.add(Consumer::bounds, Arena::bytes_for<LatticeBox>(BoundsTree::node_count(config.max_patches)));
+  b.add(Consumer::level_errors, Arena::bytes_for<std::uint16_t>(max_level_errors(config)));
+  b.add(Consumer::thresholds, Arena::bytes_for<PatchLod>(config.max_patches));
   b.add(Consumer::index_tables, Arena::bytes_for<std::uint16_t>(index_count(static_cast<int>(config.max_level))));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
@@ -69,6 +75,8 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   heights_ = arena_.allocate<std::int16_t>(Consumer::heights, max_height_samples(config));
   bounds_ = arena_.allocate<PatchBounds>(Consumer::bounds, config.max_patches);
   boxes_ = arena_.allocate<LatticeBox>(Consumer::bounds, BoundsTree::node_count(config.max_patches));
+  level_errors_ = arena_.allocate<std::uint16_t>(Consumer::level_errors, max_level_errors(config));
+  lods_ = arena_.allocate<PatchLod>(Consumer::thresholds, config.max_patches);
   index_table_ = arena_.allocate<std::uint16_t>(Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   levels_ = arena_.allocate<std::uint8_t>(Consumer::draw_list, config.max_patches);
   items_ = arena_.allocate<DrawItem>(Consumer::draw_list, config.max_draw_items);
@@ -83,8 +91,13 @@ std::size_t Terrain::height_samples() const {
   return info_.level == 0 ? 0 : std::size_t{info_.height_blocks} * static_cast<std::size_t>(patch_vertices(info_.level));
 }
 
+std::size_t Terrain::level_error_count() const {
+  return info_.level == 0 ? 0 : info_.patches * level_error_values(info_.level);
+}
+
 Status Terrain::load(std::span<const std::byte> file) {
   info_ = {};
+  thresholds_level_ = 0;
   listed_ = 0;
   patch_scratch_ = nullptr;
   WorldInfo info;
@@ -138,6 +151,7 @@ Status Terrain::load_surface(std::span<const std::byte> file, const WorldInfo& i
     patches_[p].height_block = has ? block++ : kNoHeights;
   }
   std::copy(heights.samples.begin(), heights.samples.end(), heights_.begin());
+  std::copy(heights.level_errors.begin(), heights.level_errors.end(), level_errors_.begin());
   return {};
 }
 
@@ -182,14 +196,40 @@ void Terrain::generate(PatchId patch, int level, std::span<GpuVertex> out) {
   generate.run(patch, out, level == info_.level ? &bounds_[patch] : nullptr);
 }
 
-Status Terrain::finish_bounds() { return tree_.build(surface(), bounds()); }
+Status Terrain::finish_bounds() {
+  thresholds_level_ = 0;
+  return tree_.build(surface(), bounds());
+}
 
 LatticeBox Terrain::box() const { return tree_.node(tree_.rows() - 1, 0); }
+
+Status Terrain::set_thresholds(const LodSettings& lod, const ErrorScale& scale) {
+  const bool morphing = lod.mode == LodMode::error;
+  if (scale == scale_ && morphing == morphing_ && lod.top_level() == thresholds_level_) return {};
+  SetThresholds set;
+  set.scale = scale;
+  set.morphing = morphing;
+  set.max_level = lod.top_level();
+  set.surface = surface();
+  set.bounds = bounds();
+  set.errors = level_errors();
+  set.lods = lods_.first(info_.patches);
+  if (const Status status = set.validate(); !status.ok()) return status;
+  set.run();
+  scale_ = scale;
+  morphing_ = morphing;
+  thresholds_level_ = lod.top_level();
+  ++thresholds_version_;
+  return {};
+}
 
 Status Terrain::select(const TerrainView& view, Selection& selection) {
   selection = {};
   listed_ = 0;
   if (view.camera == nullptr) return {StatusCode::invalid_argument, "no camera given", "camera"};
+  if (view.height_px < 1 || view.height_px > 65'536) {
+    return {StatusCode::invalid_argument, "not within 1..65536", "height_px"};
+  }
   SelectLod lod;
   lod.settings = view.lod;
   lod.settings.max_level = std::min(lod.settings.max_level, info_.level);
@@ -198,11 +238,16 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   lod.surface = surface();
   lod.bounds = bounds();
   lod.tree = &tree_;
+  const Frustum frustum = make_frustum(*view.camera);
+  lod.frustum = view.frustum_culling ? &frustum : nullptr;
+  lod.scale = make_error_scale(*view.camera, view.height_px, lod.settings.error_px);
+  lod.lods = lods();
+  lod.errors = level_errors();
   lod.levels = levels_.first(info_.patches);
   if (const Status status = lod.validate(); !status.ok()) return status;
+  if (const Status status = set_thresholds(lod.settings, lod.scale); !status.ok()) return status;
   selection.lod = lod.run();
 
-  const Frustum frustum = make_frustum(*view.camera);
   BuildDrawList list;
   list.frustum_culling = view.frustum_culling;
   list.frustum = &frustum;

@@ -21,6 +21,7 @@
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/view/draw_list.h"
+#include "terrain/view/morph.h"
 #include "terrain/view/select_lod.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/world_file.h"
@@ -35,6 +36,7 @@ constexpr std::uint32_t slot_pages(int level) {
 struct TerrainView {
   const Camera* camera = nullptr;
   LodSettings lod;  // max_level and resident_level are cut to the world's level
+  int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
   bool frustum_culling = true;
 };
 
@@ -62,6 +64,7 @@ class Terrain {
   const Octree& octree() const { return octree_; }
   Surface surface() const { return {volumes_.first(info_.volumes), patches_.first(info_.patches)}; }
   Heights heights() const { return {info_.level, heights_.first(height_samples())}; }
+  LevelErrors level_errors() const { return {info_.level, level_errors_.first(level_error_count())}; }
   std::span<const std::uint16_t> index_table() const { return index_table_; }
   std::uint32_t patch_count() const { return info_.patches; }
 
@@ -81,11 +84,20 @@ class Terrain {
   };
   // Chooses levels and lists what the camera sees. limit_reached ("max_draw_items") leaves a valid, shorter list.
   Status select(const TerrainView& view, Selection& selection);
+  // Morph thresholds of the last select(): they change only when its lod settings, its height_px, the camera's field
+  // of view or the bounds do, and the version with them. 0 before the first select().
+  std::uint32_t thresholds_version() const { return thresholds_version_; }
+  const ErrorScale& error_scale() const { return scale_; }
+  std::span<const PatchLod> lods() const { return lods_.first(info_.patches); }
+
   std::span<const DrawItem> items() const { return items_.first(listed_); }
+  // Of patches in view and their neighbours, and of all without frustum_culling.
   std::span<const std::uint8_t> levels() const { return levels_.first(info_.patches); }
 
  private:
   std::size_t height_samples() const;
+  std::size_t level_error_count() const;
+  Status set_thresholds(const LodSettings& lod, const ErrorScale& scale);
   Status check_shared_heights() const;
   Status load_surface(std::span<const std::byte> file, const WorldInfo& info);
 
@@ -99,6 +111,12 @@ class Terrain {
   std::span<PatchBounds> bounds_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
+  std::span<std::uint16_t> level_errors_;
+  std::span<PatchLod> lods_;
+  ErrorScale scale_;  // what lods_ are for, with the next two
+  bool morphing_ = false;
+  int thresholds_level_ = 0;  // 0: lods_ are out of date
+  std::uint32_t thresholds_version_ = 0;
   std::span<std::uint16_t> index_table_;
   std::span<std::uint8_t> levels_;
   std::span<DrawItem> items_;

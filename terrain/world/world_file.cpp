@@ -70,10 +70,11 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
   return value;
 }
 
-enum : std::size_t { kOctree, kMask, kSamples, kKnownSections };
+enum : std::size_t { kOctree, kMask, kSamples, kLevelErrors, kKnownSections };
 constexpr std::array<std::uint32_t, kKnownSections> kKinds = {four_letters("OCTR"), four_letters("HMSK"),
-                                                              four_letters("HGTS")};
-constexpr std::array<const char*, kKnownSections> kSectionNames = {"octree", "height mask", "height samples"};
+                                                              four_letters("HGTS"), four_letters("LERR")};
+constexpr std::array<const char*, kKnownSections> kSectionNames = {"octree", "height mask", "height samples",
+                                                                   "level errors"};
 
 struct Section {
   std::size_t offset = 0;
@@ -184,6 +185,9 @@ Fault check_info(const WorldInfo& info) {
 std::uint64_t section_bytes(std::size_t section, const WorldInfo& info) {
   if (section == kOctree) return octree_section_bytes(info.octets);
   if (section == kMask) return (std::uint64_t{info.patches} + 7) / 8;
+  if (section == kLevelErrors) {
+    return std::uint64_t{info.patches} * level_error_values(info.level) * sizeof(std::uint16_t);
+  }
   return std::uint64_t{info.height_blocks} * static_cast<std::uint64_t>(patch_vertices(info.level)) *
          sizeof(std::int16_t);
 }
@@ -220,6 +224,10 @@ std::size_t find_sample_fault(std::span<const std::int16_t> samples) {
 
 std::span<const std::int16_t> as_samples(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const std::int16_t*>(bytes.data()), bytes.size() / sizeof(std::int16_t)};
+}
+
+std::span<const std::uint16_t> as_level_errors(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const std::uint16_t*>(bytes.data()), bytes.size() / sizeof(std::uint16_t)};
 }
 
 // --- Reading
@@ -363,6 +371,12 @@ Status check_heights(const WorldInfo& info, const WorldHeights& heights) {
   if (find_sample_fault(heights.samples) != heights.samples.size()) {
     return invalid("a height is beyond the largest displacement", "samples");
   }
+  if (heights.level_errors.size_bytes() != section_bytes(kLevelErrors, info)) {
+    return invalid("the errors of levels do not fit patches and level", "level_errors");
+  }
+  if (find_level_error_fault(info.level, heights.level_errors) != heights.level_errors.size()) {
+    return invalid("a finer level's error is larger than a coarser one's", "level_errors");
+  }
   return {};
 }
 
@@ -431,6 +445,11 @@ Status read_world_info(std::span<const std::byte> file, WorldInfo& info) {
     return corrupt("a height is beyond the largest displacement",
                    {"height samples", sections[kSamples].offset + at * sizeof(std::int16_t)});
   }
+  const std::span<const std::uint16_t> errors = as_level_errors(bytes_of(file, sections[kLevelErrors]));
+  if (const std::size_t at = find_level_error_fault(read.level, errors); at != errors.size()) {
+    return corrupt("a finer level's error is larger than a coarser one's",
+                   {"level errors", sections[kLevelErrors].offset + at * sizeof(std::uint16_t)});
+  }
   info = read;
   return {};
 }
@@ -448,7 +467,8 @@ Status read_octree(std::span<const std::byte> file, const WorldInfo& info, Octre
 WorldHeights read_heights(std::span<const std::byte> file, const WorldInfo& info) {
   Sections sections;
   if (!check_envelope(file).ok() || !read_table(file, info, false, sections).ok()) return {};
-  return {bytes_of(file, sections[kMask]), as_samples(bytes_of(file, sections[kSamples]))};
+  return {bytes_of(file, sections[kMask]), as_samples(bytes_of(file, sections[kSamples])),
+          as_level_errors(bytes_of(file, sections[kLevelErrors]))};
 }
 
 std::size_t world_file_bytes(const WorldInfo& info) {
@@ -476,6 +496,8 @@ Status write_world(const WorldInfo& info, const Octree& tree, const WorldHeights
   std::copy(heights.mask.begin(), heights.mask.end(), place(kMask).begin());
   const std::span<const std::byte> samples = std::as_bytes(heights.samples);
   std::copy(samples.begin(), samples.end(), place(kSamples).begin());
+  const std::span<const std::byte> errors = std::as_bytes(heights.level_errors);
+  std::copy(errors.begin(), errors.end(), place(kLevelErrors).begin());
   store_header(info, sections, file);
   written = file.size();
   return {};

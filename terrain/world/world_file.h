@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The .karst world file over bytes that the caller reads, maps and writes; docs/formats.md has it byte by
-// byte. It holds the octree and the heights of patches. Patches are not stored: extraction makes them again,
-// in the same order, and their counts tell whether it did.
+// byte. It holds the octree, the heights of patches and the errors of their coarser levels. Patches are not
+// stored: extraction makes them again, in the same order, and their counts tell whether it did.
 //
 // Bytes are untrusted. read_world_info checks all that can be checked without the octree: sizes, ranges,
 // checksums and that the counts fit the sections; the functions after it need a file that it accepted. Every
@@ -9,6 +9,7 @@
 #pragma once
 
 #include "terrain/base/status.h"
+#include "terrain/patch/level_error.h"
 #include "terrain/voxel/octree.h"
 
 #include <glm/vec3.hpp>
@@ -36,11 +37,13 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// Heights as they lie in the file. Blocks are in the order of the patches whose bit is set.
+// What belongs to patches, as it lies in the file. Blocks are in the order of the patches whose bit is set.
 struct WorldHeights {
   std::span<const std::byte> mask;  // (patches + 7) / 8 bytes; bit p % 8 of byte p / 8: patch p has heights
   std::span<const std::int16_t>
       samples;  // height_blocks x patch_vertices(level), lattice steps, +-kMaxHeight
+  std::span<const std::uint16_t> level_errors =
+      {};  // of all patches, with heights or without: LevelErrors::values
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

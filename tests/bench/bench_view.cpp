@@ -45,6 +45,7 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   if (!build_index_tables(kMaxLevel, s.table).ok()) return 1;
 
   SelectLod select;
+  select.settings.mode = LodMode::distance;
   select.camera = &s.camera;
   select.surface = s.grid.surface();
   select.bounds = s.grid.bounds;

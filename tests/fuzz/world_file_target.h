@@ -50,6 +50,8 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   promise(set == info.height_blocks);
   promise(heights.samples.size() == set * static_cast<std::uint64_t>(patch_vertices(info.level)));
   for (const std::int16_t s : heights.samples) promise(s >= -kMaxHeight && s <= kMaxHeight);
+  promise(heights.level_errors.size() == info.patches * level_error_values(info.level));
+  promise(find_level_error_fault(info.level, heights.level_errors) == heights.level_errors.size());
 
   Arena arena{std::span<std::byte>(memory)};
   Octree tree;

@@ -92,7 +92,7 @@ TEST(WorldFileFuzz, InterestingNumbersInEveryField) {
     values.push_back(std::bit_cast<std::uint64_t>(d));
   }
   Tally tally;
-  const std::size_t header = kTable + 3 * kEntry;
+  const std::size_t header = kTable + 4 * kEntry;
   for (std::size_t offset = kVersion; offset < header; offset += 4) {
     for (const std::uint64_t value : values) {
       std::vector<std::byte> file = small_file();
@@ -127,7 +127,7 @@ void mutate_header(std::vector<std::byte>& file, TestRandom& random) {
       break;
     }
     case 4: {
-      const std::size_t entry = kTable + kEntry * random.below(3);
+      const std::size_t entry = kTable + kEntry * random.below(4);
       const std::size_t field = entry + (random.chance(0.5) ? kEntryOffset : kEntryBytes);
       const auto change = static_cast<std::uint64_t>(random.range(-2, 2)) * (random.chance(0.5) ? 64 : 1);
       store_at(file, field, load_at<std::uint64_t>(file, field) + change);
@@ -170,7 +170,7 @@ TEST(WorldFileFuzz, RandomMutations) {
   for (int round = 0; round < 100'000; ++round) {
     std::vector<std::byte> file = small_file();
     const int steps = random.range(1, 4);
-    for (int step = 0; step < steps && file.size() >= kTable + 3 * kEntry; ++step) {
+    for (int step = 0; step < steps && file.size() >= kTable + 4 * kEntry; ++step) {
       if (random.chance(0.4)) {
         mutate_header(file, random);
       } else {
@@ -221,7 +221,7 @@ TEST(WorldFileFuzz, RandomOctrees) {
     store_at(file, kOctets, octets);
     store_at(file, kTable + kEntryBytes, std::uint64_t{section.size()});
     file.resize((file.size() + 63) / 64 * 64);
-    for (std::size_t i = 1; i < 3; ++i)
+    for (std::size_t i = 1; i < 4; ++i)
       store_at(file, kTable + i * kEntry + kEntryOffset, std::uint64_t{file.size()});
     store_at(file, kFileBytes, std::uint64_t{file.size()});
     fix_checksums(file);

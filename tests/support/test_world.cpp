@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "terrain/patch/displacement.h"
+#include "terrain/patch/level_error.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/voxel/voxelize.h"
 
@@ -125,13 +126,24 @@ WorldInfo TestWorld::info() const {
   return info;
 }
 
+std::vector<std::uint16_t> TestWorld::level_errors() const {
+  std::vector<BorderErrors> borders(patches_.size());
+  std::vector<std::uint16_t> values(patches_.size() * level_error_values(level_));
+  const MeasureLevelErrors measure{surface(), heights(), borders, values};
+  require(measure.validate());
+  measure.measure(0, static_cast<PatchId>(patches_.size()));
+  measure.join(0, static_cast<PatchId>(patches_.size()));
+  return values;
+}
+
 std::vector<std::byte> TestWorld::file() const {
   const WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
   for (std::uint32_t p = 0; p < i.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
   std::vector<std::byte> out(world_file_bytes(i));
   std::size_t written = 0;
-  require(write_world(i, octree_, {mask, heights_}, out, written));
+  const std::vector<std::uint16_t> errors = level_errors();
+  require(write_world(i, octree_, {mask, heights_, errors}, out, written));
   return out;
 }
 

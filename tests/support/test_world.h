@@ -59,6 +59,9 @@ class TestWorld {
     for (PatchId p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
   }
 
+  // Of its heights: LevelErrors::values.
+  std::vector<std::uint16_t> level_errors() const;
+
   // The world as a .karst file: what write_world makes of it. Without heights no patch has a block.
   WorldInfo info() const;
   std::vector<std::byte> file() const;

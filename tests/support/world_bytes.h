@@ -23,6 +23,7 @@ struct TestWorld {
   TreeMemory memory;
   std::vector<std::byte> mask;
   std::vector<std::int16_t> samples;
+  std::vector<std::uint16_t> errors;
 
   TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
     TestRandom random(seed);
@@ -50,13 +51,18 @@ struct TestWorld {
     }
     samples.resize(info.height_blocks * static_cast<std::size_t>(patch_vertices(level)));
     for (std::int16_t& s : samples) s = static_cast<std::int16_t>(random.range(-28'000, 28'000));
+    errors.resize(info.patches * level_error_values(level));
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const bool starts = i % static_cast<std::size_t>(level - 1) == 0;
+      errors[i] = static_cast<std::uint16_t>(random.below(starts ? 65'536u : errors[i - 1] + 1u));
+    }
     std::snprintf(info.name, sizeof info.name, "world %llu", static_cast<unsigned long long>(seed));
   }
 
   std::vector<std::byte> bytes() const {
     std::vector<std::byte> out(world_file_bytes(info));
     std::size_t written = 0;
-    const Status status = write_world(info, memory.tree, {mask, samples}, out, written);
+    const Status status = write_world(info, memory.tree, {mask, samples, errors}, out, written);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     EXPECT_EQ(written, out.size());
     return out;

@@ -34,6 +34,7 @@ Camera camera_at(glm::dvec3 position) {
 SelectLod stage_over(const GridSurface& grid, const Camera& camera, std::vector<std::uint8_t>& levels) {
   levels.assign(grid.patches.size(), 77);
   SelectLod stage;
+  stage.settings.mode = LodMode::distance;
   stage.camera = &camera;
   stage.surface = grid.surface();
   stage.bounds = grid.bounds;
@@ -96,7 +97,7 @@ TEST(SelectLod, FollowsDistanceInPowersOfTwo) {
   const Camera camera = camera_at({1.0, 10.0, 1.0});
   std::vector<std::uint8_t> levels;
   SelectLod stage = stage_over(grid, camera, levels);
-  stage.settings = {.max_level = 6, .resident_level = 6, .distance_voxels = 128.0};
+  stage.settings = {.mode = LodMode::distance, .max_level = 6, .resident_level = 6, .distance_voxels = 128.0};
   ASSERT_TRUE(stage.validate().ok());
   EXPECT_EQ(stage.run().raised, 0u);
   const auto level_at = [&](int x) {
@@ -112,10 +113,10 @@ TEST(SelectLod, FollowsDistanceInPowersOfTwo) {
   stage.settings.max_level = 3;
   stage.run();
   EXPECT_EQ(level_at(0), 3);
-  stage.settings = {.max_level = 6, .resident_level = 2, .distance_voxels = 128.0};
+  stage.settings = {.mode = LodMode::distance, .max_level = 6, .resident_level = 2, .distance_voxels = 128.0};
   stage.run();
   EXPECT_EQ(level_at(0), 2);
-  stage.settings = {.max_level = 6, .resident_level = 6, .distance_voxels = 0.0};
+  stage.settings = {.mode = LodMode::distance, .max_level = 6, .resident_level = 6, .distance_voxels = 0.0};
   stage.run();
   EXPECT_EQ(*std::max_element(levels.begin(), levels.end()), 1);
   stage.settings = {.mode = LodMode::full, .max_level = 4, .resident_level = 6};
@@ -187,6 +188,9 @@ TEST(SelectLod, RefusesOneWrongFieldAtATime) {
       {"max_level", [](SelectLod& s) { s.settings.max_level = kMaxLevel + 1; }},
       {"resident_level", [](SelectLod& s) { s.settings.resident_level = 0; }},
       {"resident_level", [](SelectLod& s) { s.settings.resident_level = kMaxLevel + 1; }},
+      {"error_px", [](SelectLod& s) { s.settings.error_px = 0.0; }},
+      {"error_px", [=](SelectLod& s) { s.settings.error_px = nan; }},
+      {"error_px", [](SelectLod& s) { s.settings.error_px = 1001.0; }},
       {"distance_voxels", [](SelectLod& s) { s.settings.distance_voxels = -1.0; }},
       {"distance_voxels", [=](SelectLod& s) { s.settings.distance_voxels = nan; }},
       {"distance_voxels", [](SelectLod& s) { s.settings.distance_voxels = 1e9; }},
@@ -210,6 +214,7 @@ TEST(SelectLod, EmptySurfaceIsFine) {
   const Camera camera = camera_at({0, 0, 0});
   const BoundsTree tree;
   SelectLod stage;
+  stage.settings.mode = LodMode::distance;
   stage.camera = &camera;
   stage.tree = &tree;
   EXPECT_TRUE(stage.validate().ok());

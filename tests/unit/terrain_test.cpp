@@ -190,7 +190,9 @@ TEST(Terrain, RefusesCountsThatContradictTheVoxels) {
   for (std::uint32_t p = 0; p < info.patches; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
   std::vector<std::byte> file(world_file_bytes(info));
   std::size_t written = 0;
-  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples}, file, written).ok());
+  std::vector<std::uint16_t> errors = world.level_errors();
+  errors.resize(info.patches * level_error_values(info.level));
+  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors}, file, written).ok());
   LoadedTerrain loaded(world);
   const Status status = loaded.terrain.load(file);
   EXPECT_EQ(status.code(), StatusCode::corrupt);

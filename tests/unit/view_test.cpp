@@ -37,6 +37,7 @@ class View : public testing::Test {
     frustum_ = make_frustum(camera_);
     items_.resize(levels_.size());
     SelectLod select;
+    select.settings.mode = LodMode::distance;
     select.camera = &camera_;
     select.surface = grid_.surface();
     select.bounds = grid_.bounds;
