@@ -95,6 +95,7 @@ class HeadlessDisplay final : public Display {
     std::array<EGLint, 5> attributes = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE, EGL_NONE, EGL_NONE};
     if (debug) {
       attributes[2] = egl_1_5 ? EGL_CONTEXT_OPENGL_DEBUG : EGL_CONTEXT_FLAGS_KHR;
+      // NOLINTNEXTLINE(bugprone-branch-clone): two names whose numbers are the same
       attributes[3] = egl_1_5 ? EGL_TRUE : EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR;
     }
     context_ = egl_.create_context(display_, config, EGL_NO_CONTEXT, attributes.data());

@@ -116,8 +116,10 @@ std::vector<float> column_tops(const ElevationSolid& solid, const Elevation& ele
     double sum = 0;
     int known = 0;
     for (int k = 0; k < nx * nz; ++k) {
+      const int column = k % nx;
+      const int row = k / nx;
       const glm::dvec3 p = grid.to_m(
-          {static_cast<double>(x) + (k % nx + 0.5) / nx, 0, static_cast<double>(z) + (k / nx + 0.5) / nz});
+          {static_cast<double>(x) + (column + 0.5) / nx, 0, static_cast<double>(z) + (row + 0.5) / nz});
       if (solid.in_hole(p.x, p.z)) continue;
       sum += solid.elevation_m(p.x, p.z);
       ++known;

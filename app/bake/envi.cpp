@@ -35,7 +35,7 @@ std::string lower(std::string_view s) {
 class Header {
  public:
   Header(std::string_view text, const std::string& name) : name_(name) {
-    if (!text.starts_with("ENVI") || trim(text.substr(4, text.find('\n') - 4)) != "") {
+    if (!text.starts_with("ENVI") || !trim(text.substr(4, text.find('\n') - 4)).empty()) {
       throw BakeError(name_ + ": the first line is not ENVI");
     }
     text.remove_prefix(std::min(text.size(), text.find('\n')));
@@ -185,7 +185,7 @@ std::string find_envi_header(const std::string& path) {
   std::error_code ignored;
   const std::filesystem::path swapped = std::filesystem::path(path).replace_extension(".hdr");
   if (swapped != path && std::filesystem::is_regular_file(swapped, ignored)) return swapped.string();
-  const std::string appended = path + ".hdr";
+  std::string appended = path + ".hdr";
   if (std::filesystem::is_regular_file(appended, ignored)) return appended;
   return {};
 }

@@ -149,7 +149,7 @@ Crease measure(const Loop& loop, const Fill& fill) {
 // All divisions of the polygon into triangles and quadrilaterals, each triangle with each collapsed corner.
 void divide(const std::vector<int>& polygon, const Fill& done, std::vector<Fill>& out) {
   struct Step {
-    static void run(std::vector<std::vector<int>> open, Fill fill, std::vector<Fill>& result) {
+    static void run(std::vector<std::vector<int>> open, const Fill& fill, std::vector<Fill>& result) {
       while (!open.empty() && open.back().size() < 3) open.pop_back();
       if (open.empty()) {
         result.push_back(fill);
