@@ -27,12 +27,12 @@ constexpr const char* kHelp =
 
 Draws a world that karst-bake made, without a screen.
 
-  -o, --output FILE         the picture; for several frames OUT_0000.png, OUT_0001.png, ..., or the place of the
-                            number is given: frame%04d.png
+  -o, --output FILE         the picture; for several frames OUT_0000.png, OUT_0001.png, ..., or frame%04d.png
+                            says where the number goes
       --size WxH            of the picture in pixels (1280x720)
       --camera X,Y,Z,YAW,PITCH
-                            place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left, pitch
-                            grows upwards; without it the whole world is shown
+                            place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left,
+                            pitch grows upwards; without it the whole world is shown
       --path FILE           a frame for each line "X Y Z YAW PITCH"; # starts a comment
       --sun AZ,EL           azimuth clockwise from north and elevation above the horizon in degrees (230,35)
       --fov DEG             of the picture's height, 1 to 170 (60)
@@ -213,6 +213,7 @@ class Render {
     TerrainView view;
     view.camera = &camera;
     view.lod = options_.lod;
+    view.lod.mode = LodMode::distance;  // levels by error need shaders that morph
     view.lod.max_level = scene_.resident_level();
     view.lod.resident_level = scene_.resident_level();
     view.frustum_culling = options_.frustum_culling;
