@@ -112,7 +112,7 @@ std::vector<float> column_tops(const ElevationSolid& solid, const Elevation& ele
   std::vector<float> tops(width * static_cast<std::size_t>(grid.extent.z));
   const int nx = points_for(grid.voxel_m, elevation.spacing_x_m);
   const int nz = points_for(grid.voxel_m, elevation.spacing_z_m);
-  const auto column = [&](std::size_t x, std::size_t z) {
+  const auto mean_top = [&](std::size_t x, std::size_t z) {
     double sum = 0;
     int known = 0;
     for (int k = 0; k < nx * nz; ++k) {
@@ -130,7 +130,7 @@ std::vector<float> column_tops(const ElevationSolid& solid, const Elevation& ele
   parallel_chunks(static_cast<std::size_t>(grid.extent.z), 1, threads,
                   [&](std::size_t first, std::size_t last, int) {
                     for (std::size_t z = first; z < last; ++z) {
-                      for (std::size_t x = 0; x < width; ++x) tops[z * width + x] = column(x, z);
+                      for (std::size_t x = 0; x < width; ++x) tops[z * width + x] = mean_top(x, z);
                     }
                   });
   settle_tops(tops, grid.extent.x, grid.extent.z);

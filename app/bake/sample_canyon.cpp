@@ -46,6 +46,8 @@ constexpr Alcove kAlcoves[] = {
 // A tower that the river once went around: the canyon is wider there.
 constexpr glm::dvec2 kButte = {88, -26};
 
+constexpr double kBridgeX = -112;
+
 // A side canyon that comes down from the north-west.
 constexpr glm::dvec2 kGully[] = {{-36, 10}, {-52, -22}, {-44, -52}, {-70, -84}, {-66, -112}, {-88, -170}};
 
@@ -125,7 +127,9 @@ class Canyon final : public SampleShape {
     // Fallen rock lies at the foot of the walls.
     const double height = t.top_m - (k == 0 ? 0.0 : kTiers[k - 1].top_m);
     const double scree = 6 * smooth_step((below - 0.6 * height) / 14);
-    const double wall = inwards - recess(t, below) * (0.6 + 0.5 * swell) + scree;
+    // Above the bridge's ends the wall is whole: between them and a cap the air would be one voxel thick.
+    const double whole = k == 1 ? smooth_step((std::abs(p.x - kBridgeX) - 16) / 24) : 1;
+    const double wall = inwards - recess(t, below) * (0.6 + 0.5 * swell) * whole + scree;
     return smooth_min(wall, below, 6);
   }
 
@@ -147,9 +151,9 @@ class Canyon final : public SampleShape {
 
   // A natural bridge over the inner gorge: a bar that sags towards its ends.
   static double bridge(glm::dvec3 p, double wander) {
-    constexpr double kX = -112, kHalfLength = 46;
-    const double along = (p.z - course(kX)) / kHalfLength;
-    const glm::dvec2 off((p.x - kX - 8 * along) / 1.2, p.y - 52 + 10 * along * along);
+    constexpr double kHalfLength = 42;
+    const double along = (p.z - course(kBridgeX)) / kHalfLength;
+    const glm::dvec2 off((p.x - kBridgeX - 8 * along) / 1.2, p.y - 52 + 10 * along * along);
     const double within = kHalfLength * (1 - std::abs(along));
     return std::min(13.5 - std::sqrt(off.x * off.x + off.y * off.y) + 0.25 * wander, within);
   }

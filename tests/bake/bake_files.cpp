@@ -5,11 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
 
 #if defined(__SANITIZE_ADDRESS__)
 #define KARST_LEAK_CHECK 1
@@ -34,25 +30,6 @@ void append(std::string& out, T value) {
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "karst_bake_XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  folder_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
-
-std::vector<std::string> TemporaryFolder::names() const {
-  std::vector<std::string> result;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_))
-    result.push_back(entry.path().filename());
-  std::sort(result.begin(), result.end());
-  return result;
-}
-
 #ifdef KARST_LEAK_CHECK
 IgnoreLeaks::IgnoreLeaks() {
   __lsan_disable();
@@ -64,15 +41,6 @@ IgnoreLeaks::~IgnoreLeaks() {
 IgnoreLeaks::IgnoreLeaks() = default;
 IgnoreLeaks::~IgnoreLeaks() = default;
 #endif
-
-void write_bytes(const std::string& path, std::string_view bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
-
-std::string read_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 TiffBuilder::TiffBuilder(std::uint32_t width, std::uint32_t height, int bits, int sample_format,
                          std::string pixels)

@@ -1,31 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Small elevation files for tests: a folder that vanishes, raw TIFF files with any tag, images through
-// OpenImageIO.
+// Small elevation files for tests: raw TIFF files with any tag, images through OpenImageIO.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace karst::bake {
-
-// A fresh folder below the system's temporary one, removed with all it holds.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::vector<std::string> names() const;  // of the files in it, sorted
-
- private:
-  std::filesystem::path folder_;
-};
 
 // While it lives, memory that is lost does not count: OpenImageIO 2.4 leaks its error string when libpng
 // jumps out of a damaged PNG.
@@ -37,8 +20,6 @@ class IgnoreLeaks {
   IgnoreLeaks& operator=(const IgnoreLeaks&) = delete;
 };
 
-void write_bytes(const std::string& path, std::string_view bytes);
-std::string read_bytes(const std::string& path);
 template <class T>
 std::string_view bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};

@@ -3,7 +3,7 @@
 #include "app/bake/carve.h"
 
 #include "app/bake/bake_error.h"
-#include "tests/bake/bake_files.h"
+#include "tests/support/process.h"
 
 #include <gtest/gtest.h>
 
@@ -110,7 +110,7 @@ TEST(CarveJson, RefusesWhatIsNoListOfShapes) {
 }
 
 TEST(CarveJson, FilesThatCannotBeRead) {
-  const TemporaryFolder folder;
+  const test::Folder folder;
   for (const std::string& path : {folder.path("missing.json"), folder.path("")}) {
     try {
       (void)read_carve(path);

@@ -5,6 +5,7 @@
 #include "app/bake/bake_error.h"
 #include "app/bake/geo_scale.h"
 #include "tests/bake/bake_files.h"
+#include "tests/support/process.h"
 
 #include <gtest/gtest.h>
 
@@ -47,9 +48,8 @@ std::string error_of(const ReadElevation& read) {
 
 class ElevationTest : public ::testing::Test {
  protected:
-  std::string write(const std::string& name, const std::string& bytes) {
-    write_bytes(folder_.path(name), bytes);
-    return folder_.path(name);
+  std::string write(const std::string& name, const std::string& bytes) const {
+    return folder_.write(name, bytes);
   }
   // Expects one line that begins with the file and mentions the words.
   void expect_error(const ReadElevation& read, const std::string& words) {
@@ -65,7 +65,7 @@ class ElevationTest : public ::testing::Test {
     EXPECT_EQ(e.voids, 0u);
   }
 
-  TemporaryFolder folder_;
+  test::Folder folder_;
 };
 
 TEST_F(ElevationTest, ReadsTiffOfEveryType) {
@@ -283,12 +283,12 @@ TEST_F(ElevationTest, RefusesHostilePngAndExrSizes) {
   // Width and height of a PNG are big-endian at byte 16; its header's checksum is then wrong, which is an
   // error too.
   write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
-  std::string png = read_bytes(folder_.path("a.png"));
+  std::string png = test::read_text(folder_.path("a.png"));
   png.replace(16, 8, std::string("\x7f\xff\xff\xff\x7f\xff\xff\xff", 8));
   EXPECT_NE(error_of({.path = write("b.png", png), .pixel_size_m = 1}), "");
 
   write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "float");
-  const std::string exr = read_bytes(folder_.path("a.exr"));
+  const std::string exr = test::read_text(folder_.path("a.exr"));
   const std::size_t box = exr.find("box2i", exr.find("dataWindow")) + 6 + 4;
   for (const std::string& corner : {std::string("\xff\xff\xff\x7f\xff\xff\xff\x7f", 8),
                                     std::string("\x00\x00\x10\x00\x00\x00\x10\x00", 8),
@@ -305,7 +305,7 @@ TEST_F(ElevationTest, RefusesEveryTruncation) {
   write_image(folder_.path("a.png"), kWidth, kHeight, ramp(), "uint16");
   write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "half");
   for (const char* name : {"a.tif", "a.png", "a.exr"}) {
-    const std::string whole = read_bytes(folder_.path(name));
+    const std::string whole = test::read_text(folder_.path(name));
     // The last chunk of a PNG (12 bytes, IEND) holds no pixel: without it the image is still complete.
     const std::size_t end = std::string(name) == "a.png" ? whole.size() - 12 - 4 : whole.size();
     for (std::size_t size = 0; size < end; size += 3) {
@@ -325,7 +325,7 @@ TEST_F(ElevationTest, SurvivesFlippedBytes) {
   write_image(folder_.path("a.exr"), kWidth, kHeight, ramp(), "half");
   std::uint32_t state = 1;
   for (const char* name : {"a.tif", "a.png", "a.exr"}) {
-    const std::string whole = read_bytes(folder_.path(name));
+    const std::string whole = test::read_text(folder_.path(name));
     for (int k = 0; k < 200; ++k) {
       std::string damaged = whole;
       for (int n = 0; n < 1 + k % 3; ++n) {

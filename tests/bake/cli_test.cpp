@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// karst-bake as a user runs it: exit codes, one clear line for each mistake, and nothing half written.
+#include "tests/bake/bake_files.h"
+#include "tests/support/process.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace karst::bake {
+namespace {
+
+using Words = std::vector<std::string>;
+
+class BakeCli : public ::testing::Test {
+ protected:
+  BakeCli() {
+    std::vector<std::int16_t> heights;
+    for (int k = 0; k < 40 * 30; ++k)
+      heights.push_back(static_cast<std::int16_t>(100 + k % 40 + 2 * (k / 40)));
+    dem_ = folder_.write(
+        "dem.tif", TiffBuilder(40, 30, 16, 2, std::string(bytes_of(heights))).pixel_scale(5, 5).bytes());
+    no_size_ =
+        folder_.write("no_size.tif", TiffBuilder(40, 30, 16, 2, std::string(bytes_of(heights))).bytes());
+    world_ = folder_.path("world.karst");
+    before_ = folder_.names();
+  }
+
+  test::ProcessResult run(const Words& words) const { return test::run_process(KARST_BAKE_PATH, words); }
+
+  void expect_failure(int code, const Words& words, const std::string& mentions) const {
+    const test::ProcessResult result = run(words);
+    EXPECT_EQ(result.code, code) << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(result.err.rfind("karst-bake: ", 0), 0u) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find(mentions), std::string::npos) << result.err;
+    EXPECT_EQ(folder_.names(), before_) << "something was left behind";
+  }
+
+  test::Folder folder_;
+  std::string dem_, no_size_, world_;
+  Words before_;
+};
+
+TEST_F(BakeCli, BakesAndReports) {
+  const auto result = run({dem_, "-o", world_, "--voxel", "20", "--levels", "2", "--threads", "2"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  for (const char* word : {"40 x 30 samples", "voxels", "patches", "rms", "quantisation", "written"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << result.out;
+  }
+  EXPECT_EQ(test::read_text(world_).substr(0, 5), "KARST") << "the file's magic";
+}
+
+TEST_F(BakeCli, JsonAndStatsAreTheSame) {
+  const std::string stats = folder_.path("stats.json");
+  const auto result = run({dem_, "-o", world_, "--json", "--stats", stats});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(test::read_text(stats), result.out);
+  for (const char* field :
+       {"\"input\"", "\"size\"", "\"void_share\"", "\"voxels\"", "\"patches\"", "\"bytes\"", "\"seconds\"",
+        "\"fit_m\"", "\"rms\"", "\"p999\"", "\"max\"", "\"quantisation_m\""}) {
+    EXPECT_NE(result.out.find(field), std::string::npos) << field;
+  }
+  EXPECT_EQ(result.out.find("nan"), std::string::npos);
+}
+
+TEST_F(BakeCli, QuietSaysNothing) {
+  const auto result = run({dem_, "-o", world_, "--quiet"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.out + result.err, "");
+}
+
+TEST_F(BakeCli, HelpNamesEveryOptionAndSample) {
+  const auto result = run({"--help"});
+  EXPECT_EQ(result.code, 0);
+  for (const char* word : {"--voxel", "--levels", "--z-scale", "--nodata", "--carve", "--sample",
+                           "--pixel-size", "--crop", "--allow-8bit", "--threads", "--stats", "--json",
+                           "--quiet", "canyon", "caves", "arches", "hills", "Examples"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+  }
+}
+
+TEST_F(BakeCli, UsageErrors) {
+  const auto usage = [&](const Words& words, const std::string& mentions) {
+    expect_failure(2, words, mentions);
+  };
+  usage({}, "--help");
+  usage({"-o", world_}, "DEM");
+  usage({dem_}, "-o");
+  usage({dem_, dem_, "-o", world_}, "DEM");
+  usage({dem_, "--sample", "hills", "-o", world_}, "both");
+  usage({"--sample", "moon", "-o", world_}, "canyon, caves, arches, hills");
+  usage({"--sample", "hills", "-o", world_, "--crop", "0,0,9,9"}, "--crop");
+  usage({dem_, "-o", world_, "--frobnicate"}, "frobnicate");
+  usage({dem_, "-o", world_, "--voxel"}, "voxel");
+  for (const char* option : {"--voxel", "--levels", "--pixel-size", "--z-scale", "--threads"}) {
+    for (const char* value : {"0", "x", "", "nan", "inf", "1e300", "2x"})
+      usage({dem_, "-o", world_, option, value}, option);
+  }
+  for (const char* value : {"", "5,", "deep", "hole,fill"})
+    usage({dem_, "-o", world_, "--nodata", value}, "--nodata");
+  for (const char* value : {"1,2,3", "0,0,1,9", "-1,0,9,9", "0,0,9.5,9", "0,0,99999,9"}) {
+    usage({dem_, "-o", world_, "--crop", value}, "--crop");
+  }
+}
+
+TEST_F(BakeCli, BadInput) {
+  expect_failure(1, {folder_.path("missing.tif"), "-o", world_}, "missing.tif");
+  expect_failure(1, {no_size_, "-o", world_}, "--pixel-size");
+  expect_failure(1, {dem_, "-o", world_, "--crop", "30,0,20,20"}, "--crop");
+  expect_failure(1, {dem_, "-o", world_, "--voxel", "0.1"}, "--voxel");
+  expect_failure(1, {dem_, "-o", world_, "--carve", folder_.path("none.json")}, "none.json");
+  expect_failure(1, {dem_, "-o", world_, "--z-scale", "1e6"}, "dem.tif");
+}
+
+TEST_F(BakeCli, UnwritableOutputIsSeenBeforeTheWork) {
+  expect_failure(1, {dem_, "-o", folder_.path("no/such/world.karst")}, "no/such");
+  expect_failure(1, {dem_, "-o", folder_.path("")}, folder_.path(""));
+  expect_failure(1, {dem_, "-o", world_, "--stats", folder_.path("no/stats.json")}, "no/stats.json");
+}
+
+TEST_F(BakeCli, AFailedBakeKeepsTheOldFile) {
+  folder_.write("world.karst", std::string("what was there"));
+  EXPECT_EQ(run({no_size_, "-o", world_}).code, 1);
+  EXPECT_EQ(test::read_text(world_), "what was there");
+  EXPECT_EQ(run({dem_, "-o", world_}).code, 0);
+  EXPECT_NE(test::read_text(world_), "what was there");
+}
+
+TEST_F(BakeCli, DamagedImagesGiveOneLine) {
+  std::string png_bytes;
+  {
+    const IgnoreLeaks libraries_leak;
+    write_image(folder_.path("a.png"), 8, 8, std::vector<float>(64, 500), "uint16");
+    png_bytes = test::read_text(folder_.path("a.png"));
+    png_bytes[40] = static_cast<char>(png_bytes[40] ^ 0x55);
+  }
+  folder_.write("a.png", png_bytes.substr(0, png_bytes.size() - 20));
+  before_ = folder_.names();
+  // The program's own leak check would speak where its libraries leak.
+  const auto result =
+      test::run_process(KARST_BAKE_PATH, {folder_.path("a.png"), "-o", world_, "--pixel-size", "1"},
+                        {"ASAN_OPTIONS=detect_leaks=0"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find("a.png"), std::string::npos);
+  EXPECT_EQ(folder_.names(), before_);
+}
+
+}  // namespace
+}  // namespace karst::bake
