@@ -17,8 +17,8 @@ namespace {
 constexpr const char* kHelp =
     R"(usage: karst budget [WORLD] [--level N] [--size WxH] [--json]
 
-Prints every limit with its unit and reason, and the bytes that each part of the program takes for them: those of the
-default configuration, or the least that hold WORLD.
+Prints every limit with its unit and reason, and the bytes that each part of the program takes for them: those
+of the default configuration, or the least that hold WORLD.
 
       --level N     finest level of WORLD that is held on the GPU, 1 to 6 (the world's)
       --size WxH    of the picture in pixels (1280x720)

@@ -1,7 +1,7 @@
 #version 300 es
 // SPDX-License-Identifier: MIT
-// OpenGL ES cannot read a depth buffer back; this writes its 24 bits into the bytes of a colour buffer, high byte
-// in red.
+// OpenGL ES cannot read a depth buffer back; this writes its 24 bits into the bytes of a colour buffer,
+// high byte in red.
 precision highp float;
 precision highp int;
 precision highp sampler2D;

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: MIT
 # cmake -D SHADER_DIR=... -D TEXT_DIR=... -D EMBEDDED=... -P embed_shaders.cmake
 #
-# For each line of variants.def: the two shader files with their includes spliced in and the variant's macros defined
-# after the version line. Comments and indentation are left out, so that the program carries only what the driver's
-# compiler needs. EMBEDDED becomes a C++ file with all texts (gles_shaders/shader_texts.h).
+# For each line of variants.def: the two shader files with their includes spliced in and the variant's
+# macros defined after the version line. Comments and indentation are left out, so that the program carries
+# only what the driver's compiler needs. EMBEDDED becomes a C++ file with all texts
+# (gles_shaders/shader_texts.h).
 
 cmake_minimum_required(VERSION 3.25)
 
-# Sets `out` to the text of `file` with #include "x" lines replaced by the files. No include guards: a file is included
-# once at most by each shader, which an error enforces.
+# Sets `out` to the text of `file` with #include "x" lines replaced by the files. No include guards: a file
+# is included once at most by each shader, which an error enforces.
 function(read_shader file out)
   file(READ ${SHADER_DIR}/${file} text)
   while(text MATCHES "#include \"([a-z_.]+)\"")
@@ -55,7 +56,8 @@ foreach(line ${lines})
   make_text(${fragment_file} "${macros}" fragment)
   file(WRITE ${TEXT_DIR}/${name}.vert "${vertex}")
   file(WRITE ${TEXT_DIR}/${name}.frag "${fragment}")
-  string(APPEND entries "    {\"${name}\",\n     R\"glsl(${vertex})glsl\",\n     R\"glsl(${fragment})glsl\"},\n")
+  string(APPEND entries "    {\"${name}\",\n     R\"glsl(${vertex})glsl\",\n")
+  string(APPEND entries "     R\"glsl(${fragment})glsl\"},\n")
 endforeach()
 file(WRITE ${EMBEDDED} "// SPDX-License-Identifier: MIT
 // Made by gles_shaders/embed_shaders.cmake.

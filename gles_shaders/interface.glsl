@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What C++ and GLSL must agree on: attribute locations, texture units, sizes, and the uniform block. This one file is
-// included by the shaders (GL_ES is defined there) and by renderer/shader_interface.h; tests/gl checks that a linked
-// program has exactly these locations and offsets. Blocks hold vec4, ivec4 and mat4 only, so that std140 and C++ lay
-// them out alike.
+// What C++ and GLSL must agree on: attribute locations, texture units, sizes, and the uniform block. This
+// one file is included by the shaders (GL_ES is defined there) and by renderer/shader_interface.h; tests/gl
+// checks that a linked program has exactly these locations and offsets. Blocks hold vec4, ivec4 and mat4
+// only, so that std140 and C++ lay them out alike.
 
 // Attributes: the 16 bytes of a vertex (terrain/patch/gpu_vertex.h), as two ivec4 of four shorts.
 #define KARST_LOCATION_POSITION 0 // xyz: position, w: packed normal
@@ -29,8 +29,8 @@
 #define KARST_BLOCK(name) struct alignas(16) name
 #endif
 
-// Everything that changes from frame to frame. Directions have unit length; colours are linear light. Components that
-// are not named are 0.
+// Everything that changes from frame to frame. Directions have unit length; colours are linear light.
+// Components that are not named are 0.
 KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner

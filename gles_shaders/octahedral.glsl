@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The inverse of encode_octahedral in terrain/patch/octahedral.h: x in the low byte, z in the high byte, both snorm8.
+// The inverse of encode_octahedral in terrain/patch/octahedral.h: x in the low byte, z in the high byte,
+// both snorm8.
 
 vec3 octahedral_decode(int bits) {
   vec2 e = vec2(ivec2(bits << 24, bits << 16) >> 24) / 127.0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // From linear light to the eight bits of the picture.
 
-// Light that is brighter than the picture can show keeps its hue and rolls off instead of clipping. Fit of the ACES
-// filmic curve: K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
+// Light that is brighter than the picture can show keeps its hue and rolls off instead of clipping. Fit of
+// the ACES filmic curve: K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
 const float kExposure = 0.66;
 vec3 tone_map(vec3 light) {
   vec3 x = light * kExposure;

@@ -10,7 +10,8 @@ precision highp int;
 in vec3 ray_ws;
 out vec4 colour;
 
-// Cosines of the angles at which the disc begins and ends to fade: 0.35 and 0.27 degrees (the sun's radius is 0.27).
+// Cosines of the angles at which the disc begins and ends to fade: 0.35 and 0.27 degrees (the sun's radius
+// is 0.27).
 const float kSunOuter = 0.99998134;
 const float kSunInner = 0.99998889;
 

@@ -1,7 +1,8 @@
 #version 300 es
 // SPDX-License-Identifier: MIT
-// Terrain surface: materials by slope (K 4.2.3), tri-planar noise, one directional light per pixel from interpolated
-// normals (K 4.1), light from sky and ground, haze. All lengths are voxels, so a world looks the same at any voxel size.
+// Terrain surface: materials by slope (K 4.2.3), tri-planar noise, one directional light per pixel from
+// interpolated normals (K 4.1), light from sky and ground, haze. All lengths are voxels, so a world looks
+// the same at any voxel size.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -19,8 +20,8 @@ flat in ivec3 patch_voxel;
 
 out vec4 colour;
 
-// Voxels that one repeat of the noise texture covers at the three scales; powers of two, so that positions can be taken
-// modulo the repeat in integers and stay precise however far from the origin.
+// Voxels that one repeat of the noise texture covers at the three scales; powers of two, so that positions
+// can be taken modulo the repeat in integers and stay precise however far from the origin.
 const int kFarRepeat = 32;
 const int kMiddleRepeat = 4;
 const float kNearRepeatsPerVoxel = 2.0;
@@ -43,11 +44,17 @@ const vec3 kCaveLight = vec3(0.230, 0.205, 0.170);
 const vec3 kLamp = vec3(1.5, 1.2, 0.85);
 const float kLampReach = 28.0;  // voxels
 
-// Voxels a pixel covers, from distance and slope. Screen-space derivatives would jump between triangles, and mean nothing
-// in thin ones. At grazing angles the long side of the footprint alone would blur everything: take half of it, which
-// the smooth noise stands without visible flicker.
+// Voxels a pixel covers, from distance and slope. Screen-space derivatives would jump between triangles,
+// and mean nothing in thin ones. At grazing angles the long side of the footprint alone would blur
+// everything: take half of it, which the smooth noise stands without visible flicker.
 float pixel_footprint(float distance_voxels, float facing_eye) {
   return distance_voxels * view_scale.y * max(1.0, 0.5 / max(facing_eye, 0.05));
+}
+
+// lod: of a texture that repeats once a voxel.
+SurfaceNoise repeated_noise(int repeat, vec3 weights, float lod) {
+  vec3 position = vec3(patch_voxel & (repeat - 1)) + in_patch;
+  return triplanar_noise(position / float(repeat), weights, lod - log2(float(repeat)));
 }
 
 // 0 under the open sky, 1 deep in a cave.
@@ -60,7 +67,8 @@ vec3 rock_albedo(vec3 position, float fine, SurfaceNoise far, SurfaceNoise middl
   float bed = position.y / kBedRepeat + far.mottle * 0.035 + middle.mottle * 0.004;
   float lod = log2(footprint / kBedRepeat) + kNoiseSideLog2;
   vec2 beds = textureLod(noise, vec2(0.37, bed), lod).rg - kNeutral;
-  vec3 rock = mix(kRockDark, kRockLight, clamp(0.45 + 0.8 * beds.x + 0.6 * fine + 0.25 * far.height, 0.0, 1.0));
+  float light = 0.45 + 0.8 * beds.x + 0.6 * fine + 0.25 * far.height;
+  vec3 rock = mix(kRockDark, kRockLight, clamp(light, 0.0, 1.0));
   return mix(rock, kRockWarm, clamp(0.25 + 1.4 * beds.y + 0.5 * far.mottle, 0.0, 0.8));
 }
 
@@ -78,7 +86,8 @@ vec3 surface_albedo(vec3 normal, vec3 position, float cave, SurfaceNoise far, Su
   float bare = 1.0 - smoothstep(0.64, 0.80, flatness);
   if (bare > 0.0) outside = mix(outside, rock_albedo(position, fine, far, middle, footprint), bare);
 
-  vec3 damp = mix(kCaveDark, kCaveLight, clamp(0.45 + 0.5 * fine + 0.45 * middle.mottle + 0.3 * far.mottle, 0.0, 1.0));
+  float dry = 0.45 + 0.5 * fine + 0.45 * middle.mottle + 0.3 * far.mottle;
+  vec3 damp = mix(kCaveDark, kCaveLight, clamp(dry, 0.0, 1.0));
   float ceiling = 1.0 - smoothstep(-0.30, -0.10, normal.y + 0.08 * middle.height);
   return mix(outside, damp, max(ceiling, cave));
 }
@@ -92,10 +101,8 @@ void main() {
   float lod = log2(footprint) + kNoiseSideLog2 + kSoften;
 
   vec3 weights = triplanar_weights(normal);
-  SurfaceNoise far = triplanar_noise((vec3(patch_voxel & (kFarRepeat - 1)) + in_patch) / float(kFarRepeat), weights,
-                                     lod - log2(float(kFarRepeat)));
-  SurfaceNoise middle = triplanar_noise((vec3(patch_voxel & (kMiddleRepeat - 1)) + in_patch) / float(kMiddleRepeat),
-                                        weights, lod - log2(float(kMiddleRepeat)));
+  SurfaceNoise far = repeated_noise(kFarRepeat, weights, lod);
+  SurfaceNoise middle = repeated_noise(kMiddleRepeat, weights, lod);
   // From the mip level of one texel on, a lookup would return neutral.
   float near_lod = lod + log2(kNearRepeatsPerVoxel);
   SurfaceNoise near = SurfaceNoise(0.0, 0.0, vec3(0.0));
@@ -108,14 +115,17 @@ void main() {
   vec3 gradient = 0.5 * middle.gradient + 0.5 * near.gradient;
   vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
 
-  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little. Sky light is stronger from the sun's
-  // side, so that slopes in shade keep their relief.
+  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little. Sky light is stronger
+  // from the sun's side, so that slopes in shade keep their relief.
   float facing_sun = dot(bumped, sun_direction.xyz);
   float sun = max(facing_sun, 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
   vec3 ambient = mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
   float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
-  vec3 light = albedo * (sun_light.rgb * (sun * (1.0 - cave)) + ambient * mix(1.0, 0.4, cave) + kLamp * (lamp * cave));
+  vec3 incoming = sun_light.rgb * (sun * (1.0 - cave));
+  incoming += ambient * mix(1.0, 0.4, cave);
+  incoming += kLamp * (lamp * cave);
 
   float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
-  colour = picture_colour(mix(light, sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed));
+  vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
+  colour = picture_colour(mix(albedo * incoming, haze, hazed));
 }

@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: MIT
 // A terrain vertex: from 16 bytes to clip space.
 //
-// Positions stay exact (design 4.3): the patch's origin minus the camera's voxel is subtracted in integers; `offset` and
-// the vertex are whole numbers of lattice steps, so offset + q is the same real number correctly rounded in every patch
-// that has the vertex, and with `invariant` so is gl_Position: no crack can open.
+// Positions stay exact (design 4.3): the patch's origin minus the camera's voxel is subtracted in integers;
+// `offset` and the vertex are whole numbers of lattice steps, so offset + q is the same real number
+// correctly rounded in every patch that has the vertex, and with `invariant` so is gl_Position: no crack
+// can open.
 precision highp float;
 precision highp int;
 precision highp isampler2D;

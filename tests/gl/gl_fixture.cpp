@@ -54,6 +54,7 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
     first_vertex_.push_back(patch * slot * kPageVertices);
   }
   EXPECT_TRUE(terrain_.finish_bounds().ok());
+  lod.mode = LodMode::distance;  // which needs no morph
   lod.max_level = level();
   lod.resident_level = level();
   lod.mode = LodMode::distance;
