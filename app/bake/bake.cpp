@@ -5,6 +5,7 @@
 #include "app/bake/carve.h"
 #include "app/bake/elevation_solid.h"
 #include "app/bake/parallel.h"
+#include "app/bake/repair_folds.h"
 #include "app/bake/samples.h"
 #include "app/bake/settle_voxels.h"
 #include "terrain/base/config.h"

@@ -4,6 +4,8 @@
 // Passes look only at patches that changed in the last one. On features one voxel thin W can oppose the
 // surface's normal; a triangle there counts as folded only when it is turned against its undisplaced self as
 // well.
+#include "app/bake/repair_folds.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -11,10 +13,9 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/patch/displacement.h"
-#include "terrain/patch/fit_heights.h"
 #include "terrain/patch/shared_vertices.h"
 
-namespace karst {
+namespace karst::bake {
 namespace {
 
 // After this many passes a folded triangle also moves the vertices around its own: its fold is wider than
@@ -184,4 +185,4 @@ RepairFolds::Result RepairFolds::run() const {
   return Repair(*this).run();
 }
 
-}  // namespace karst
+}  // namespace karst::bake

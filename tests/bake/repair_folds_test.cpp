@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// Folds: found where they are, taken out, and shared vertices stay equal.
+#include "app/bake/repair_folds.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "terrain/patch/heights.h"
+#include "terrain/patch/shared_vertices.h"
+#include "tests/support/test_world.h"
+
+namespace karst::bake {
+namespace {
+
+constexpr int kLevel = 3;
+
+RepairFolds repair_job(const test::TestWorld& world, std::vector<std::int16_t>& heights) {
+  RepairFolds repair;
+  repair.surface = world.surface();
+  repair.level = kLevel;
+  repair.heights = heights;
+  return repair;
+}
+
+std::size_t disagreements(const Surface& surface, const std::vector<std::int16_t>& heights) {
+  const int side = patch_side(kLevel);
+  const auto at = [&](GridVertex v) {
+    const std::size_t block = static_cast<std::size_t>(patch_vertices(kLevel));
+    return heights[std::size_t{v.patch} * block + static_cast<std::size_t>(v.j * side + v.i)];
+  };
+  std::size_t count = 0;
+  for (PatchId p = 0; p < surface.patches.size(); ++p) {
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) {
+        for_each_copy(surface.patches, kLevel, {p, i, j}, [&](GridVertex copy) {
+          count += at(copy) != at({p, i, j});
+        });
+      }
+    }
+  }
+  return count;
+}
+
+TEST(RepairFolds, RefusesEachWrongField) {
+  test::TestWorld world = test::TestWorld::noise(1, {8, 8, 8}, 0.5, 3.0, false);
+  world.roughen(kLevel, 1, 100);
+  std::vector<std::int16_t> heights = world.height_samples();
+  const RepairFolds good = repair_job(world, heights);
+  ASSERT_TRUE(good.validate().ok());
+  RepairFolds repair = good;
+  repair.level = 7;
+  EXPECT_STREQ(repair.validate().field(), "level");
+  repair = good;
+  repair.heights = repair.heights.first(1);
+  EXPECT_STREQ(repair.validate().field(), "heights");
+  repair = good;
+  repair.max_passes = 0;
+  EXPECT_STREQ(repair.validate().field(), "max_passes");
+}
+
+TEST(RepairFolds, LeavesSmoothGroundAlone) {
+  test::TestWorld world({16, 12, 16}, [](glm::ivec3 v) { return v.y < 5 + v.x / 8; });
+  world.set_heights(kLevel, [](glm::dvec3) { return 500.0; });
+  std::vector<std::int16_t> heights = world.height_samples();
+  const RepairFolds::Result result = repair_job(world, heights).run();
+  EXPECT_EQ(result.folded_before, 0u);
+  EXPECT_EQ(result.vertices_moved, 0u);
+  EXPECT_EQ(heights, world.height_samples());
+}
+
+TEST(RepairFolds, TakesFoldsOut) {
+  test::TestWorld world = test::TestWorld::noise(8, {14, 14, 14}, 0.5, 4.0, false);
+  world.roughen(kLevel, 3, 4000);
+  std::vector<std::int16_t> heights = world.height_samples();
+  ASSERT_EQ(disagreements(world.surface(), heights), 0u);
+  const RepairFolds::Result result = repair_job(world, heights).run();
+  EXPECT_GT(result.folded_before, 100u);
+  EXPECT_EQ(result.folded_after, 0u);
+  EXPECT_GT(result.vertices_moved, 100u);
+  EXPECT_EQ(disagreements(world.surface(), heights), 0u);
+  // A second look finds none.
+  EXPECT_EQ(repair_job(world, heights).run().folded_before, 0u);
+}
+
+}  // namespace
+}  // namespace karst::bake
