@@ -210,6 +210,45 @@ TEST(SelectLod, RefusesOneWrongFieldAtATime) {
   }
 }
 
+TEST(SelectLod, ByErrorNeedsThresholdsAndErrors) {
+  const GridSurface grid = make_grid_surface(5, 5, 1.0, 3);
+  const Camera camera = camera_at({0, 0, 0});
+  std::vector<std::uint8_t> levels;
+  const std::vector<std::uint16_t> errors(25 * level_error_values(3));
+  std::vector<PatchLod> lods(25);
+  SelectLod good = stage_over(grid, camera, levels);
+  good.settings.mode = LodMode::error;
+  good.scale = make_error_scale(camera, 720, 1.0);
+  good.errors = {3, errors};
+  SetThresholds set{.scale = good.scale,
+                    .surface = good.surface,
+                    .bounds = grid.bounds,
+                    .errors = good.errors,
+                    .lods = lods};
+  ASSERT_TRUE(set.validate().ok());
+  set.run();
+  good.lods = lods;
+  ASSERT_TRUE(good.validate().ok());
+  // Nothing is lost at level 1 where no level has an error.
+  EXPECT_EQ(good.run().bound_px, 1.0f);
+  EXPECT_EQ(*std::max_element(levels.begin(), levels.end()), 1);
+  SelectLod bad = good;
+  bad.scale = {};
+  EXPECT_STREQ(bad.validate().field(), "scale");
+  bad = good;
+  bad.lods = bad.lods.first(24);
+  EXPECT_STREQ(bad.validate().field(), "lods");
+  bad = good;
+  bad.errors = {};
+  EXPECT_STREQ(bad.validate().field(), "errors");
+  // What is not known has no bound.
+  bad.settings.mode = LodMode::distance;
+  ASSERT_TRUE(bad.validate().ok());
+  EXPECT_EQ(bad.run().bound_px, std::numeric_limits<float>::infinity());
+  bad.errors = good.errors;
+  EXPECT_EQ(bad.run().bound_px, 0.0f);
+}
+
 TEST(SelectLod, EmptySurfaceIsFine) {
   const Camera camera = camera_at({0, 0, 0});
   const BoundsTree tree;
