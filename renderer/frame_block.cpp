@@ -36,9 +36,9 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
   const float day = smooth_step(-8.0, 8.0, elevation);     // fades to night below the horizon
   const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
 
-  block.sun_light = xyz(mix({3.0f, 1.25f, 0.45f}, {3.7f, 3.35f, 2.9f}, height) * disc);
+  block.sun_light = xyz(mix({3.1f, 1.65f, 0.85f}, {3.7f, 3.35f, 2.9f}, height) * disc);
   const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.07f, 0.20f, 0.56f}, height);
-  const glm::vec3 horizon = mix({0.78f, 0.52f, 0.38f}, {0.37f, 0.54f, 0.80f}, height);
+  const glm::vec3 horizon = mix({0.72f, 0.54f, 0.44f}, {0.37f, 0.54f, 0.80f}, height);
   constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
   constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));

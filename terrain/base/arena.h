@@ -15,12 +15,21 @@ namespace karst {
 
 // Everybody who takes memory from the arena. kConsumerNames holds the same words for reports.
 enum class Consumer : std::uint8_t {
-  octets, volumes, patches, heights, bounds, level_errors, thresholds, index_tables, draw_list, scratch
+  octets,
+  volumes,
+  patches,
+  heights,
+  bounds,
+  level_errors,
+  thresholds,
+  index_tables,
+  draw_list,
+  scratch
 };
 inline constexpr std::size_t kConsumerCount = 10;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
-    "octets",     "volumes",      "patches",   "heights", "bounds", "level_errors",
-    "thresholds", "index_tables", "draw_list", "scratch"};
+    "octets",       "volumes",    "patches",      "heights",   "bounds",
+    "level_errors", "thresholds", "index_tables", "draw_list", "scratch"};
 
 class Arena {
  public:

@@ -18,7 +18,8 @@ std::size_t scratch_bytes(const Config& config) {
 }
 
 std::size_t max_height_samples(const Config& config) {
-  return std::size_t{config.max_height_blocks} * static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
+  return std::size_t{config.max_height_blocks} *
+         static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
 }
 
 std::size_t max_level_errors(const Config& config) {
@@ -51,7 +52,8 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::bounds, Arena::bytes_for<LatticeBox>(BoundsTree::node_count(config.max_patches)));
   b.add(Consumer::level_errors, Arena::bytes_for<std::uint16_t>(max_level_errors(config)));
   b.add(Consumer::thresholds, Arena::bytes_for<PatchLod>(config.max_patches));
-  b.add(Consumer::index_tables, Arena::bytes_for<std::uint16_t>(index_count(static_cast<int>(config.max_level))));
+  b.add(Consumer::index_tables,
+        Arena::bytes_for<std::uint16_t>(index_count(static_cast<int>(config.max_level))));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint32_t>(config.max_patches));
@@ -62,14 +64,17 @@ Budget Terrain::budget(const Config& config) {
 Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   if (const Status status = config.validate(); !status.ok()) return status;
   const std::size_t needed = budget(config).cpu_bytes();
-  if (needed > memory.size()) return {StatusCode::limit_reached, "the memory given is smaller than the budget", "memory", needed};
+  if (needed > memory.size())
+    return {StatusCode::limit_reached, "the memory given is smaller than the budget", "memory", needed};
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % Arena::kAlignment != 0) {
     return {StatusCode::invalid_argument, "the memory given is not aligned to 64 bytes", "memory"};
   }
   *this = Terrain();
   config_ = config;
   arena_ = Arena(memory.first(needed));
-  if (const Status status = octree_.create(arena_, static_cast<int>(config.max_depth), config.max_octets); !status.ok()) return status;
+  if (const Status status = octree_.create(arena_, static_cast<int>(config.max_depth), config.max_octets);
+      !status.ok())
+    return status;
   volumes_ = arena_.allocate<Volume>(Consumer::volumes, config.max_volumes);
   patches_ = arena_.allocate<Patch>(Consumer::patches, config.max_patches);
   heights_ = arena_.allocate<std::int16_t>(Consumer::heights, max_height_samples(config));
@@ -77,7 +82,8 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   boxes_ = arena_.allocate<LatticeBox>(Consumer::bounds, BoundsTree::node_count(config.max_patches));
   level_errors_ = arena_.allocate<std::uint16_t>(Consumer::level_errors, max_level_errors(config));
   lods_ = arena_.allocate<PatchLod>(Consumer::thresholds, config.max_patches);
-  index_table_ = arena_.allocate<std::uint16_t>(Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
+  index_table_ =
+      arena_.allocate<std::uint16_t>(Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   levels_ = arena_.allocate<std::uint8_t>(Consumer::draw_list, config.max_patches);
   items_ = arena_.allocate<DrawItem>(Consumer::draw_list, config.max_draw_items);
   list_scratch_ = arena_.allocate<std::uint32_t>(Consumer::draw_list, config.max_patches);
@@ -88,7 +94,9 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
 }
 
 std::size_t Terrain::height_samples() const {
-  return info_.level == 0 ? 0 : std::size_t{info_.height_blocks} * static_cast<std::size_t>(patch_vertices(info_.level));
+  return info_.level == 0
+             ? 0
+             : std::size_t{info_.height_blocks} * static_cast<std::size_t>(patch_vertices(info_.level));
 }
 
 std::size_t Terrain::level_error_count() const {
@@ -112,7 +120,8 @@ Status Terrain::load(std::span<const std::byte> file) {
                 {info.patches, config_.max_patches, "max_patches"},
                 {info.height_blocks, config_.max_height_blocks, "max_height_blocks"}};
   for (const auto& l : limits) {
-    if (l.needed > l.limit) return {StatusCode::limit_reached, "the world is larger than a limit", l.name, l.needed};
+    if (l.needed > l.limit)
+      return {StatusCode::limit_reached, "the world is larger than a limit", l.name, l.needed};
   }
   Status status = load_surface(file, info);
   if (status.ok()) {
@@ -134,15 +143,18 @@ Status Terrain::load_surface(std::span<const std::byte> file, const WorldInfo& i
   extract.extent = info.extent;
   extract.volumes = volumes_;
   extract.patches = patches_;
-  extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(scratch_.data())), ExtractSurface::scratch_size(config_.max_volumes)};
+  extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(scratch_.data())),
+                     ExtractSurface::scratch_size(config_.max_volumes)};
   ExtractSurface::Result made;
   if (const Status status = extract.run(made); !status.ok()) {
     // The pools hold what the header states, so too small a pool means that the header is wrong.
     if (status.code() != StatusCode::limit_reached) return status;
     return {StatusCode::corrupt, "its voxels make more surface than its header states", "patches"};
   }
-  if (made.volumes != info.volumes) return {StatusCode::corrupt, "its voxels make another number of volumes than stated", "volumes"};
-  if (made.patches != info.patches) return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
+  if (made.volumes != info.volumes)
+    return {StatusCode::corrupt, "its voxels make another number of volumes than stated", "volumes"};
+  if (made.patches != info.patches)
+    return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
 
   const WorldHeights heights = read_heights(file, info);
   std::uint32_t block = 0;
@@ -155,7 +167,8 @@ Status Terrain::load_surface(std::span<const std::byte> file, const WorldInfo& i
   return {};
 }
 
-// Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at once.
+// Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at
+// once.
 Status Terrain::check_shared_heights() const {
   const Surface s = surface();
   const Heights h = heights();
@@ -201,7 +214,9 @@ Status Terrain::finish_bounds() {
   return tree_.build(surface(), bounds());
 }
 
-LatticeBox Terrain::box() const { return tree_.node(tree_.rows() - 1, 0); }
+LatticeBox Terrain::box() const {
+  return tree_.node(tree_.rows() - 1, 0);
+}
 
 Status Terrain::set_thresholds(const LodSettings& lod, const ErrorScale& scale) {
   const bool morphing = lod.mode == LodMode::error;

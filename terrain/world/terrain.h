@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A world in memory of stated size: everything the core needs to load a .karst file, make its vertices and choose what
-// to draw. All memory is taken in create(), exactly budget() bytes of it; from then on nothing is allocated.
+// A world in memory of stated size: everything the core needs to load a .karst file, make its vertices and
+// choose what to draw. All memory is taken in create(), exactly budget() bytes of it; from then on nothing is
+// allocated.
 //
 //   Config config = Terrain::config_for(info);          // or a board's limits
 //   std::vector<std::byte> memory(Terrain::budget(config).cpu_bytes() + alignment);
@@ -35,7 +36,7 @@ constexpr std::uint32_t slot_pages(int level) {
 
 struct TerrainView {
   const Camera* camera = nullptr;
-  LodSettings lod;  // max_level and resident_level are cut to the world's level
+  LodSettings lod;      // max_level and resident_level are cut to the world's level
   int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
   bool frustum_culling = true;
 };
@@ -46,16 +47,19 @@ class Terrain {
   // stream_indices is what a frame may take before it is drawn in several parts.
   static Config config_for(const WorldInfo& info, int resident_level);
 
-  // Exact bytes of the CPU side; the renderer adds its GPU terms. kUnbounded terms where they do not fit size_t.
+  // Exact bytes of the CPU side; the renderer adds its GPU terms. kUnbounded terms where they do not fit
+  // size_t.
   static Budget budget(const Config& config);
 
-  // memory: borrowed for the terrain's life, aligned to Arena::kAlignment, at least budget(config).cpu_bytes().
-  // Uses exactly that many. invalid_argument, limit_reached ("memory", bytes needed).
+  // memory: borrowed for the terrain's life, aligned to Arena::kAlignment, at least
+  // budget(config).cpu_bytes(). Uses exactly that many. invalid_argument, limit_reached ("memory", bytes
+  // needed).
   Status create(const Config& config, std::span<std::byte> memory);
 
-  // Reads a world; file need not outlive the call. Errors of world_file.h; limit_reached naming the Config field;
-  // corrupt ("patches", "volumes", "heights") where the file contradicts the surface of its own voxels. Heights of a
-  // vertex that patches share must agree. After a failure the terrain holds an empty world and can load again.
+  // Reads a world; file need not outlive the call. Errors of world_file.h; limit_reached naming the Config
+  // field; corrupt ("patches", "volumes", "heights") where the file contradicts the surface of its own
+  // voxels. Heights of a vertex that patches share must agree. After a failure the terrain holds an empty
+  // world and can load again.
   Status load(std::span<const std::byte> file);
 
   const Config& config() const { return config_; }
@@ -68,8 +72,9 @@ class Terrain {
   std::span<const std::uint16_t> index_table() const { return index_table_; }
   std::uint32_t patch_count() const { return info_.patches; }
 
-  // Vertices of one patch at the world's level (or a lower one) in slot order, patch_vertices(level) of them; also
-  // sets the patch's bounds when level is the world's. Precondition: patch < patch_count(), 1 <= level <= info().level.
+  // Vertices of one patch at the world's level (or a lower one) in slot order, patch_vertices(level) of them;
+  // also sets the patch's bounds when level is the world's. Precondition: patch < patch_count(), 1 <= level
+  // <= info().level.
   void generate(PatchId patch, int level, std::span<GpuVertex> out);
 
   // The box hierarchy, once every patch has been generated at the world's level.
@@ -82,10 +87,11 @@ class Terrain {
     SelectLod::Result lod;
     BuildDrawList::Result list;
   };
-  // Chooses levels and lists what the camera sees. limit_reached ("max_draw_items") leaves a valid, shorter list.
+  // Chooses levels and lists what the camera sees. limit_reached ("max_draw_items") leaves a valid, shorter
+  // list.
   Status select(const TerrainView& view, Selection& selection);
-  // Morph thresholds of the last select(): they change only when its lod settings, its height_px, the camera's field
-  // of view or the bounds do, and the version with them. 0 before the first select().
+  // Morph thresholds of the last select(): they change only when its lod settings, its height_px, the
+  // camera's field of view or the bounds do, and the version with them. 0 before the first select().
   std::uint32_t thresholds_version() const { return thresholds_version_; }
   const ErrorScale& error_scale() const { return scale_; }
   std::span<const PatchLod> lods() const { return lods_.first(info_.patches); }
@@ -121,7 +127,7 @@ class Terrain {
   std::span<std::uint8_t> levels_;
   std::span<DrawItem> items_;
   std::span<std::uint32_t> list_scratch_;
-  std::span<std::byte> scratch_;         // working memory of loading and of generating, by turns
+  std::span<std::byte> scratch_;  // working memory of loading and of generating, by turns
   PatchScratch* patch_scratch_ = nullptr;
   std::size_t listed_ = 0;
 };

@@ -78,9 +78,11 @@ TestWorld::TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& f
   require(extract.run(made));
 }
 
-TestWorld TestWorld::noise(std::uint64_t seed, glm::ivec3 extent, double density, double wavelength, bool closed) {
+TestWorld TestWorld::noise(std::uint64_t seed, glm::ivec3 extent, double density, double wavelength,
+                           bool closed) {
   return TestWorld(extent, [=](glm::ivec3 v) {
-    const bool rim = v.x == 0 || v.y == 0 || v.z == 0 || v.x == extent.x - 1 || v.y == extent.y - 1 || v.z == extent.z - 1;
+    const bool rim =
+        v.x == 0 || v.y == 0 || v.z == 0 || v.x == extent.x - 1 || v.y == extent.y - 1 || v.z == extent.z - 1;
     if (closed && rim) return false;
     if (wavelength > 0) return value_noise(seed, glm::dvec3(v) / wavelength) < 2 * density - 1;
     const std::uint64_t key = static_cast<std::uint64_t>(v.x + 1024 * (v.y + 1024 * v.z));
@@ -98,7 +100,8 @@ void TestWorld::set_heights(int level, const std::function<double(glm::dvec3)>& 
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i) {
         const double h = height_steps(corner + base_point(surface(), level, p, i, j).position);
-        const std::size_t at = static_cast<std::size_t>(p) * static_cast<std::size_t>(side * side) + static_cast<std::size_t>(j * side + i);
+        const std::size_t at = static_cast<std::size_t>(p) * static_cast<std::size_t>(side * side) +
+                               static_cast<std::size_t>(j * side + i);
         heights_[at] = static_cast<std::int16_t>(std::lround(h));
       }
     }
@@ -109,7 +112,8 @@ void TestWorld::roughen(int level, std::uint64_t seed, int amplitude) {
   set_heights(level, [=](glm::dvec3 p) {
     std::uint64_t h = seed;
     // Undisplaced points are multiples of 2^-25 voxel.
-    for (int axis = 0; axis < 3; ++axis) h = mix(h ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(p[axis] * 0x1p25)));
+    for (int axis = 0; axis < 3; ++axis)
+      h = mix(h ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(p[axis] * 0x1p25)));
     return (static_cast<double>(h >> 11) * 0x1p-52 - 1) * amplitude;
   });
 }
@@ -160,7 +164,8 @@ std::vector<GpuVertex> TestWorld::vertices(PatchId patch, int level) const {
   return out;
 }
 
-AlignedBytes::AlignedBytes(std::size_t size) : memory_(size + Arena::kAlignment), bytes_(aligned(memory_).first(size)) {}
+AlignedBytes::AlignedBytes(std::size_t size)
+    : memory_(size + Arena::kAlignment), bytes_(aligned(memory_).first(size)) {}
 
 TestScratch::TestScratch() : memory_(patch_scratch_bytes()), scratch_(make_patch_scratch(memory_.bytes())) {}
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # cmake -D OBJDUMP=... -D PROGRAM=... -P board_libraries.cmake
 #
-# Fails where the board program needs a shared library that boards do not have. OpenImageIO alone would pull in
-# some 260 libraries.
+# Fails where the board program needs a shared library that boards do not have. OpenImageIO alone would
+# pull in some 260 libraries.
 set(allowed
   libEGL libGLESv2 libgbm libdrm libinput libudev libpng16  # graphics, input, pictures
   libstdc++ libc++ libc++abi libgcc_s libm libc libpthread libdl ld-linux.*)  # C++ and C

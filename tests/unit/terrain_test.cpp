@@ -21,7 +21,8 @@ constexpr int kLevel = 3;
 
 test::TestWorld hilly_world() {
   test::TestWorld world({20, 14, 18}, [](glm::ivec3 v) {
-    return v.y + 0.5 < 7 + 4 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0) + 2 * test::value_noise(4, glm::dvec3(v) / 4.0);
+    return v.y + 0.5 < 7 + 4 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0) +
+                           2 * test::value_noise(4, glm::dvec3(v) / 4.0);
   });
   world.roughen(kLevel, 9, 1500);
   return world;
