@@ -2,8 +2,10 @@
 // What a frame costs before the GPU: levels of detail, culling, draw list and index stream over a made-up
 // surface of about the size of K's test scene (3,560 patches), and over one of 100 times as many.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "terrain/view/camera.h"
 #include "terrain/view/draw_list.h"
 #include "terrain/view/expand_indices.h"
+#include "terrain/view/morph.h"
 #include "terrain/view/select_lod.h"
 #include "tests/bench/bench.h"
 #include "tests/support/grid_surface.h"
@@ -26,6 +29,58 @@ struct Scene {
   std::vector<DrawItem> items;
   std::vector<std::uint16_t> table;
 };
+
+constexpr int kLevel = 5;
+
+// Errors that fall to a third from level to level, from 200 to 800 steps at level 1, like those of mountains
+// at 60 m voxels; reaches of a whole triangle.
+std::vector<std::uint16_t> make_errors(std::size_t patches) {
+  std::mt19937_64 random(3);
+  std::vector<std::uint16_t> values;
+  for (std::size_t p = 0; p < patches; ++p) {
+    double error = 200.0 * std::exp2(static_cast<double>(random() >> 11) * 0x1p-52);
+    for (int j = 1; j < kLevel; ++j, error /= 3.0) values.push_back(static_cast<std::uint16_t>(error));
+    for (int m = 2; m <= kLevel; ++m) values.push_back(static_cast<std::uint16_t>(12'000 >> m));
+  }
+  return values;
+}
+
+struct ByError {
+  SelectLod::Result selected;
+  BuildDrawList::Result list;
+  bench::Times thresholds, rows, levels, listed;
+};
+
+// What changes with the picture alone, and the levels of a frame; select and build as for levels by distance.
+bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& result) {
+  const std::size_t patches = select.levels.size();
+  const std::vector<std::uint16_t> errors = make_errors(patches);
+  std::vector<PatchLod> lods(patches);
+  select.settings.mode = LodMode::error;
+  select.scale = make_error_scale(*select.camera, 720, select.settings.error_px);
+  select.errors = {kLevel, errors};
+  select.lods = lods;
+  select.frustum = build.frustum;
+  SetThresholds set;
+  set.scale = select.scale;
+  set.surface = select.surface;
+  set.bounds = select.bounds;
+  set.errors = select.errors;
+  set.lods = lods;
+  if (!set.validate().ok() || !select.validate().ok()) return false;
+  result.thresholds = bench::measure(std::max(repeats / 10, 1), [&] { set.run(); });
+  std::vector<std::uint16_t> rows(patches * kMorphRow);
+  result.rows = bench::measure(std::max(repeats / 10, 1), [&] {
+    for (PatchId p = 0; p < patches; ++p) {
+      make_morph_row(select.surface, lods, p,
+                     std::span<std::uint16_t, kMorphRow>(rows.data() + p * kMorphRow, kMorphRow));
+    }
+  });
+  result.levels = bench::measure(repeats, [&] { result.selected = select.run(); });
+  bool ok = true;
+  result.listed = bench::measure(repeats, [&] { ok = build.run(result.list).ok() && ok; });
+  return ok;
+}
 
 int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int repeats) {
   Scene s{make_grid_surface(side, side, 0.5, 7), {}, {}, {}, {}, {}, {}, {}};
@@ -81,6 +136,9 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   const auto refit = bench::measure(
       std::max(repeats / 10, 1), [&] { ok = s.grid.tree.build(select.surface, s.grid.bounds).ok() && ok; });
 
+  ByError by_error;
+  ok = run_by_error(select, build, repeats, by_error) && ok;
+
   std::printf("view %s: %zu patches, %u drawn, %u raised, %u triangles, %zu indices\n", name, patches,
               list.drawn, selected.raised, list.triangles, indices);
   const auto line = [](const char* what, bench::Times t) {
@@ -93,6 +151,12 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   std::printf("  %-24s        %8.2f GB/s written\n", "",
               static_cast<double>(indices) * sizeof(std::uint32_t) / (expanded.median_ms * 1e6));
   line("box hierarchy, all anew", refit);
+  std::printf("  by error: %u drawn, %u triangles\n", by_error.list.drawn, by_error.list.triangles);
+  line("thresholds, all anew", by_error.thresholds);
+  line("rows for the GPU", by_error.rows);
+  line("levels by error", by_error.levels);
+  line("culling and draw list", by_error.listed);
+  std::printf("  %-24s median %8.4f ms\n", "both", by_error.levels.median_ms + by_error.listed.median_ms);
   return ok && indices == 3u * list.triangles ? 0 : 1;
 }
 
