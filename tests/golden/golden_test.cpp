@@ -41,7 +41,7 @@ const Case kCases[] = {
     {"caves",
      {"--sample", "caves", "--levels", "3"},
      {{"caves", {}},
-      {"caves_hall", {"--camera", "70,50,60,-40,0"}},
+      {"caves_hall", {"--camera", "-90,50,-10,-20,-6"}},
       {"caves_mouth", {"--camera", "-45,30,210,0,5"}}}},
     {"arches",
      {"--sample", "arches", "--levels", "3"},
