@@ -166,6 +166,59 @@ TEST_F(BakeTest, FileIsWhatKarstReads) {
   }
 }
 
+// A baked world with other heights, measured.
+MeasureFit::Result measure(const World& world, const Elevation& elevation, std::vector<std::int16_t> heights,
+                           std::size_t patches) {
+  const ElevationSolid solid(elevation, false);
+  MeasureFit fit;
+  fit.solid = &solid;
+  fit.spacing_x_m = elevation.spacing_x_m;
+  fit.spacing_z_m = elevation.spacing_z_m;
+  fit.grid.voxel_m = world.info.voxel_size_m;
+  for (int k = 0; k < 3; ++k) fit.grid.origin_m[k] = world.info.origin_m[k];
+  fit.grid.extent = world.info.extent;
+  std::vector<Patch> used(world.patches.begin(),
+                          world.patches.begin() + static_cast<std::ptrdiff_t>(patches));
+  for (PatchId p = 0; p < used.size(); ++p) used[p].height_block = p;
+  fit.surface = {world.volumes, used};
+  fit.heights = {world.info.level, heights};
+  return fit.run();
+}
+
+TEST_F(BakeTest, MeasureSeesHolesFoldsAndErrors) {
+  const Bake baked = job();
+  Bake::Report report;
+  const auto file = baked.run(report, {});
+  const World world(file);
+  const Elevation elevation = baked.read.run();
+  const std::vector<std::int16_t> heights(world.heights.samples.begin(), world.heights.samples.end());
+  const std::size_t all = world.patches.size();
+
+  const MeasureFit::Result good = measure(world, elevation, heights, all);
+  EXPECT_EQ(good.rms_m, report.fit->rms_m);
+  EXPECT_EQ(good.holes, 0u);
+
+  const MeasureFit::Result torn = measure(world, elevation, heights, all - 12);
+  EXPECT_GT(torn.holes, 20u);
+  EXPECT_EQ(torn.points + torn.holes, good.points);
+
+  // One vertex inside a patch pulled far out turns triangles beside it over.
+  const auto block = static_cast<std::size_t>(patch_vertices(world.info.level));
+  const auto side = static_cast<std::size_t>(patch_side(world.info.level));
+  std::uint64_t most_folded = 0;
+  double most_m = 0;
+  for (std::size_t p = 0; p < all; p += 7) {
+    std::vector<std::int16_t> spiked = heights;
+    spiked[p * block + side * (side / 2) + side / 2] = kMaxHeight;
+    const MeasureFit::Result result = measure(world, elevation, spiked, all);
+    most_folded = std::max(most_folded, result.folded);
+    most_m = std::max(most_m, result.max_m);
+    EXPECT_EQ(result.holes, 0u);
+  }
+  EXPECT_GT(most_folded, 0u);
+  EXPECT_GT(most_m, 40);  // of 137 m along W
+}
+
 TEST_F(BakeTest, DefaultsFollowTheImage) {
   Bake defaults;
   defaults.read.path = hills();

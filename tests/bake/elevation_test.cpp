@@ -318,6 +318,17 @@ TEST_F(ElevationTest, RefusesEveryTruncation) {
   }
 }
 
+TEST_F(ElevationTest, RefusesLostTags) {
+  // All pixels are there, but the values of the tags behind them are cut off.
+  const std::string whole = TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                .pixel_scale(30, 30)
+                                .ascii(42113, "-9999" + std::string(50, ' '))
+                                .bytes();
+  for (const std::size_t lost : {1u, 20u, 57u, 70u}) {
+    expect_error({.path = write("cut.tif", whole.substr(0, whole.size() - lost))}, "truncated");
+  }
+}
+
 TEST_F(ElevationTest, SurvivesFlippedBytes) {
   const IgnoreLeaks libraries_leak;
   write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
