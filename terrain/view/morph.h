@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where a vertex of a level morphs, so that no drawn point is further than a stated number of pixels from the
-// full-level surface, nothing pops and nothing cracks (design 4.7; K 4.4.2 and 4.4.4). The formulas below are
-// the ones that gles_shaders/morph.glsl repeats.
+// full-level surface, nothing pops and nothing cracks (design 4.7; K 4.4.2 and 4.4.4). The formulas of
+// a vertex are stated once, here; vertex shaders repeat them.
 //
 // Apparent distance. Seen at distance r and angle theta from the view's axis, a deviation of length e covers
 // at most S e / (rho - e) pixels, S being pixels per radian at the centre and rho = r cos^2 theta: by it, not
@@ -16,8 +16,8 @@
 //   (1)  D(m) >= (S / error_px + 1) error(m - 1) + G reach(m) / (1 - sigma)
 //   (2)  (1 - sigma) D'(m - 1) >= D(m) + R    for the D' of the patch and of its neighbours
 // or D(m) = 0 where error(m - 1) = 0. What follows from them:
-//  - A patch drawn at level m has a point with rho < D(m); so by (2) no vertex of a lower level has left home
-//    anywhere in it or on its border, and its neighbours are drawn at m - 1 or finer. Nothing has to be
+//  - Everywhere in a patch that is drawn at level m, rho < D(m) + R; so by (2) no vertex of a lower level has
+//    left home in it or on its border, and its neighbours are drawn at m - 1 or finer. Nothing has to be
 //    raised.
 //  - When level m is dropped, all its vertices have arrived at midpoints of vertices at home: they lie on
 //    the edges of level m - 1, and the picture stays as it is. The same holds for the border vertices that

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the GPU draws of a world with morphing levels of detail, on the CPU: vertices moved as
-// gles_shaders/terrain.vert moves them, in float, and the surface between them in double.
+// What the GPU draws of a world with morphing levels of detail, on the CPU: vertices moved in float as vertex
+// shaders move them, and the surface between them in double.
 #pragma once
 
 #include <cstdint>
