@@ -50,12 +50,43 @@ WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int 
 }
 
 std::string Scene::open(const SceneOptions& options) {
+  if (std::string error = load(options); !error.empty()) return error;
+  const std::int64_t start = now_ns();
+  std::string error;
+  display_ = open_headless_display({}, error);
+  if (display_ == nullptr) return error;
+  const double opened = ms_between(start, now_ns());
+  error = attach(*display_, options.width, options.height);
+  times_.context += opened;
+  return error;
+}
+
+std::string Scene::load(const SceneOptions& options) {
+  options_ = options;
   std::int64_t start = now_ns();
-  if (std::string error = load_world(options); !error.empty()) return error;
+  std::string error = load_world(options);
   lap(start, times_.read);
-  if (std::string error = open_renderer(); !error.empty()) return error;
+  return error;
+}
+
+std::string Scene::attach(Display& display, int width, int height) {
+  times_.context = times_.generate = times_.upload = 0;
+  std::int64_t start = now_ns();
+  const WorldBudget needs = budget_of(terrain_.info(), resident_level_, width, height);
+  budget_ = needs.budget;
+  renderer_settings_ = needs.renderer;
+  if (std::string error = check_memory(options_.world); !error.empty()) return error;
+  if (std::string error = open_renderer(display); !error.empty()) return error;
   lap(start, times_.context);
-  return upload_patches(options.world);
+  return upload_patches(options_.world);
+}
+
+std::string Scene::check_memory(const std::string& world) const {
+  const std::size_t cpu = budget_.cpu_bytes();
+  const std::size_t gpu = budget_.gpu_bytes();
+  if (cpu <= options_.max_memory && gpu <= options_.max_memory - cpu) return {};
+  return world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
+         " of GPU memory, more than --max-memory " + format_mebibytes(options_.max_memory) + "; raise it";
 }
 
 WorldFrame Scene::frame() const {
@@ -78,15 +109,10 @@ std::string Scene::load_world(const SceneOptions& options) {
     needs = budget_of(info, --resident_level_, options.width, options.height);
   }
   budget_ = needs.budget;
-  renderer_settings_ = needs.renderer;
   level_cut_ = resident_level_ < finest;
 
   const std::size_t cpu = budget_.cpu_bytes();
-  const std::size_t gpu = budget_.gpu_bytes();
-  if (cpu > options.max_memory || gpu > options.max_memory - cpu) {
-    return options.world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
-           " of GPU memory, more than --max-memory " + format_mebibytes(options.max_memory) + "; raise it";
-  }
+  if (std::string error = check_memory(options.world); !error.empty()) return error;
   if (const Status status = needs.config.validate(); !status.ok()) return status_text(options.world, status);
   if (level_cut_) {
     std::fprintf(stderr,
@@ -104,19 +130,16 @@ std::string Scene::load_world(const SceneOptions& options) {
   return {};
 }
 
-std::string Scene::open_renderer() {
-  std::string error;
-  display_ = open_headless_display({}, error);
-  if (display_ == nullptr) return error;
+std::string Scene::open_renderer(Display& display) {
   GlLoader loader;
-  loader.context = display_.get();
-  loader.load = [](const void* display, const char* name) {
-    return static_cast<const Display*>(display)->gl_function(name);
+  loader.context = &display;
+  loader.load = [](const void* context, const char* name) {
+    return static_cast<const Display*>(context)->gl_function(name);
   };
   Gl gl;
-  if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display_->name(), status);
+  if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display.name(), status);
   if (const Status status = renderer_.create(gl, renderer_settings_); !status.ok()) {
-    error = status_text(display_->name(), status);
+    std::string error = status_text(display.name(), status);
     if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
     return error;
   }

@@ -34,9 +34,17 @@ struct LoadTimes {
 
 class Scene {
  public:
-  // Returns an empty string on success, else one line that names the file or the option at fault. To be
-  // called once.
+  // Functions return an empty string on success, else one line that names the file or the option at fault.
+
+  // load() and attach() with a headless display of its own. To be called once.
   [[nodiscard]] std::string open(const SceneOptions& options);
+  // Reads the world and takes its memory; needs no context. To be called once.
+  [[nodiscard]] std::string load(const SceneOptions& options);
+  // Makes the GL objects in the display's context, which is current, for pictures of this size, and uploads
+  // all vertices. To be called again after detach() when the size changed or the context was lost: everything
+  // comes from memory. The display must outlive the attachment.
+  [[nodiscard]] std::string attach(Display& display, int width, int height);
+  void detach() { renderer_.destroy(); }
 
   Terrain& terrain() { return terrain_; }
   Renderer& renderer() { return renderer_; }
@@ -50,16 +58,18 @@ class Scene {
 
  private:
   std::string load_world(const SceneOptions& options);
-  std::string open_renderer();
+  std::string check_memory(const std::string& world) const;
+  std::string open_renderer(Display& display);
   std::string upload_patches(const std::string& world);
 
   struct Free {
     void operator()(std::byte* p) const { std::free(p); }
   };
 
+  SceneOptions options_;
   std::unique_ptr<std::byte, Free> memory_;
   Terrain terrain_;
-  std::unique_ptr<Display> display_;  // before renderer_: whose destructor needs the context
+  std::unique_ptr<Display> display_;  // of open(); before renderer_: whose destructor needs the context
   Renderer renderer_;
   std::vector<std::uint32_t> first_vertex_;
   RendererSettings renderer_settings_;
