@@ -34,8 +34,13 @@ struct Collector {
   const BuildDrawList& stage;
   BandCounts counts{};
   std::uint32_t visible = 0;
+  std::uint32_t missing = 0;
 
   void add(PatchId id) {
+    if (stage.levels[id] == 0) {
+      ++missing;
+      return;
+    }
     const glm::vec3 d = glm::vec3(patch_origin(stage.surface.volume_of(id))) - stage.eye;
     const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
     ++counts[key];
@@ -67,7 +72,8 @@ DrawItem make_item(const BuildDrawList& stage, PatchId id) {
   unsigned lower = 0;
   for (unsigned e = 0; e < 4; ++e) {
     const PatchEdge other = patch.neighbour[e];
-    if (other.exists() && stage.levels[other.patch()] < level) lower |= 1u << e;
+    // Two levels apart they cannot both be in view (SelectLod::levels).
+    if (level > 1 && other.exists() && stage.levels[other.patch()] == level - 1) lower |= 1u << e;
   }
   const unsigned skipped = patch.collapsed != 0 ? 1u << 3 : 0u;
   return {id, level, static_cast<std::uint8_t>(lower), static_cast<std::uint8_t>(skipped)};
@@ -117,7 +123,8 @@ Status BuildDrawList::run(Result& result) const {
 
   result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
   result.dropped = seen.visible - result.drawn;
-  result.culled_frustum = patches - seen.visible;
+  result.culled_frustum = patches - seen.visible - seen.missing;
+  result.missing = seen.missing;
   for (const DrawItem& item : items.first(result.drawn)) {
     result.at_level[item.level] += 1;
     result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;

@@ -19,7 +19,8 @@ namespace karst {
 struct DrawItem {
   PatchId patch;
   std::uint8_t level;          // level of detail it is drawn at, 1..kMaxLevel
-  std::uint8_t lower_edges;    // bit e: the neighbour across edge e is drawn one level lower
+  std::uint8_t lower_edges;    // bit e: the neighbour across edge e is drawn one level lower; one that is
+                               // not drawn counts as the same level
   std::uint8_t skipped_edges;  // bit e: edge e is a point; the triangles that stand on it have no area and
                                // are left out
   std::uint8_t reserved = 0;
@@ -37,7 +38,7 @@ struct BuildDrawList {
   Surface surface;      // at most BoundsTree::kMaxPatches patches
   std::span<const PatchBounds> bounds;   // by patch
   const BoundsTree* tree = nullptr;      // over these patches and bounds
-  std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them
+  std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
 
   // Working memory, borrowed: one value a patch; contents do not matter.
   std::span<std::uint32_t> scratch;
@@ -48,6 +49,7 @@ struct BuildDrawList {
   struct Result {
     std::uint32_t drawn = 0;                     // items used, from the front
     std::uint32_t culled_frustum = 0;            // patches outside the view
+    std::uint32_t missing = 0;                   // patches in view at level 0
     std::uint32_t dropped = 0;                   // patches in view that items had no room for
     std::uint32_t triangles = 0;                 // of the items, all edges' batches counted as they are drawn
     std::uint32_t at_level[kMaxLevel + 1] = {};  // items at each level; [0] is 0

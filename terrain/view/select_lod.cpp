@@ -14,6 +14,12 @@
 // what they raise ends up coarser than themselves and raises its own neighbours later, so each patch is
 // looked at once. The result is the least one that is nowhere below the distance's choice, whatever the order
 // in a level.
+//
+// Levels that are not held can't be drawn: there the rule is met by lowering, from the coarsest up, and again
+// each patch is lowered once at most. Nothing cracks: a patch that is drawn coarser than wanted has all its
+// vertices at home (morph.h (2) holds for all its lower levels and for its neighbours), and a finer neighbour
+// leaves out the vertices between them, whatever their share. So the edge is off by what error(m - 1) covers
+// of the finer one, a mixture of its level and the next lower, and the bound is raised to that.
 #include "terrain/view/select_lod.h"
 
 #include <algorithm>
@@ -80,6 +86,12 @@ void choose(const SelectLod& stage, const Thresholds& thresholds, int row, std::
   }
 }
 
+// Whether the patch across an edge of one at `level` is drawn one level lower. What is further apart is not
+// in view (SelectLod::levels).
+bool is_drawn_lower(PatchEdge edge, int level, std::span<const std::uint8_t> levels) {
+  return level > 1 && edge.exists() && levels[edge.patch()] == level - 1;
+}
+
 // Whether one of eight bytes equals value, by finding a zero byte in the difference.
 bool has_byte(std::uint64_t eight, int value) {
   constexpr std::uint64_t kOnes = 0x0101010101010101u;
@@ -99,23 +111,32 @@ std::uint32_t raise_neighbours(const Surface& surface, std::span<std::uint8_t> l
   return raised;
 }
 
+// Calls visit(id) for the patches of a run that are at a level. Looks at eight bytes at a time.
+template <class Visit>
+void for_each_at_level(std::span<const std::uint8_t> levels, PatchId first, std::uint32_t count, int level,
+                       const Visit& visit) {
+  const PatchId end = first + count;
+  const PatchId in_eights = first + count / 8 * 8;
+  for (; first < in_eights; first += 8) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, levels.data() + first, 8);
+    if (!has_byte(eight, level)) continue;
+    for (PatchId id = first; id < first + 8; ++id) {
+      if (levels[id] == level) visit(id);
+    }
+  }
+  for (PatchId id = in_eights; id < end; ++id) {
+    if (levels[id] == level) visit(id);
+  }
+}
+
 // One pass a level, from the finest down to 3: below that nothing can be two levels coarser. Most patches are
-// far away and coarse, so a pass looks at eight bytes at a time and skips them.
+// far away and coarse, so a pass skips most of them.
 std::uint32_t raise_coarser(const Surface& surface, std::span<std::uint8_t> levels, int top) {
   std::uint32_t raised = 0;
-  const std::size_t in_eights = levels.size() / 8 * 8;
   for (int level = top; level > 2; --level) {
-    for (std::size_t first = 0; first < in_eights; first += 8) {
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, levels.data() + first, 8);
-      if (!has_byte(eight, level)) continue;
-      for (std::size_t id = first; id < first + 8; ++id) {
-        if (levels[id] == level) raised += raise_neighbours(surface, levels, static_cast<PatchId>(id));
-      }
-    }
-    for (std::size_t id = in_eights; id < levels.size(); ++id) {
-      if (levels[id] == level) raised += raise_neighbours(surface, levels, static_cast<PatchId>(id));
-    }
+    for_each_at_level(levels, 0, static_cast<std::uint32_t>(levels.size()), level,
+                      [&](PatchId id) { raised += raise_neighbours(surface, levels, id); });
   }
   return raised;
 }
@@ -151,6 +172,10 @@ void visit_patches(const SelectLod& stage, const Visit& visit) {
 
 // --- the bound
 
+bool bound_is_known(const SelectLod& stage) {
+  return stage.errors.known(stage.levels.size()) && stage.lods.size() == stage.levels.size();
+}
+
 // The most pixels by which a patch that nowhere strays by more than error(j) can be off, in front of the near
 // plane: morph.h's formula, with the depth of the point on the full surface not below the near plane's.
 struct PixelBound {
@@ -167,8 +192,7 @@ struct PixelBound {
   float operator()(PatchId id, int j, float least_apparent) const {
     if (j >= stage.errors.level) return 0.0f;
     const std::uint16_t error = stage.errors.error(id, j);
-    if (error == kUnboundedError) return std::numeric_limits<float>::infinity();
-    const auto steps = static_cast<float>(error);
+    const float steps = error == kUnboundedError ? kLongestDiagonal : static_cast<float>(error);
     return stage.scale.pixels * steps / std::max(least_apparent - steps, least_depth);
   }
   bool in_view(PatchId id) const {
@@ -185,9 +209,7 @@ struct PixelBound {
 
 // Of levels that do not morph.
 float bound_of_levels(const SelectLod& stage) {
-  if (!stage.errors.known(stage.levels.size()) || stage.lods.size() != stage.levels.size()) {
-    return std::numeric_limits<float>::infinity();
-  }
+  if (!bound_is_known(stage)) return std::numeric_limits<float>::infinity();
   const PixelBound bound(stage);
   float most = 0.0f;
   visit_patches(stage, [&](PatchId first, std::uint32_t count) {
@@ -195,12 +217,78 @@ float bound_of_levels(const SelectLod& stage) {
       // An edge to a coarser neighbour leaves out vertices: a mixture of two levels, which error(j) covers.
       int j = stage.levels[id];
       for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
-        if (edge.exists() && stage.levels[edge.patch()] < stage.levels[id]) j = stage.levels[id] - 1;
+        if (is_drawn_lower(edge, stage.levels[id], stage.levels)) j = stage.levels[id] - 1;
       }
-      bound.raise(most, id, j, least_apparent_distance(stage.lods[id], bound.view));
+      bound.raise(most, id, std::max(j, 1), least_apparent_distance(stage.lods[id], bound.view));
     }
   });
   return most;
+}
+
+// --- what is held
+
+// Cuts the levels of a run of patches to what is held; true where that changed any.
+bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std::uint32_t count,
+             SelectLod::Result& result) {
+  const bool known = bound_is_known(stage);
+  bool changed = false;
+  for (PatchId id = first; id < first + count; ++id) {
+    const std::uint8_t wanted = stage.levels[id];
+    const std::uint8_t held = stage.resident[id];
+    if (wanted <= held) continue;
+    stage.levels[id] = held;
+    changed = true;
+    if (!bound.in_view(id)) continue;
+    if (result.capped < stage.lacking.size()) {
+      const float px =
+          known ? bound(id, std::max<int>(held, 1), least_apparent_distance(stage.lods[id], bound.view))
+                : std::numeric_limits<float>::infinity();
+      stage.lacking[result.capped] = {id, px, wanted};
+    }
+    ++result.capped;
+    result.missing += held == 0 ? 1u : 0u;
+  }
+  return changed;
+}
+
+// Patches of a level lower their neighbours to one more than it; both in view, so both are among those that
+// were visited. What is out of view imposes nothing: its edges are not seen.
+std::uint32_t lower_finer(const SelectLod& stage, const PixelBound& bound) {
+  std::uint32_t lowered = 0;
+  for (int level = 1; level < stage.settings.top_level() - 1; ++level) {
+    visit_patches(stage, [&](PatchId first, std::uint32_t count) {
+      for_each_at_level(stage.levels, first, count, level, [&](PatchId id) {
+        for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
+          if (!edge.exists() || stage.levels[edge.patch()] <= level + 1) continue;
+          if (!bound.in_view(id)) return;
+          if (!bound.in_view(edge.patch())) continue;
+          stage.levels[edge.patch()] = static_cast<std::uint8_t>(level + 1);
+          ++lowered;
+        }
+      });
+    });
+  }
+  return lowered;
+}
+
+// The bound of morphing levels that were cut.
+void raise_capped_bound(const SelectLod& stage, const PixelBound& bound, float& most) {
+  const auto wanted = [&](PatchId id) {
+    return level_at(stage.lods[id], least_apparent_distance(stage.lods[id], bound.view));
+  };
+  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
+    for (PatchId id = first; id < first + count; ++id) {
+      const int level = stage.levels[id];
+      const float apparent = least_apparent_distance(stage.lods[id], bound.view);
+      int j = level < level_at(stage.lods[id], apparent) ? level : kMaxLevel;
+      for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
+        if (!is_drawn_lower(edge, stage.levels[id], stage.levels)) continue;
+        // The border vertices that are left out have arrived, unless one of the two patches was cut.
+        if (j == level || wanted(edge.patch()) >= level) j = level - 1;
+      }
+      if (j < kMaxLevel) bound.raise(most, id, std::max(j, 1), apparent);
+    }
+  });
 }
 
 // --- by error
@@ -208,18 +296,24 @@ float bound_of_levels(const SelectLod& stage) {
 SelectLod::Result select_by_error(const SelectLod& stage) {
   const PixelBound bound(stage);
   const int top = stage.settings.top_level();
-  const bool capped = top < stage.errors.level;
+  const bool missing_levels = top < stage.errors.level;
   SelectLod::Result result;
   result.bound_px = static_cast<float>(stage.settings.error_px);
+  bool cut = false;
   visit_patches(stage, [&](PatchId first, std::uint32_t count) {
     for (PatchId id = first; id < first + count; ++id) {
       const PatchLod& lod = stage.lods[id];
       const float apparent = least_apparent_distance(lod, bound.view);
       const int level = level_at(lod, apparent);
       stage.levels[id] = static_cast<std::uint8_t>(level);
-      if (capped && level == top) bound.raise(result.bound_px, id, top, apparent);
+      if (missing_levels && level == top) bound.raise(result.bound_px, id, top, apparent);
     }
+    if (!stage.resident.empty()) cut = cap_run(stage, bound, first, count, result) || cut;
   });
+  if (cut) {
+    result.lowered = lower_finer(stage, bound);
+    raise_capped_bound(stage, bound, result.bound_px);
+  }
   return result;
 }
 
@@ -252,6 +346,9 @@ Status SelectLod::validate() const {
     if (lods.size() != surface.patches.size()) return refuse("must hold one entry a patch", "lods");
     if (!errors.known(surface.patches.size())) return refuse("must hold the values of every patch", "errors");
   }
+  if (!resident.empty() && resident.size() != surface.patches.size()) {
+    return refuse("must hold one byte a patch", "resident");
+  }
   if (levels.size() != surface.patches.size()) return refuse("must hold one byte a patch", "levels");
   return {};
 }
@@ -272,6 +369,11 @@ SelectLod::Result SelectLod::run() const {
     }
     choose(*this, thresholds, tree->rows() - 1, 0);
     result.raised = raise_coarser(surface, levels, thresholds.top);
+  }
+  if (!resident.empty()) {
+    const PixelBound bound(*this);
+    const auto patches = static_cast<std::uint32_t>(levels.size());
+    if (cap_run(*this, bound, 0, patches, result)) result.lowered = lower_finer(*this, bound);
   }
   result.bound_px = bound_of_levels(*this);
   return result;

@@ -41,6 +41,13 @@ struct LodSettings {
 inline constexpr double kLeastErrorPx = 0.01;
 inline constexpr double kMostErrorPx = 1000.0;
 
+// A patch in view whose vertices are held at a coarser level than it is wanted at.
+struct LackingPatch {
+  PatchId patch;
+  float px;             // what it can be off by, drawn at the level that is held (at level 1 where none is)
+  std::uint8_t wanted;  // 1..settings.top_level()
+};
+
 struct SelectLod {
   LodSettings settings;
 
@@ -56,16 +63,27 @@ struct SelectLod {
   // in view has for a neighbour may keep whatever level they have.
   const Frustum* frustum = nullptr;
   LevelErrors errors;  // for bound_px; without values it is infinite where it depends on them
+  // By patch: the level that its vertices are held at, 0 where there are none. Empty: all are held at
+  // settings.resident_level. A patch is not drawn finer than it is held, and finer ones in view are lowered
+  // until those that are drawn differ by at most one; where nothing is held nothing is drawn or imposed.
+  std::span<const std::uint8_t> resident;
 
-  // Output, borrowed: by patch, 1..settings.top_level(). Two neighbours differ by at most one.
+  // Output, borrowed: by patch, 1..settings.top_level(), and 0 where nothing is held. Two neighbours that are
+  // drawn differ by at most one; with `resident` that holds for two in view.
   std::span<std::uint8_t> levels;
+  // Output, borrowed, may be empty: the first so many of the patches that `capped` counts, in their order.
+  std::span<LackingPatch> lacking;
 
   struct Result {
     // Mode distance: patches drawn finer than their distance asks for, because of a neighbour. By error
     // nothing has to be raised (morph.h).
     std::uint32_t raised = 0;
+    std::uint32_t capped = 0;   // patches in view that are held coarser than wanted, or not at all
+    std::uint32_t missing = 0;  // those that are not held at all, and so not drawn
+    std::uint32_t lowered = 0;  // patches in view drawn coarser than they are held, because of a neighbour
     // No point that is drawn in front of the near plane is further from the full-level surface. Mode error:
-    // error_px, and more only where top_level() is below the level of the errors and a patch would need more.
+    // error_px, and more only where top_level() is below the level of the errors and a patch would need more,
+    // or where `resident` caps one. A missing patch counts as if it were drawn at level 1.
     float bound_px = 0;
   };
 

@@ -95,6 +95,12 @@ class Scene {
     return run(settings, camera, frustum, out);
   }
 
+  // With levels capped by what is held, after set_thresholds or select.
+  SelectLod::Result select_held(const LodSettings& settings, const Camera& camera, const Frustum* frustum,
+                                std::span<const std::uint8_t> resident, std::span<LackingPatch> lacking) {
+    return run(settings, camera, frustum, levels, resident, lacking);
+  }
+
   // K's levels, which do not morph, or the finest.
   SelectLod::Result select_still(const LodSettings& settings, const Camera& camera, int height_px,
                                  const Frustum* frustum) {
@@ -106,7 +112,7 @@ class Scene {
     unsigned lower = 0;
     for (int e = 0; e < 4; ++e) {
       const PatchEdge n = drawn.surface().patches[patch].neighbour[e];
-      if (n.exists() && of[n.patch()] < of[patch]) lower |= 1u << e;
+      if (n.exists() && of[n.patch()] > 0 && of[n.patch()] + 1 == of[patch]) lower |= 1u << e;
     }
     return lower;
   }
@@ -138,7 +144,8 @@ class Scene {
   }
 
   SelectLod::Result run(const LodSettings& settings, const Camera& camera, const Frustum* frustum,
-                        std::span<std::uint8_t> out) const {
+                        std::span<std::uint8_t> out, std::span<const std::uint8_t> resident = {},
+                        std::span<LackingPatch> lacking = {}) const {
     SelectLod select;
     select.settings = settings;
     select.camera = &camera;
@@ -149,7 +156,9 @@ class Scene {
     select.lods = lods_;
     select.frustum = frustum;
     select.errors = errors();
+    select.resident = resident;
     select.levels = out;
+    select.lacking = lacking;
     EXPECT_TRUE(select.validate().ok());
     return select.run();
   }
@@ -219,7 +228,7 @@ void measure(const Scene& scene, const Camera& camera, const Pose& pose, double 
   std::vector<glm::dvec3> points;
   std::vector<glm::dvec3> full;
   for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
-    if (classify(frustum, scene.box(p), kAllPlanes) == kOutside) continue;
+    if (scene.levels[p] == 0 || classify(frustum, scene.box(p), kAllPlanes) == kOutside) continue;
     const std::vector<glm::vec3> moved = scene.moved(p, scene.levels[p], camera);
     scene.drawn.points(p, scene.levels[p], scene.lower_edges(p, scene.levels), moved, points);
     scene.drawn.full_points(p, camera, full);
@@ -323,6 +332,90 @@ TEST(Morph, DistanceAndFullStateTheirBoundsToo) {
   }
   ASSERT_EQ(most.moving, 0u);
   std::printf("at most %.3f of the bound\n", most.of_bound);
+  EXPECT_GT(most.of_bound, 0.3);
+}
+
+// What is held of a world: most patches as fine as they may ever be wanted, some coarser in patches or at
+// random, some not at all.
+std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double missing) {
+  std::vector<std::uint8_t> held(scene.drawn.patches());
+  const double all = random.unit();
+  const std::uint64_t seed = random.next();
+  for (PatchId p = 0; p < held.size(); ++p) {
+    const glm::dvec3 at = glm::dvec3(patch_origin(scene.drawn.surface().volume_of(p))) / 8192.0;
+    const int level =
+        random.unit() < all
+            ? scene.drawn.level()
+            : 1 + static_cast<int>((0.5 + 0.5 * test::value_noise(seed, 0.3 * at)) * scene.drawn.level());
+    held[p] = random.unit() < missing ? 0 : static_cast<std::uint8_t>(std::min(level, scene.drawn.level()));
+  }
+  return held;
+}
+
+// Levels cut to what is held: neighbours that are drawn are at most one apart, nothing is cut without need,
+// and the bound holds for what is drawn.
+TEST(Morph, TheBoundHoldsForWhatIsHeld) {
+  Random random{108};
+  Deviation most;
+  std::size_t capped = 0;
+  std::size_t lowered = 0;
+  std::size_t risen = 0;
+  for (int round = 0; round < 12; ++round) {
+    Scene scene(random, 3 + round % 3, kAllRoughness[static_cast<std::size_t>(round % 4)]);
+    std::vector<LackingPatch> lacking(scene.drawn.patches());
+    for (int n = 0; n < 60; ++n) {
+      const Pose pose = random_pose(random, scene);
+      const Camera camera = camera_of(pose.camera);
+      const Frustum frustum = make_frustum(camera);
+      LodSettings settings;
+      settings.error_px = pose.error_px;
+      settings.max_level = settings.resident_level = scene.drawn.level();
+      settings.distance_voxels = std::exp2(between(random, 0, 6));
+      settings.mode = n % 4 == 0 ? LodMode::distance : n % 17 == 0 ? LodMode::full : LodMode::error;
+      SelectLod::Result free;
+      if (settings.mode == LodMode::error) {
+        free = scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+      } else {
+        free = scene.select_still(settings, camera, pose.height_px, nullptr);
+      }
+      const std::vector<std::uint8_t> wanted = scene.levels;
+      const std::vector<std::uint8_t> held = random_held(random, scene, n % 3 == 0 ? 0.1 : 0.0);
+      const SelectLod::Result result = scene.select_held(settings, camera, &frustum, held, lacking);
+      ASSERT_TRUE(std::isfinite(result.bound_px));
+      std::size_t cut = 0;
+      for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
+        if (classify(frustum, scene.box(p), kAllPlanes) == kOutside) continue;
+        const int level = scene.levels[p];
+        ASSERT_LE(level, std::min(wanted[p], held[p]));
+        ASSERT_EQ(level == 0, held[p] == 0);
+        bool needed = level == std::min(wanted[p], held[p]);
+        for (const PatchEdge e : scene.drawn.surface().patches[p].neighbour) {
+          if (!e.exists() || scene.levels[e.patch()] == 0 || level == 0) continue;
+          if (classify(frustum, scene.box(e.patch()), kAllPlanes) == kOutside) continue;
+          ASSERT_LE(std::abs(level - scene.levels[e.patch()]), 1);
+          needed = needed || scene.levels[e.patch()] == level - 1;
+        }
+        ASSERT_TRUE(needed) << "lowered for no neighbour";
+        if (held[p] < wanted[p]) {
+          ASSERT_EQ(lacking[cut].patch, p);
+          ASSERT_EQ(lacking[cut].wanted, wanted[p]);
+          ASSERT_LE(lacking[cut].px, result.bound_px);
+          ++cut;
+        }
+      }
+      ASSERT_EQ(result.capped, cut);
+      capped += cut;
+      lowered += result.lowered;
+      risen += result.bound_px > free.bound_px ? 1u : 0u;
+      measure(scene, camera, pose, result.bound_px, most);
+      ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
+    }
+  }
+  std::printf("%zu patches capped, %zu lowered, %zu bounds risen; at most %.3f of the bound\n", capped,
+              lowered, risen, most.of_bound);
+  EXPECT_GT(capped, 1'000u);
+  EXPECT_GT(lowered, 1'000u);
+  EXPECT_GT(risen, 100u);
   EXPECT_GT(most.of_bound, 0.3);
 }
 
@@ -495,6 +588,14 @@ TEST(Morph, MovingPatchesMeetWithoutCracks) {
       const Camera camera = camera_of(pose.camera);
       scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
       ASSERT_EQ(sum_of_edges(scene, camera, table, triangles), 0u) << "pose " << n << " of round " << round;
+      for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
+        steps += scene.lower_edges(p, scene.levels) != 0 ? 1u : 0u;
+      }
+      LodSettings settings;
+      settings.error_px = pose.error_px;
+      settings.max_level = settings.resident_level = scene.drawn.level();
+      scene.select_held(settings, camera, nullptr, random_held(random, scene, 0.0), {});
+      ASSERT_EQ(sum_of_edges(scene, camera, table, triangles), 0u) << "held, pose " << n << " of " << round;
       for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
         steps += scene.lower_edges(p, scene.levels) != 0 ? 1u : 0u;
       }

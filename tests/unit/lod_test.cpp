@@ -176,6 +176,41 @@ TEST(SelectLod, AgreesWithBruteForce) {
   EXPECT_GT(raised, 500u);
 }
 
+// A chain of patches in a row, all wanted at level 6: what is held makes ramps of one level a patch.
+TEST(SelectLod, CapsByWhatIsHeld) {
+  const GridSurface grid = make_grid_surface(16, 1, 0.0, 1);
+  const Camera camera = camera_at({8.0, 10.0, 1.0});
+  std::vector<std::uint8_t> levels;
+  SelectLod stage = stage_over(grid, camera, levels);
+  stage.settings = {.mode = LodMode::full, .max_level = 6, .resident_level = 6};
+  std::vector<std::uint8_t> at_x(16), by_patch(16);
+  const auto column = [&](std::size_t id) {
+    return static_cast<std::size_t>(grid.volumes[id].corner[0] - 1);
+  };
+  const auto run = [&](std::vector<std::uint8_t> held_at_x) {
+    for (std::size_t id = 0; id < 16; ++id) by_patch[id] = held_at_x[column(id)];
+    stage.resident = by_patch;
+    EXPECT_TRUE(stage.validate().ok());
+    const SelectLod::Result result = stage.run();
+    for (std::size_t id = 0; id < 16; ++id) at_x[column(id)] = levels[id];
+    return result;
+  };
+  using Row = std::vector<std::uint8_t>;
+  SelectLod::Result result = run({6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6});
+  EXPECT_EQ(result.capped + result.lowered + result.missing, 0u);
+  EXPECT_EQ(at_x, Row(16, 6));
+
+  std::vector<LackingPatch> lacking(1);
+  stage.lacking = lacking;
+  result = run({6, 6, 6, 6, 6, 1, 6, 3, 6, 6, 0, 6, 6, 6, 5, 6});
+  EXPECT_EQ(at_x, (Row{6, 5, 4, 3, 2, 1, 2, 3, 4, 5, 0, 6, 6, 6, 5, 6}));
+  EXPECT_EQ(result.capped, 4u);
+  EXPECT_EQ(result.missing, 1u);
+  EXPECT_EQ(result.lowered, 7u);
+  EXPECT_EQ(lacking[0].wanted, 6);
+  EXPECT_TRUE(by_patch[lacking[0].patch] < 6);
+}
+
 TEST(SelectLod, RefusesOneWrongFieldAtATime) {
   const GridSurface grid = make_grid_surface(5, 5, 1.0, 3);
   const Camera camera = camera_at({0, 0, 0});
@@ -198,6 +233,7 @@ TEST(SelectLod, RefusesOneWrongFieldAtATime) {
       {"bounds", [](SelectLod& s) { s.bounds = s.bounds.first(24); }},
       {"tree", [](SelectLod& s) { s.tree = nullptr; }},
       {"tree", [&](SelectLod& s) { s.tree = &empty; }},
+      {"resident", [](SelectLod& s) { s.resident = s.levels.first(24); }},
       {"levels", [](SelectLod& s) { s.levels = s.levels.first(24); }},
   };
   for (const auto& [field, break_it] : cases) {

@@ -126,6 +126,36 @@ TEST_F(View, NearestComeFirst) {
   EXPECT_EQ(first, items_);
 }
 
+TEST_F(View, LevelZeroIsNotDrawnAndCountsAsTheSameLevel) {
+  BuildDrawList::Result whole;
+  ASSERT_TRUE(stage().run(whole).ok());
+  const DrawItem before = *std::find_if(items_.begin(), items_.begin() + whole.drawn,
+                                        [](const DrawItem& item) { return item.lower_edges != 0; });
+  PatchId coarse = 0;
+  for (int e = 0; e < 4; ++e) {
+    if ((before.lower_edges >> e & 1) != 0) coarse = grid_.patches[before.patch].neighbour[e].patch();
+  }
+  levels_[coarse] = 0;
+  BuildDrawList::Result result;
+  ASSERT_TRUE(stage().run(result).ok());
+  EXPECT_EQ(result.missing, 1u);
+  EXPECT_EQ(result.culled_frustum, whole.culled_frustum);
+  EXPECT_EQ(result.drawn, whole.drawn - 1);
+  bool listed = false;
+  for (const DrawItem& item : std::span(items_).first(result.drawn)) {
+    ASSERT_NE(item.patch, coarse);
+    if (item.patch != before.patch) continue;
+    listed = true;
+    for (int e = 0; e < 4; ++e) {
+      const PatchEdge edge = grid_.patches[item.patch].neighbour[e];
+      if (edge.exists() && edge.patch() == coarse) {
+        EXPECT_EQ(item.lower_edges >> e & 1, 0);
+      }
+    }
+  }
+  EXPECT_TRUE(listed);
+}
+
 TEST_F(View, FullListKeepsTheNearest) {
   BuildDrawList::Result whole;
   ASSERT_TRUE(stage().run(whole).ok());
