@@ -11,24 +11,10 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/patch/displacement.h"
+#include "terrain/patch/level_triangles.h"
 
 namespace karst {
 namespace {
-
-// The vertices of a patch at its full level.
-struct Grid {
-  glm::ivec3 position[patch_vertices(kMaxLevel)];
-  int side;
-
-  glm::dvec3 at(glm::ivec2 v) const { return glm::dvec3(position[v.y * side + v.x]); }
-};
-
-// A triangle of level m (index_batches.cpp): stay keeps its place, border and centre are of level m. border
-// lies on the side of a tile, centre in its middle. All in the grid of the full level.
-struct Triangle {
-  glm::ivec2 stay, border, centre;
-  glm::dvec3 border_target, centre_target;  // where morphing takes the two
-};
 
 // Squared distances; of deviations times the square of the triangle's size.
 struct Extremes {
@@ -41,12 +27,7 @@ double squared(glm::dvec3 v) {
   return glm::dot(v, v);
 }
 
-// As GenerateVertices rounds; exact, because vertices lie on even steps.
-glm::dvec3 midpoint(glm::dvec3 a, glm::dvec3 b) {
-  return 0.5 * (a + b);
-}
-
-Extremes measure_triangle(const Grid& grid, const Triangle& t, int size) {
+Extremes measure_triangle(const LevelGrid& grid, const LevelTriangle& t, int size) {
   const glm::dvec3 stay = grid.at(t.stay);
   const glm::dvec3 border = grid.at(t.border);
   const glm::dvec3 centre = grid.at(t.centre);
@@ -77,33 +58,6 @@ Extremes measure_triangle(const Grid& grid, const Triangle& t, int size) {
   }
   most.any = std::max(most.any, most.border);
   return most;
-}
-
-// Calls visit(triangle, edge) for all triangles of level m; edge is the patch's edge that the triangle stands
-// on or -1.
-template <class Visit>
-void for_each_triangle(const Grid& grid, int full_level, int m, Visit visit) {
-  // Around a tile's centre, as in index_batches.cpp: side e runs from corner 2e over its middle 2e + 1.
-  constexpr glm::ivec2 kRing[8] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}};
-  const int size = 1 << (full_level - m);
-  const int tiles = patch_cells(m) / 2;
-  for (int b = 0; b < tiles; ++b) {
-    for (int a = 0; a < tiles; ++a) {
-      const glm::ivec2 centre = glm::ivec2(2 * a + 1, 2 * b + 1) * size;
-      const auto ring = [&](int r) { return centre + kRing[r & 7] * size; };
-      // The diagonal of the coarser cell that is this tile alternates like the pattern.
-      const int diagonal = (a + b) % 2 == 0 ? 0 : 2;
-      const glm::dvec3 centre_target = midpoint(grid.at(ring(diagonal)), grid.at(ring(diagonal + 4)));
-      const bool border[4] = {b == 0, a == tiles - 1, b == tiles - 1, a == 0};
-      for (int e = 0; e < 4; ++e) {
-        const glm::ivec2 ends[2] = {ring(2 * e), ring(2 * e + 2)};
-        const glm::dvec3 target = midpoint(grid.at(ends[0]), grid.at(ends[1]));
-        for (const glm::ivec2 end : ends) {
-          visit(Triangle{end, ring(2 * e + 1), centre, target, centre_target}, border[e] ? e : -1);
-        }
-      }
-    }
-  }
 }
 
 // The least integer that is not less than the root of a squared length over size.
@@ -139,7 +93,7 @@ Status MeasureLevelErrors::validate() const {
 
 void MeasureLevelErrors::measure(PatchId first, PatchId last) const {
   const int level = heights.level;
-  Grid grid;
+  LevelGrid grid;
   grid.side = patch_side(level);
   for (PatchId p = first; p < last; ++p) {
     displaced_positions(surface, heights, level, p, grid.position);
@@ -151,7 +105,7 @@ void MeasureLevelErrors::measure(PatchId first, PatchId last) const {
       const int size = 1 << (level - m);
       Extremes inside;
       Extremes edge[4];
-      for_each_triangle(grid, level, m, [&](const Triangle& t, int e) {
+      for_each_level_triangle(grid, level, m, [&](const LevelTriangle& t, int e) {
         const Extremes x = measure_triangle(grid, t, size);
         inside.any = std::max(inside.any, x.any);
         inside.reach = std::max(inside.reach, x.reach);

@@ -35,6 +35,8 @@ struct Collector {
   BandCounts counts{};
   std::uint32_t visible = 0;
   std::uint32_t missing = 0;
+  std::uint32_t back_facing = 0;
+  float slack = back_facing_slack(stage.eye);
 
   void add(PatchId id) {
     if (stage.levels[id] == 0) {
@@ -42,6 +44,15 @@ struct Collector {
       return;
     }
     const glm::vec3 d = glm::vec3(patch_origin(stage.surface.volume_of(id))) - stage.eye;
+    if (!stage.cones.empty()) {
+      const PatchBounds& b = stage.bounds[id];
+      const glm::vec3 low(b.min[0], b.min[1], b.min[2]);
+      const glm::vec3 high(b.max[0], b.max[1], b.max[2]);
+      if (is_back_facing(stage.cones[id], d + 0.5f * (low + high), 0.5f * (high - low), slack)) {
+        ++back_facing;
+        return;
+      }
+    }
     const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
     ++counts[key];
     stage.scratch[visible++] = key << kKeyShift | id;
@@ -95,6 +106,7 @@ Status BuildDrawList::validate() const {
   if (frustum_culling && tree == nullptr) return refuse("missing", "tree");
   if (frustum_culling && tree->patches() != patches) return refuse("not built over the surface", "tree");
   if (levels.size() != patches) return refuse("must hold one byte a patch", "levels");
+  if (!cones.empty() && cones.size() != patches) return refuse("must hold one cone a patch", "cones");
   if (scratch.size() < patches) return refuse("must hold one value a patch", "scratch");
   return {};
 }
@@ -123,7 +135,8 @@ Status BuildDrawList::run(Result& result) const {
 
   result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
   result.dropped = seen.visible - result.drawn;
-  result.culled_frustum = patches - seen.visible - seen.missing;
+  result.culled_frustum = patches - seen.visible - seen.missing - seen.back_facing;
+  result.culled_backface = seen.back_facing;
   result.missing = seen.missing;
   for (const DrawItem& item : items.first(result.drawn)) {
     result.at_level[item.level] += 1;

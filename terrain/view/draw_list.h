@@ -10,6 +10,7 @@
 
 #include "terrain/base/status.h"
 #include "terrain/patch/bounds.h"
+#include "terrain/patch/normal_cone.h"
 #include "terrain/surface/surface.h"
 #include "terrain/view/bounds_tree.h"
 #include "terrain/view/frustum.h"
@@ -39,6 +40,7 @@ struct BuildDrawList {
   std::span<const PatchBounds> bounds;   // by patch
   const BoundsTree* tree = nullptr;      // over these patches and bounds
   std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
+  std::span<const NormalCone> cones;     // by patch; empty: back-facing patches are listed
 
   // Working memory, borrowed: one value a patch; contents do not matter.
   std::span<std::uint32_t> scratch;
@@ -49,6 +51,7 @@ struct BuildDrawList {
   struct Result {
     std::uint32_t drawn = 0;                     // items used, from the front
     std::uint32_t culled_frustum = 0;            // patches outside the view
+    std::uint32_t culled_backface = 0;           // patches in view that face away with all that they have
     std::uint32_t missing = 0;                   // patches in view at level 0
     std::uint32_t dropped = 0;                   // patches in view that items had no room for
     std::uint32_t triangles = 0;                 // of the items, all edges' batches counted as they are drawn

@@ -36,6 +36,7 @@ class MorphedSurface {
   const std::vector<GpuVertex>& vertices(PatchId patch) const { return vertices_[patch]; }
   std::span<const PatchBounds> bounds() const { return bounds_; }
   Surface surface() const { return world_.surface(); }
+  Heights heights() const { return world_.heights(); }
 
   // Vertices of a patch at `drawn` level in slot order, relative to camera.voxel in lattice steps, as the
   // shader moves them.

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// A cone around the normals of all that can be drawn of a patch: every level, every state of its morph and of
+// its edges. Where all of its directions point away from the eye the patch is back-facing and need not be
+// drawn (Shirman and Abi-Ezzi, "The cone of normals technique for fast processing of curved patches", 1993).
+//
+// A morphing triangle's normal is a product of two edges, each of which is linear in the share that one
+// vertex has gone; so it lies in the conic hull of the products with both vertices at home or at their
+// targets, and a convex cone that holds these holds all. The vertex of a coarser level is at home (morph.h).
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "terrain/base/status.h"
+#include "terrain/patch/heights.h"
+#include "terrain/surface/surface.h"
+
+namespace karst {
+
+// 4 bytes. The axis is not of unit length, so that it needs no decoding.
+struct NormalCone {
+  static constexpr std::uint8_t kNone = 255;  // sine: no cone narrower than a half-space holds the normals
+  static constexpr float kSineUnit = 0.5f;
+
+  std::int8_t axis[3] = {0, 127, 0};  // about 127 long
+  std::uint8_t sine = kNone;  // of the half angle, times the axis's length, in units of kSineUnit; rounded up
+
+  friend bool operator==(const NormalCone&, const NormalCone&) = default;
+};
+static_assert(sizeof(NormalCone) == 4);
+
+// Slack of the test below, in lattice steps, for an eye given in float: its rounding and that of the GPU's
+// positions, 2^-20 of all coordinates.
+inline float back_facing_slack(glm::vec3 eye) {
+  return 16.0f + (std::fabs(eye.x) + std::fabs(eye.y) + std::fabs(eye.z)) * 0x1p-20f;
+}
+
+// Whether every point of a box, with every normal of the cone, faces away from the eye. centre: of the box,
+// less the eye; half: half its size; lattice steps. Never true where that is not so.
+//
+// A point p and a normal face away when their product is above 0: for all normals of a cone with axis a, when
+// a p > sine |p|. Over the box the left side is least in a corner, and |p| at most the centre's and half the
+// diagonal.
+inline bool is_back_facing(const NormalCone& cone, glm::vec3 centre, glm::vec3 half, float slack) {
+  const glm::vec3 a(cone.axis[0], cone.axis[1], cone.axis[2]);
+  const float along = a.x * centre.x + a.y * centre.y + a.z * centre.z;
+  const float across = std::fabs(a.x) * half.x + std::fabs(a.y) * half.y + std::fabs(a.z) * half.z;
+  const float least = along - across - 128.0f * slack;
+  if (cone.sine == NormalCone::kNone || !(least > 0.0f)) return false;
+  const float sine = NormalCone::kSineUnit * static_cast<float>(cone.sine);
+  const float length = std::sqrt(centre.x * centre.x + centre.y * centre.y + centre.z * centre.z) +
+                       std::sqrt(half.x * half.x + half.y * half.y + half.z * half.z);
+  return least > sine * length;
+}
+
+// Of one patch; heights.level is the full one. Needs nothing of its neighbours.
+NormalCone measure_normal_cone(const Surface& surface, const Heights& heights, PatchId patch);
+
+// Ranges of patches may run on several threads.
+struct MeasureNormalCones {
+  // Inputs, borrowed.
+  Surface surface;
+  Heights heights;
+
+  // Output, borrowed: one a patch.
+  std::span<NormalCone> cones;
+
+  // invalid_argument naming the first field of another size than the surface, or heights.level out of range.
+  Status validate() const;
+
+  // Patches first .. last - 1. Precondition: validate() is ok.
+  void run(PatchId first, PatchId last) const;
+};
+
+}  // namespace karst
