@@ -44,7 +44,8 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
       .end_object();
   json.key("cpu_ms").begin_object();
   json.field("cull_lod", median_of(frames, [](const FrameRecord& f) { return f.cull_lod_ms; }));
-  json.field("generate", 0).field("upload", 0);  // all vertices were made before the first frame
+  json.field("generate", 0);  // all vertices were made before the first frame
+  json.field("upload", median_of(frames, [](const FrameRecord& f) { return f.upload_ms; }));
   json.field("submit", median_of(frames, [](const FrameRecord& f) { return f.submit_ms; })).end_object();
   json.key("gpu_ms").begin_object().key("shadow").null();
   json.field("terrain", median_of(frames, [](const FrameRecord& f) { return f.gpu_terrain_ms; }));
@@ -110,7 +111,9 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.field("gpu_used", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
   // Counted in tests/gl, where the driver's own calls can be told apart.
   json.key("heap_calls_after_init").null().key("gl_objects_after_init").null();
-  json.key("error_px").begin_object().key("bound").null().end_object();
+  float bound_px = 0;
+  for (const FrameRecord& frame : frames) bound_px = std::max(bound_px, frame.selection.lod.bound_px);
+  json.key("error_px").begin_object().field("bound", double{bound_px}).end_object();
   write_flags(json, frames);
   json.end_object();
   return json.text();

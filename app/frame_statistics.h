@@ -16,6 +16,7 @@ class Scene;
 struct FrameRecord {
   double frame_ms = 0;        // all of it, the GPU's work included
   double cull_lod_ms = 0;     // choosing levels and listing patches
+  double upload_ms = 0;       // of vertices and thresholds
   double submit_ms = 0;       // GL calls
   double gpu_terrain_ms = 0;  // NaN: not known
   FrameCounts counts;

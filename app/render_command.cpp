@@ -38,7 +38,11 @@ Draws a world that karst-bake made, without a screen.
       --fov DEG             of the picture's height, 1 to 170 (60)
       --haze VOXELS         distance at which 63 % of the light is haze (six times the world's size)
       --level N             draws no finer than level N, 1 to 6; saves GPU memory
-      --lod-distance V      in voxels: from here on level 1 is drawn, a level finer for each halving (64)
+      --lod NAME            error: the coarsest levels within --error-px; distance: by distance alone,
+                            nothing morphs; full: the finest level everywhere (error)
+      --error-px E          no drawn point is further than E pixels from the full surface: 0.01 to 1000 (1)
+      --lod-distance V      of --lod distance, in voxels: from here on level 1 is drawn, a level finer for
+                            each halving (64)
       --no-skip NAME        draws what could be skipped; NAME: frustum
       --max-memory MIB      CPU and GPU together (512); larger worlds are drawn at a coarser level, or refused
       --stats FILE.json     what the frames cost and drew; - prints it
@@ -49,9 +53,10 @@ Draws a world that karst-bake made, without a screen.
   karst render canyon.karst --path flight.txt --stats flight.json
 )";
 
-constexpr Option kOptions[] = {{"output", 'o'}, {"size"},  {"camera"},          {"path"},         {"sun"},
-                               {"fov"},         {"haze"},  {"level"},           {"lod-distance"}, {"no-skip"},
-                               {"max-memory"},  {"stats"}, {"help", 'h', false}};
+constexpr Option kOptions[] = {
+    {"output", 'o'},  {"size"},    {"camera"},     {"path"},  {"sun"},
+    {"fov"},          {"haze"},    {"level"},      {"lod"},   {"error-px"},
+    {"lod-distance"}, {"no-skip"}, {"max-memory"}, {"stats"}, {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -82,6 +87,7 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   number("fov", 1, 170, options.fov_y_deg);
   number("haze", 1e-3, 1e7, options.light.haze_voxels);
   options.default_haze = !arguments.has("haze");
+  number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);
   number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
   std::int64_t level = options.scene.level;
   integer("level", 1, kMaxLevel, level);
@@ -103,6 +109,15 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   }
   if (const auto text = arguments.value("camera"); text && error.empty()) {
     error = parse_camera(*text, "--camera", options.cameras.emplace_back());
+  }
+  if (const auto text = arguments.value("lod"); text && error.empty()) {
+    constexpr const char* kModes[] = {"error", "distance", "full"};  // in the order of LodMode
+    const auto* mode = std::find(std::begin(kModes), std::end(kModes), *text);
+    if (mode != std::end(kModes)) {
+      options.lod.mode = static_cast<LodMode>(mode - kModes);
+    } else {
+      error = "--lod: '" + std::string(*text) + "' is not error, distance or full";
+    }
   }
   if (const auto text = arguments.value("no-skip"); text && error.empty()) {
     options.frustum_culling = false;
@@ -213,9 +228,9 @@ class Render {
     TerrainView view;
     view.camera = &camera;
     view.lod = options_.lod;
-    view.lod.mode = LodMode::distance;  // levels by error need shaders that morph
     view.lod.max_level = scene_.resident_level();
     view.lod.resident_level = scene_.resident_level();
+    view.height_px = options_.scene.height;
     view.frustum_culling = options_.frustum_culling;
     const Status selected = terrain.select(view, record.selection);
     if (selected.code() == StatusCode::limit_reached) {
@@ -224,11 +239,15 @@ class Render {
       return status_text(options_.scene.world, selected);
     }
     const std::int64_t listed = now_ns();
+    if (const Status status = scene_.upload_thresholds(); !status.ok())
+      return status_text(options_.scene.world, status);
+    const std::int64_t uploaded = now_ns();
     FrameInput input;
     input.camera = camera;
     input.light = options_.light;
     input.items = terrain.items();
-    input.first_vertex = scene_.first_vertex();
+    input.least_cos2 = terrain.error_scale().least_cos2;
+    input.pages = scene_.pages();
     input.index_table = terrain.index_table();
     input.max_level = terrain.info().level;
     const Status drawn = renderer.draw(input, record.counts);
@@ -238,7 +257,8 @@ class Render {
     const std::int64_t end = now_ns();
     if (record.counts.left_out > 0 || scene_.level_cut()) record.flags |= kFlagNotResident;
     record.cull_lod_ms = ms_between(start, listed);
-    record.submit_ms = ms_between(listed, submitted);
+    record.upload_ms = ms_between(listed, uploaded);
+    record.submit_ms = ms_between(uploaded, submitted);
     record.frame_ms = ms_between(start, end);
     record.gpu_terrain_ms = renderer.terrain_gpu_ms();
     return {};

@@ -42,6 +42,7 @@ WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int 
   result.renderer.width = width;
   result.renderer.height = height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
+  result.renderer.morph_rows = result.config.max_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = info.extent;
   result.budget = Terrain::budget(result.config);
@@ -144,7 +145,10 @@ std::string Scene::open_renderer(Display& display) {
     return error;
   }
   renderer_.upload_sky_line(terrain_.octree());
-  first_vertex_.resize(terrain_.patch_count());
+  first_page_.assign(terrain_.patch_count(), kNoPage);
+  next_page_.assign(renderer_settings_.vertex_pages, kNoPage);
+  texels_.resize(renderer_settings_.vertex_pages);
+  morph_rows_.resize(std::size_t{terrain_.patch_count()} * kMorphRow);
   return {};
 }
 
@@ -160,15 +164,28 @@ std::string Scene::upload_patches(const std::string& world) {
     terrain_.generate(patch, terrain_.info().level, vertices);
     lap(start, times_.generate);
     const Volume& volume = surface.volume_of(patch);
-    const Status status = renderer_.upload_patch(patch * slot, std::span(vertices).first(resident),
-                                                 {volume.corner[0], volume.corner[1], volume.corner[2]});
+    first_page_[patch] = patch * slot;
+    for (std::uint32_t n = 1; n < slot; ++n) next_page_[patch * slot + n - 1] = patch * slot + n;
+    const Status status =
+        renderer_.upload_vertices(pages(), patch, 0, std::span(vertices).first(resident),
+                                  {volume.corner[0], volume.corner[1], volume.corner[2]}, patch);
     if (!status.ok()) return status_text(world, status);
-    first_vertex_[patch] = patch * slot * kPageVertices;
     lap(start, times_.upload);
   }
   if (const Status status = terrain_.finish_bounds(); !status.ok()) return status_text(world, status);
   lap(start, times_.generate);
   return {};
+}
+
+Status Scene::upload_thresholds() {
+  if (thresholds_version_ == terrain_.thresholds_version()) return {};
+  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
+    std::uint16_t* row = morph_rows_.data() + std::size_t{patch} * kMorphRow;
+    make_morph_row(terrain_.surface(), terrain_.lods(), patch,
+                   std::span<std::uint16_t, kMorphRow>(row, kMorphRow));
+  }
+  thresholds_version_ = terrain_.thresholds_version();
+  return renderer_.upload_morph_rows(0, morph_rows_);
 }
 
 }  // namespace karst::app

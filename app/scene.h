@@ -48,7 +48,10 @@ class Scene {
 
   Terrain& terrain() { return terrain_; }
   Renderer& renderer() { return renderer_; }
-  std::span<const std::uint32_t> first_vertex() const { return first_vertex_; }
+  PageTable pages() { return {first_page_, next_page_, texels_}; }
+  // To be called between selecting and drawing: gives the renderer the thresholds that the selection was made
+  // with, where they have changed.
+  [[nodiscard]] Status upload_thresholds();
   int resident_level() const { return resident_level_; }
   // The world is held coarser than asked for, because memory ends: statistics name gpu_vertex_pages.
   bool level_cut() const { return level_cut_; }
@@ -71,7 +74,11 @@ class Scene {
   Terrain terrain_;
   std::unique_ptr<Display> display_;  // of open(); before renderer_: whose destructor needs the context
   Renderer renderer_;
-  std::vector<std::uint32_t> first_vertex_;
+  std::vector<std::uint32_t> first_page_;
+  std::vector<std::uint32_t> next_page_;
+  std::vector<PageTexel> texels_;
+  std::vector<std::uint16_t> morph_rows_;
+  std::uint32_t thresholds_version_ = 0;
   RendererSettings renderer_settings_;
   int resident_level_ = 1;
   bool level_cut_ = false;

@@ -9,19 +9,31 @@
 #define KARST_LOCATION_MORPH 1    // xyz: morph position, w: packed morph normal
 
 // Texture units.
-#define KARST_UNIT_PAGE_ORIGINS 0
-#define KARST_UNIT_NOISE 1
-#define KARST_UNIT_SKY_LINE 2
-#define KARST_UNIT_DEPTH 3
+#define KARST_UNIT_PAGE_TABLE 0
+#define KARST_UNIT_MORPH_ENTRIES 1
+#define KARST_UNIT_MORPH_ROWS 2
+#define KARST_UNIT_NOISE 3
+#define KARST_UNIT_SKY_LINE 4
+#define KARST_UNIT_DEPTH 5
 
 // Binding point of the uniform block.
 #define KARST_BINDING_FRAME 0
 
-// A page is 2^5 vertices; page n has texel (n & 1023, n >> 10) of the page origin texture.
+#define KARST_MASK(bits) ((1 << (bits)) - 1)
+
+// A page is 2^5 vertices. What textures hold by page, by vertex of a slot and by patch is laid out in rows
+// of a power of two: page n has texel (n & 1023, n >> 10).
 #define KARST_PAGE_BITS 5
 #define KARST_PAGE_ROW_BITS 10
+#define KARST_ENTRY_ROW_BITS 7
+// Thresholds of a patch are 32 texels; 64 patches lie side by side, which makes a row of 2048 texels.
+#define KARST_MORPH_ROW 32
+#define KARST_MORPH_ROW_BITS 6
 
 #define KARST_STEPS_PER_VOXEL 8192.0
+// terrain/view/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
+#define KARST_THRESHOLD_UNIT 524288.0
+#define KARST_MORPH_SHARE 0.3
 
 #ifdef GL_ES
 #define KARST_BLOCK(name) layout(std140) uniform name
@@ -35,6 +47,7 @@ KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
   vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
+  vec4 morph_view;         // xyz: direction of view, w: least cos^2; see apparent_distance in morph.glsl
   vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up
   vec4 ray_up;
   vec4 ray_forward;

@@ -65,12 +65,13 @@ Status FrameLight::validate() const {
   return {};
 }
 
-shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent,
-                                    int height) {
+shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
+                                    glm::ivec3 extent, int height) {
   shader::FrameBlock block{};
   block.clip_from_lattice = clip_from_lattice(camera);
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
   block.camera_fine = glm::vec4(camera.fine, 0.0f);
+  block.morph_view = glm::vec4(make_lod_eye(camera, least_cos2).forward, least_cos2);
   const glm::dmat3 axes = world_from_view(camera);
   const double half_height = 1.0 / projection_scale(camera);  // of the picture at distance 1
   block.ray_right = xyz(glm::vec3(axes[0] * (half_height * camera.aspect)));

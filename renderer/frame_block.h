@@ -20,8 +20,9 @@ struct FrameLight {
   Status validate() const;
 };
 
-// extent: of the world in voxels, at least 1 on each axis. height: of the picture in pixels. light is valid.
-shader::FrameBlock make_frame_block(const Camera& camera, const FrameLight& light, glm::ivec3 extent,
-                                    int height);
+// least_cos2: ErrorScale's. extent: of the world in voxels, at least 1 on each axis. height: of the picture
+// in pixels. light is valid.
+shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
+                                    glm::ivec3 extent, int height);
 
 }  // namespace karst

@@ -23,6 +23,7 @@
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \
   X(Clear)                         \
+  X(ClientWaitSync)                \
   X(CompileShader)                 \
   X(CreateProgram)                 \
   X(CreateShader)                  \
@@ -32,6 +33,7 @@
   X(DeleteProgram)                 \
   X(DeleteRenderbuffers)           \
   X(DeleteShader)                  \
+  X(DeleteSync)                    \
   X(DeleteTextures)                \
   X(DeleteVertexArrays)            \
   X(DepthFunc)                     \
@@ -41,7 +43,9 @@
   X(DrawElements)                  \
   X(Enable)                        \
   X(EnableVertexAttribArray)       \
+  X(FenceSync)                     \
   X(Finish)                        \
+  X(FlushMappedBufferRange)        \
   X(FramebufferRenderbuffer)       \
   X(FramebufferTexture2D)          \
   X(GenBuffers)                    \

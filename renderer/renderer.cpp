@@ -13,10 +13,19 @@
 namespace karst {
 namespace {
 
-constexpr int kPagesPerRow = 1 << KARST_PAGE_ROW_BITS;
+// Texels of a row of the textures that are looked up by page, by vertex of a slot and by patch.
+constexpr int kPageRowTexels = 1 << KARST_PAGE_ROW_BITS;
+constexpr int kEntryRowTexels = 1 << KARST_ENTRY_ROW_BITS;
+constexpr int kEntryRows = (patch_vertices(kMaxLevel) + kEntryRowTexels - 1) / kEntryRowTexels;
+constexpr int kPatchesPerRow = 1 << KARST_MORPH_ROW_BITS;
+
+constexpr std::size_t kPageBytes = kPageVertices * sizeof(GpuVertex);
 
 int page_rows(std::uint32_t pages) {
-  return static_cast<int>((pages + kPagesPerRow - 1) / kPagesPerRow);
+  return static_cast<int>((pages + kPageRowTexels - 1) / kPageRowTexels);
+}
+int morph_texture_rows(std::uint32_t patches) {
+  return static_cast<int>((patches + kPatchesPerRow - 1) / kPatchesPerRow);
 }
 
 // A full mip pyramid of a square texture of 2^side_log2 texels.
@@ -44,6 +53,7 @@ Status RendererSettings::validate() const {
   if (!inside(height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "height");
   if (!inside(vertex_pages, 1, kMostPages))
     return invalid("not within its range", "vertex_pages", vertex_pages);
+  if (!inside(morph_rows, 1, kMostPages)) return invalid("not within its range", "morph_rows", morph_rows);
   if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
     return invalid("not within its range", "stream_indices", stream_indices);
   }
@@ -55,11 +65,13 @@ Status RendererSettings::validate() const {
 
 void RendererSettings::add_to(Budget& budget) const {
   const auto area = [](int a, int b) { return static_cast<std::size_t>(a) * static_cast<std::size_t>(b); };
-  budget.add(GpuConsumer::vertices, std::size_t{vertex_pages} * kPageVertices * sizeof(GpuVertex));
-  budget.add(GpuConsumer::page_origins, area(page_rows(vertex_pages), kPagesPerRow) * 8);
+  budget.add(GpuConsumer::vertices, std::size_t{vertex_pages} * kPageBytes);
+  budget.add(GpuConsumer::page_table, area(page_rows(vertex_pages), kPageRowTexels) * sizeof(PageTexel));
+  budget.add(GpuConsumer::morph_rows, area(morph_texture_rows(morph_rows), kPatchesPerRow * kMorphRow) * 2);
   budget.add(GpuConsumer::stream_indices, std::size_t{stream_indices} * 4);
   budget.add(GpuConsumer::uniforms, sizeof(shader::FrameBlock));
-  budget.add(GpuConsumer::textures, mip_texels(kNoiseSideLog2) * 4 + area(extent.x, extent.z) * 2);
+  budget.add(GpuConsumer::textures, mip_texels(kNoiseSideLog2) * 4 + area(extent.x, extent.z) * 2 +
+                                        area(kEntryRowTexels, kEntryRows));
   budget.add(GpuConsumer::targets, area(width, height) * 8);
 }
 
@@ -106,7 +118,7 @@ void Renderer::destroy() {
   programs_.destroy(gl_);
   GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
   GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
-  GLuint* const textures[] = {&page_origins_, &noise_, &sky_line_, &depth_};
+  GLuint* const textures[] = {&page_table_, &morph_entries_, &morph_rows_, &noise_, &sky_line_, &depth_};
   GLuint* const framebuffers[] = {&target_, &colour_target_};
   for (GLuint* name : buffers) gl_.DeleteBuffers(1, name);
   for (GLuint* name : arrays) gl_.DeleteVertexArrays(1, name);
@@ -118,7 +130,13 @@ void Renderer::destroy() {
   for (GLuint* name : textures) *name = 0;
   for (GLuint* name : framebuffers) *name = 0;
   colour_ = 0;
-  pending_.count = 0;
+  for (GLsync& fence : fences_) {
+    if (fence != nullptr) gl_.DeleteSync(fence);
+    fence = nullptr;
+  }
+  changed_page_rows_.reset();
+  mapped_ = nullptr;  // deleting the buffer unmapped it
+  uploaded_bytes_ = 0;
   has_picture_ = false;
   created_ = false;
 }
@@ -138,6 +156,8 @@ Status Renderer::check_device() const {
       std::int64_t{settings_.vertex_pages} * kPageVertices - 1 > caps_.max_element_index) {
     return limit("vertex_pages", settings_.vertex_pages);
   }
+  if (morph_texture_rows(settings_.morph_rows) > caps_.max_texture_size)
+    return limit("morph_rows", settings_.morph_rows);
   return {};
 }
 
@@ -172,8 +192,8 @@ void Renderer::create_buffers() {
   gl_.GenVertexArrays(1, &vertex_array_);
   gl_.BindVertexArray(vertex_array_);
   gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
-  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(settings_.vertex_pages) * kPageVertices * kStride,
-                 nullptr, GL_DYNAMIC_DRAW);
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(settings_.vertex_pages * kPageBytes), nullptr,
+                 GL_DYNAMIC_DRAW);
   gl_.VertexAttribIPointer(KARST_LOCATION_POSITION, 4, GL_SHORT, kStride, buffer_offset(0));
   gl_.VertexAttribIPointer(KARST_LOCATION_MORPH, 4, GL_SHORT, kStride, buffer_offset(kStride / 2));
   gl_.EnableVertexAttribArray(KARST_LOCATION_POSITION);
@@ -202,8 +222,16 @@ GLuint Renderer::make_texture(GLenum unit, GLenum format, int levels, int width,
 }
 
 void Renderer::create_textures() {
-  page_origins_ = make_texture(KARST_UNIT_PAGE_ORIGINS, GL_RGBA16I, 1, kPagesPerRow,
-                               page_rows(settings_.vertex_pages), GL_NEAREST);
+  page_table_ = make_texture(KARST_UNIT_PAGE_TABLE, GL_RG32UI, 1, kPageRowTexels,
+                             page_rows(settings_.vertex_pages), GL_NEAREST);
+  morph_rows_ = make_texture(KARST_UNIT_MORPH_ROWS, GL_R16F, 1, kPatchesPerRow * kMorphRow,
+                             morph_texture_rows(settings_.morph_rows), GL_NEAREST);
+  morph_entries_ =
+      make_texture(KARST_UNIT_MORPH_ENTRIES, GL_R8UI, 1, kEntryRowTexels, kEntryRows, GL_NEAREST);
+  std::uint8_t entries[kEntryRowTexels * kEntryRows] = {};
+  static_cast<void>(build_morph_entries(kMaxLevel, entries));  // fails for wrong sizes only
+  gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kEntryRowTexels, kEntryRows, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                    entries);
 
   noise_ = make_texture(KARST_UNIT_NOISE, GL_RGBA8, kNoiseSideLog2 + 1, kNoiseSide, kNoiseSide, GL_LINEAR);
   NoiseRows rows;
@@ -232,7 +260,9 @@ void Renderer::label_objects() {
   label(GL_BUFFER_KHR, index_buffer_, "stream_indices");
   label(GL_BUFFER_KHR, frame_buffer_, "frame block");
   label(GL_VERTEX_ARRAY_KHR, vertex_array_, "terrain");
-  label(GL_TEXTURE, page_origins_, "page_origins");
+  label(GL_TEXTURE, page_table_, "page_table");
+  label(GL_TEXTURE, morph_entries_, "morph_entries");
+  label(GL_TEXTURE, morph_rows_, "morph_rows");
   label(GL_TEXTURE, noise_, "noise");
   label(GL_TEXTURE, sky_line_, "sky_line");
   label(GL_TEXTURE, depth_, "depth");
@@ -254,43 +284,138 @@ void Renderer::upload_sky_line(const Octree& octree) {
   }
 }
 
-Status Renderer::upload_patch(std::uint32_t first_page, std::span<const GpuVertex> vertices,
-                              glm::ivec3 origin) {
-  const std::uint32_t pages = pages_for(vertices.size());
-  if (first_page > settings_.vertex_pages || pages > settings_.vertex_pages - first_page) {
-    return invalid("the slot does not lie in the vertex buffer", "first_page", first_page);
+Status Renderer::check_upload(const PageTable& pages, PatchId patch, std::uint32_t first,
+                              std::size_t vertices, glm::ivec3 origin, std::uint32_t row) const {
+  if (patch >= pages.first_page.size()) return invalid("not a patch of the page table", "patch", patch);
+  if (first >= static_cast<std::uint32_t>(patch_vertices(kMaxLevel)) ||
+      vertices > static_cast<std::uint32_t>(patch_vertices(kMaxLevel)) - first || vertices == 0) {
+    return invalid("not vertices of a slot", "vertices", vertices);
   }
-  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
-  gl_.BufferSubData(GL_ARRAY_BUFFER,
-                    static_cast<GLintptr>(std::size_t{first_page} * kPageVertices * sizeof(GpuVertex)),
-                    static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data());
-  for (std::uint32_t page = first_page; page < first_page + pages; ++page) {
-    const bool row_starts = page % kPagesPerRow == 0;
-    if (row_starts || page != pending_.first_page + pending_.count) flush_origins();
-    if (pending_.count == 0) pending_.first_page = page;
-    std::int16_t* texel = pending_.texels[pending_.count++];
-    for (int axis = 0; axis < 3; ++axis) texel[axis] = static_cast<std::int16_t>(origin[axis]);
-    texel[3] = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!inside(origin[axis], 0, 1023)) return invalid("not within 0..1023 voxels", "origin");
+  }
+  if (row >= settings_.morph_rows) return invalid("not a morph row", "row", row);
+  std::uint32_t page = pages.first_page[patch];
+  for (std::uint32_t n = 0; n < pages_for(first + vertices); ++n, page = pages.next_page[page]) {
+    if (page >= settings_.vertex_pages || page >= pages.next_page.size() || page >= pages.texels.size()) {
+      return invalid("has fewer pages in the buffer than its vertices need", "patch", patch);
+    }
   }
   return {};
 }
 
-void Renderer::flush_origins() {
-  if (pending_.count == 0) return;
-  const auto x = static_cast<GLint>(pending_.first_page % kPagesPerRow);
-  const auto y = static_cast<GLint>(pending_.first_page / kPagesPerRow);
-  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_ORIGINS);
-  gl_.TexSubImage2D(GL_TEXTURE_2D, 0, x, y, static_cast<GLsizei>(pending_.count), 1, GL_RGBA_INTEGER,
-                    GL_SHORT, pending_.texels);
-  pending_.count = 0;
+// One mapping for all uploads between two frames. Unsynchronised, because the frames that the GPU still draws
+// do not use the pages that are written; flushed range by range, because a driver that has to copy what was
+// mapped shall copy no more than was written.
+bool Renderer::map_vertices() {
+  if (mapped_ != nullptr) return true;
+  wait_for_frame();
+  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
+  const auto bytes = static_cast<GLsizeiptr>(std::size_t{settings_.vertex_pages} * kPageBytes);
+  mapped_ = static_cast<GpuVertex*>(gl_.MapBufferRange(
+      GL_ARRAY_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_UNSYNCHRONIZED_BIT | GL_MAP_FLUSH_EXPLICIT_BIT));
+  return mapped_ != nullptr;
+}
+
+Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
+                                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row) {
+  if (const Status status = check_upload(pages, patch, first, vertices.size(), origin, row); !status.ok())
+    return status;
+  if (!map_vertices())
+    return {StatusCode::limit_reached, "the driver cannot map the vertex buffer", "GPU memory"};
+  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
+
+  std::size_t run_begins = 0;  // a run of vertices that lie side by side in the buffer, not flushed yet
+  std::size_t run_ends = 0;
+  const auto flush_run = [&] {
+    if (run_begins == run_ends) return;
+    gl_.FlushMappedBufferRange(GL_ARRAY_BUFFER, static_cast<GLintptr>(run_begins * sizeof(GpuVertex)),
+                               static_cast<GLsizeiptr>((run_ends - run_begins) * sizeof(GpuVertex)));
+  };
+  std::uint32_t page = pages.first_page[patch];
+  std::uint32_t place = 0;
+  for (; place < first / kPageVertices; ++place) page = pages.next_page[page];
+  for (std::size_t done = 0; done < vertices.size(); ++place, page = pages.next_page[page]) {
+    const std::size_t skipped = done == 0 ? first % kPageVertices : 0;
+    const std::size_t count = std::min(vertices.size() - done, kPageVertices - skipped);
+    const std::size_t to = std::size_t{page} * kPageVertices + skipped;
+    std::memcpy(mapped_ + to, vertices.data() + done, count * sizeof(GpuVertex));
+    if (to != run_ends) {
+      flush_run();
+      run_begins = to;
+    }
+    run_ends = to + count;
+    pages.texels[page] = make_page_texel(origin, place, row);
+    changed_page_rows_.set(page >> KARST_PAGE_ROW_BITS);
+    done += count;
+  }
+  flush_run();
+  uploaded_bytes_ += vertices.size_bytes();
+  return {};
+}
+
+Status Renderer::upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows) {
+  const std::size_t count = rows.size() / kMorphRow;
+  if (rows.size() % kMorphRow != 0 || first_row > settings_.morph_rows ||
+      count > settings_.morph_rows - first_row) {
+    return invalid("not within the settings' morph_rows", "rows", first_row + count);
+  }
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_MORPH_ROWS);
+  for (std::size_t done = 0; done < count;) {
+    const std::size_t row = first_row + done;
+    const std::size_t beside = std::min<std::size_t>(kPatchesPerRow - row % kPatchesPerRow, count - done);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(row % kPatchesPerRow * kMorphRow),
+                      static_cast<GLint>(row / kPatchesPerRow), static_cast<GLsizei>(beside * kMorphRow), 1,
+                      GL_RED, GL_HALF_FLOAT, rows.data() + done * kMorphRow);
+    done += beside;
+  }
+  uploaded_bytes_ += rows.size_bytes();
+  return {};
+}
+
+// Whole rows of texels, because pages come in any order and a call costs more than a row.
+void Renderer::upload_page_rows(const PageTable& pages) {
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_TABLE);
+  const auto rows = static_cast<std::size_t>(page_rows(settings_.vertex_pages));
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t first = row << KARST_PAGE_ROW_BITS;
+    if (!changed_page_rows_.test(row) || first >= pages.texels.size()) continue;
+    const auto texels = pages.texels.subspan(first);
+    const std::size_t count = std::min<std::size_t>(texels.size(), kPageRowTexels);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(row), static_cast<GLsizei>(count), 1,
+                      GL_RG_INTEGER, GL_UNSIGNED_INT, texels.data());
+    uploaded_bytes_ += count * sizeof(PageTexel);
+  }
+  changed_page_rows_.reset();
+}
+
+void Renderer::flush_uploads(const PageTable& pages, FrameCounts& counts) {
+  if (mapped_ != nullptr) {
+    gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
+    counts.vertices_lost = gl_.UnmapBuffer(GL_ARRAY_BUFFER) == GL_FALSE;
+    mapped_ = nullptr;
+  }
+  if (changed_page_rows_.any()) upload_page_rows(pages);
+  counts.uploaded_bytes = uploaded_bytes_;
+  uploaded_bytes_ = 0;
+}
+
+void Renderer::wait_for_frame() {
+  GLsync& fence = fences_[frame_ % kFramesInFlight];
+  if (fence == nullptr) return;
+  constexpr GLuint64 kHangs = 1'000'000'000;  // nanoseconds; a GPU that takes longer is reset by its driver
+  gl_.ClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kHangs);
+  gl_.DeleteSync(fence);
+  fence = nullptr;
 }
 
 Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   counts = {};
   if (const Status status = input.light.validate(); !status.ok()) return status;
-  flush_origins();
+  wait_for_frame();
+  flush_uploads(input.pages, counts);
   const shader::FrameBlock block =
-      make_frame_block(input.camera, input.light, settings_.extent, settings_.height);
+      make_frame_block(input.camera, input.least_cos2, input.light, settings_.extent, settings_.height);
   gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
   gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);
@@ -308,7 +433,7 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
 
   push_group("terrain");
-  const Status status = draw_items(input, counts);
+  const Status status = counts.vertices_lost ? Status() : draw_items(input, counts);
   pop_group();
   if (!status.ok()) return status;
 
@@ -329,6 +454,7 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
     gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
   }
   timer_.end(gl_);
+  fences_[frame_++ % kFramesInFlight] = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
   has_picture_ = true;
   return {};
 }
@@ -340,7 +466,7 @@ Status Renderer::draw_items(const FrameInput& input, FrameCounts& counts) {
   ExpandIndices expand;
   expand.table = input.index_table;
   expand.items = input.items;
-  expand.first_vertex = input.first_vertex;
+  expand.pages = input.pages;
   const auto bytes = static_cast<GLsizeiptr>(settings_.stream_indices) * 4;
   for (ExpandIndices::Chunk chunk; chunk.next_item < input.items.size();) {
     // Invalidating lets the driver give fresh memory while the GPU still reads the last chunk.

@@ -2,14 +2,19 @@
 // The OpenGL ES 3.0 pipeline: all GL objects are made by create() and none after it; a frame allocates
 // nothing.
 //
-// Vertices of all patches lie in one buffer, cut into pages of kPageVertices; a patch's slot is a run of
-// pages, and a small texture tells the vertex shader the patch's origin by page. Indices are streamed as 32
-// bits from the shared tables (terrain/view/expand_indices.h), so a pass is one draw call, or a few where the
-// stream is full.
+// Vertices of all patches lie in one buffer, cut into pages (terrain/patch/page_table.h); a small texture
+// tells the vertex shader by page which patch it is of, another by patch where its vertices morph
+// (terrain/view/morph.h). Indices are streamed as 32 bits from the shared tables
+// (terrain/view/expand_indices.h), so a pass is one draw call, or a few where the stream is full.
+//
+// At most kFramesInFlight frames are under way: before anything of frame n is uploaded or drawn, frame n -
+// kFramesInFlight is complete. So pages that the last kFramesInFlight frames did not draw may be written
+// again, and writing waits for nothing else.
 //
 // Needs a current context in every call, the destructor included.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,8 +29,10 @@
 #include "terrain/base/budget.h"
 #include "terrain/base/status.h"
 #include "terrain/patch/gpu_vertex.h"
+#include "terrain/patch/page_table.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/draw_list.h"
+#include "terrain/view/morph.h"
 #include "terrain/voxel/octree.h"
 
 namespace karst {
@@ -34,6 +41,7 @@ struct RendererSettings {
   int width = 1280;  // of the picture, pixels, 1..kMaxPicture
   int height = 720;
   std::uint32_t vertex_pages = 0;    // Config::gpu_vertex_pages, 1..kMostPages
+  std::uint32_t morph_rows = 0;      // most patches that are resident at a time, 1..kMostPages
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
   bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
@@ -51,20 +59,27 @@ struct RendererSettings {
 struct FrameInput {
   Camera camera;
   FrameLight light;
-  std::span<const DrawItem> items;              // of a valid draw list; may be empty
-  std::span<const std::uint32_t> first_vertex;  // by patch; kNoVertices: not resident, the item is left out
-  std::span<const std::uint16_t> index_table;   // build_index_tables()
-  int max_level = kMaxLevel;                    // of index_table and items
+  float least_cos2 = 1.0f;                     // ErrorScale's, which the morph rows were made for
+  std::span<const DrawItem> items;             // of a valid draw list; may be empty
+  PageTable pages;                             // the one that uploads were made with
+  std::span<const std::uint16_t> index_table;  // build_index_tables()
+  int max_level = kMaxLevel;                   // of index_table and items
 };
 
 struct FrameCounts {
   std::uint64_t triangles = 0;  // submitted, all passes
   std::uint32_t draw_calls = 0;
-  std::uint32_t left_out = 0;  // items without resident vertices
+  std::uint32_t left_out = 0;        // items without resident vertices; see ExpandIndices
+  std::uint64_t uploaded_bytes = 0;  // vertices and texels since the last frame
+  // The driver lost the vertex buffer, which it may do where the screen's mode changes: all vertices have to
+  // be uploaded again; nothing is drawn until then.
+  bool vertices_lost = false;
 };
 
 class Renderer {
  public:
+  static constexpr std::uint32_t kFramesInFlight = 2;  // one that the GPU draws, one that the CPU prepares
+
   Renderer() = default;
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -83,12 +98,16 @@ class Renderer {
   // Tells where the ground is open to the sky (sky_line.h). Without it, all of it is.
   void upload_sky_line(const Octree& octree);
 
-  // Copies a patch's vertices to its slot: pages first_page .. first_page + pages_for(vertices.size()) - 1.
-  // origin: the patch's, in voxels. invalid_argument where the slot does not lie in the buffer.
-  Status upload_patch(std::uint32_t first_page, std::span<const GpuVertex> vertices, glm::ivec3 origin);
-  static constexpr std::uint32_t pages_for(std::size_t vertices) {
-    return static_cast<std::uint32_t>((vertices + kPageVertices - 1) / kPageVertices);
-  }
+  // Copies vertices of a patch's slot, from vertex `first` on, to the pages of its chain, which must reach
+  // that far; writes these pages' texels. Pages must be new, or not drawn in the last kFramesInFlight frames;
+  // vertices of a page that are not written stay. origin: the patch's, in voxels. row: its morph row.
+  // invalid_argument naming patch, vertices, origin or row; limit_reached where the driver cannot map its
+  // buffer. Nothing was written then.
+  Status upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
+                         std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row);
+  // Rows of thresholds, kMorphRow values each as make_morph_row() fills them. A patch's row must be there
+  // before it is drawn. invalid_argument where they are not whole or not within the settings' morph_rows.
+  Status upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows);
 
   // Draws one picture into the offscreen target. invalid_argument names what does not fit; nothing is drawn
   // then.
@@ -109,12 +128,7 @@ class Renderer {
   GLenum take_error();
 
  private:
-  // Origins of consecutive pages that are not in the texture yet: patches are mostly uploaded in a row.
-  struct PendingOrigins {
-    std::int16_t texels[1 << KARST_PAGE_ROW_BITS][4];
-    std::uint32_t first_page = 0;
-    std::uint32_t count = 0;
-  };
+  static constexpr std::uint32_t kMostPageRows = kMostPages >> KARST_PAGE_ROW_BITS;
 
   Status check_device() const;
   Status create_targets();
@@ -122,7 +136,12 @@ class Renderer {
   void create_textures();
   void label_objects();
   GLuint make_texture(GLenum unit, GLenum format, int levels, int width, int height, GLenum filter);
-  void flush_origins();
+  Status check_upload(const PageTable& pages, PatchId patch, std::uint32_t first, std::size_t vertices,
+                      glm::ivec3 origin, std::uint32_t row) const;
+  bool map_vertices();
+  void flush_uploads(const PageTable& pages, FrameCounts& counts);
+  void upload_page_rows(const PageTable& pages);
+  void wait_for_frame();
   Status draw_items(const FrameInput& input, FrameCounts& counts);
   void read_pixels(void* rgba);
   void push_group(const char* name);
@@ -142,14 +161,20 @@ class Renderer {
   GLuint frame_buffer_ = 0;  // the uniform block's
   GLuint vertex_array_ = 0;
   GLuint no_attributes_ = 0;  // vertex array of the full-screen passes
-  GLuint page_origins_ = 0;
+  GLuint page_table_ = 0;
+  GLuint morph_entries_ = 0;
+  GLuint morph_rows_ = 0;
   GLuint noise_ = 0;
   GLuint sky_line_ = 0;
   GLuint depth_ = 0;
   GLuint colour_ = 0;
-  GLuint target_ = 0;         // framebuffer: colour_ and depth_
-  GLuint colour_target_ = 0;  // framebuffer: colour_ alone
-  PendingOrigins pending_;
+  GLuint target_ = 0;                             // framebuffer: colour_ and depth_
+  GLuint colour_target_ = 0;                      // framebuffer: colour_ alone
+  std::bitset<kMostPageRows> changed_page_rows_;  // rows of texels that the texture does not have yet
+  GpuVertex* mapped_ = nullptr;                   // the whole vertex buffer, between an upload and a frame
+  std::uint64_t uploaded_bytes_ = 0;
+  std::uint64_t frame_ = 0;
+  GLsync fences_[kFramesInFlight] = {};  // of the last frames, by frame
   char message_[2048] = {};
 };
 

@@ -14,10 +14,18 @@
 namespace karst {
 
 // Everybody who takes GPU memory. kGpuConsumerNames holds the same words for reports.
-enum class GpuConsumer : std::uint8_t { vertices, page_origins, stream_indices, uniforms, textures, targets };
-inline constexpr std::size_t kGpuConsumerCount = 6;
+enum class GpuConsumer : std::uint8_t {
+  vertices,
+  page_table,
+  morph_rows,
+  stream_indices,
+  uniforms,
+  textures,
+  targets
+};
+inline constexpr std::size_t kGpuConsumerCount = 7;
 inline constexpr std::array<const char*, kGpuConsumerCount> kGpuConsumerNames = {
-    "vertices", "page_origins", "stream_indices", "uniforms", "textures", "targets"};
+    "vertices", "page_table", "morph_rows", "stream_indices", "uniforms", "textures", "targets"};
 
 class Budget {
  public:

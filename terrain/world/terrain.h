@@ -20,6 +20,7 @@
 #include "terrain/base/config.h"
 #include "terrain/base/status.h"
 #include "terrain/patch/generate_vertices.h"
+#include "terrain/patch/page_table.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/view/draw_list.h"
 #include "terrain/view/morph.h"
@@ -28,11 +29,6 @@
 #include "terrain/world/world_file.h"
 
 namespace karst {
-
-// Pages of GPU vertex memory that a patch's slot takes at a level.
-constexpr std::uint32_t slot_pages(int level) {
-  return (static_cast<std::uint32_t>(patch_vertices(level)) + kPageVertices - 1) / kPageVertices;
-}
 
 struct TerrainView {
   const Camera* camera = nullptr;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <numeric>
 #include <random>
 #include <span>
 #include <vector>
@@ -25,7 +26,7 @@ struct Scene {
   GridSurface grid;
   Camera camera;
   std::vector<std::uint8_t> levels;
-  std::vector<std::uint32_t> scratch, first_vertex, stream;
+  std::vector<std::uint32_t> scratch, first_page, next_page, stream;
   std::vector<DrawItem> items;
   std::vector<std::uint16_t> table;
 };
@@ -83,7 +84,7 @@ bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& r
 }
 
 int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int repeats) {
-  Scene s{make_grid_surface(side, side, 0.5, 7), {}, {}, {}, {}, {}, {}, {}};
+  Scene s{make_grid_surface(side, side, 0.5, 7), {}, {}, {}, {}, {}, {}, {}, {}};
   const std::size_t patches = s.grid.patches.size();
   CameraSettings settings;
   settings.position = eye;
@@ -93,8 +94,12 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   s.levels.resize(patches);
   s.scratch.resize(patches);
   s.items.resize(patches);
-  for (std::size_t id = 0; id < patches; ++id)
-    s.first_vertex.push_back(static_cast<std::uint32_t>(id * 1'089));
+  constexpr std::uint32_t kSlot = slot_pages(kLevel);
+  s.next_page.resize(patches * kSlot);
+  for (std::uint32_t page = 0; page < s.next_page.size(); ++page) {
+    s.next_page[page] = page % kSlot + 1 < kSlot ? page + 1 : kNoPage;
+    if (page % kSlot == 0) s.first_page.push_back(page);
+  }
   s.stream.resize(786'432);  // Config::stream_indices
   s.table.resize(index_count(kMaxLevel));
   if (!build_index_tables(kMaxLevel, s.table).ok()) return 1;
@@ -126,12 +131,24 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
     frustum = make_frustum(s.camera);
     ok = build.run(list).ok() && ok;
   });
-  const ExpandIndices expand{s.table, std::span(s.items).first(list.drawn), s.first_vertex, s.stream};
+  const ExpandIndices expand{
+      s.table, std::span(s.items).first(list.drawn), {s.first_page, s.next_page, {}}, s.stream};
   if (!ok || !expand.validate(select.settings.max_level).ok()) return 1;
   std::size_t indices = 0;
   const auto expanded = bench::measure(repeats, [&] {
     indices = 0;
     for (ExpandIndices::Chunk c; c.next_item < list.drawn; indices += c.indices) c = expand.run(c.next_item);
+  });
+  // The same with pages as they lie after long streaming: anywhere.
+  std::vector<std::uint32_t> places(s.next_page.size());
+  std::iota(places.begin(), places.end(), 0u);
+  std::shuffle(places.begin(), places.end(), std::mt19937_64(5));
+  for (std::uint32_t page = 0; page < places.size(); ++page) {
+    s.next_page[places[page]] = page % kSlot + 1 < kSlot ? places[page + 1] : kNoPage;
+    if (page % kSlot == 0) s.first_page[page / kSlot] = places[page];
+  }
+  const auto scattered = bench::measure(repeats, [&] {
+    for (ExpandIndices::Chunk c; c.next_item < list.drawn;) c = expand.run(c.next_item);
   });
   const auto refit = bench::measure(
       std::max(repeats / 10, 1), [&] { ok = s.grid.tree.build(select.surface, s.grid.bounds).ok() && ok; });
@@ -150,6 +167,9 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   line("index stream", expanded);
   std::printf("  %-24s        %8.2f GB/s written\n", "",
               static_cast<double>(indices) * sizeof(std::uint32_t) / (expanded.median_ms * 1e6));
+  line("of scattered pages", scattered);
+  std::printf("  %-24s        %8.2f GB/s written\n", "",
+              static_cast<double>(indices) * sizeof(std::uint32_t) / (scattered.median_ms * 1e6));
   line("box hierarchy, all anew", refit);
   std::printf("  by error: %u drawn, %u triangles\n", by_error.list.drawn, by_error.list.triangles);
   line("thresholds, all anew", by_error.thresholds);

@@ -130,6 +130,8 @@ TEST_F(Karst, UsageErrors) {
       {{"render", world_, "-o", out, "--level", "7"}, "--level: 7 is not in 1 to 6"},
       {{"render", world_, "-o", out, "--level", "2.5"}, "--level: '2.5' is not a whole number"},
       {{"render", world_, "-o", out, "--lod-distance", "-1"}, "--lod-distance"},
+      {{"render", world_, "-o", out, "--lod", "near"}, "--lod: 'near' is not error, distance or full"},
+      {{"render", world_, "-o", out, "--error-px", "0"}, "--error-px: 0 is not in 0.01 to 1000"},
       {{"render", world_, "-o", out, "--haze", "0"}, "--haze"},
       {{"render", world_, "-o", out, "--no-skip", "sky"}, "--no-skip: 'sky' is not frustum"},
       {{"render", world_, "-o", out, "--max-memory", "0"}, "--max-memory"},
@@ -225,6 +227,22 @@ TEST_F(Karst, StatisticsHaveTheDocumentedKeys) {
     EXPECT_NE(text.find(json_key(key)), std::string::npos) << key;
   }
   EXPECT_NE(text.find("\"draw_calls\": 2,"), std::string::npos) << text;
+}
+
+TEST_F(Karst, StatisticsStateTheErrorBound) {
+  const auto bound = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{"--stats", "-"};
+    words.insert(words.end(), options.begin(), options.end());
+    const std::string text = render(words).out;
+    const std::size_t at = text.find(json_key("bound"));
+    return at == std::string::npos ? -1.0
+                                   : std::strtod(text.c_str() + at + json_key("bound").size(), nullptr);
+  };
+  EXPECT_EQ(bound({}), 1.0);
+  EXPECT_EQ(bound({"--error-px", "2.5"}), 2.5);
+  EXPECT_EQ(bound({"--lod", "full"}), 0.0);
+  EXPECT_GT(bound({"--lod", "distance", "--lod-distance", "0"}), 1.0);
+  EXPECT_GT(bound({"--level", "1"}), 1.0) << "level 1 alone is not enough for 1 pixel";
 }
 
 TEST_F(Karst, BadPathsNameFileAndLine) {

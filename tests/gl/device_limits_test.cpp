@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "renderer/renderer.h"
+#include "terrain/patch/index_batches.h"
+#include "tests/gl/gl_fixture.h"
 #include "tests/gl/noop_gl.h"
 
 namespace karst {
@@ -20,6 +22,7 @@ void nothing() {}
 RendererSettings small_settings() {
   RendererSettings settings;
   settings.vertex_pages = 100;
+  settings.morph_rows = 10;
   settings.stream_indices = 1000;
   return settings;
 }
@@ -35,6 +38,8 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"height", [](RendererSettings& s) { s.height = -1; }},
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = 0; }},
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = kMostPages + 1; }},
+      {"morph_rows", [](RendererSettings& s) { s.morph_rows = 0; }},
+      {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostPages + 1; }},
       {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
       {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
       {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
@@ -55,6 +60,7 @@ TEST(DeviceLimits, TheLeastDeviceOfES30HoldsTheLargestConfig) {
   const Gl gl = NoopGl::reset();
   RendererSettings settings = small_settings();
   settings.vertex_pages = kMostPages;
+  settings.morph_rows = 2048 * 64;
   settings.extent = glm::ivec3(512);
   Renderer renderer;
   EXPECT_TRUE(renderer.create(gl, settings).ok());
@@ -104,6 +110,8 @@ TEST(DeviceLimits, EachLimitIsNamedAndNothingIsLeft) {
          s.width = s.height = 300;
          s.vertex_pages = 301 * 1024;
        }},
+      {"morph_rows", StatusCode::limit_reached,
+       [](NoopGl&, RendererSettings& s) { s.morph_rows = 2048 * 64 + 1; }},
       {"width, height", StatusCode::limit_reached,
        [](NoopGl& gl, RendererSettings&) { gl.framebuffers_complete = false; }},
       {"GPU memory", StatusCode::limit_reached,
@@ -156,16 +164,74 @@ TEST(DeviceLimits, TimerReportsTheGpusTime) {
   EXPECT_EQ(renderer.terrain_gpu_ms(), 1.5);
 }
 
-TEST(DeviceLimits, SlotsOutsideTheBufferAreRefused) {
+TEST(DeviceLimits, UploadsThatDoNotFitAreRefused) {
   const Gl gl = NoopGl::reset();
   Renderer renderer;
   ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
   const std::vector<GpuVertex> vertices(33);  // two pages
-  EXPECT_TRUE(renderer.upload_patch(98, vertices, {}).ok());
-  for (const std::uint32_t page : {99u, 100u, 0xffffffffu}) {
-    const Status status = renderer.upload_patch(page, vertices, {});
+  test::TestPages pages(3, 200);
+  const std::uint32_t chain[] = {99, 7};
+  pages.set(0, chain);
+  pages.set(1, 98, 1);                       // one page
+  const std::uint32_t beyond[] = {50, 150};  // the second page is none of the buffer's
+  pages.set(2, beyond);
+  EXPECT_TRUE(renderer.upload_vertices(pages.table(), 0, 0, vertices, {}, 9).ok());
+  EXPECT_TRUE(renderer.upload_vertices(pages.table(), 0, 31, vertices, {}, 9).ok());
+
+  const struct {
+    const char* field;
+    PatchId patch;
+    std::uint32_t first;
+    std::size_t count;
+    glm::ivec3 origin;
+    std::uint32_t row;
+  } cases[] = {{"patch", 1, 0, 33, {}, 0},
+               {"patch", 2, 0, 33, {}, 0},
+               {"patch", 3, 0, 33, {}, 0},
+               {"patch", 0, 32, 33, {}, 0},
+               {"vertices", 0, 0, 0, {}, 0},
+               {"vertices", 0, 4193, 33, {}, 0},
+               {"vertices", 0, 0xffffffffu, 33, {}, 0},
+               {"origin", 0, 0, 33, {0, -1, 0}, 0},
+               {"origin", 0, 0, 33, {1024, 0, 0}, 0},
+               {"row", 0, 0, 33, {}, 10}};
+  for (const auto& c : cases) {
+    const std::span<const GpuVertex> some = std::span(vertices).first(c.count);
+    const Status status = renderer.upload_vertices(pages.table(), c.patch, c.first, some, c.origin, c.row);
     EXPECT_EQ(status.code(), StatusCode::invalid_argument);
-    EXPECT_STREQ(status.field(), "first_page");
+    EXPECT_STREQ(status.field(), c.field);
+  }
+  const std::vector<std::uint16_t> rows(3 * kMorphRow);
+  EXPECT_TRUE(renderer.upload_morph_rows(7, rows).ok());
+  EXPECT_STREQ(renderer.upload_morph_rows(8, rows).field(), "rows");
+  EXPECT_STREQ(renderer.upload_morph_rows(0xffffffffu, rows).field(), "rows");
+  EXPECT_STREQ(renderer.upload_morph_rows(0, std::span(rows).first(33)).field(), "rows");
+}
+
+TEST(DeviceLimits, LostVerticesAreTold) {
+  const Gl gl = NoopGl::reset();
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  test::TestPages pages(1, 100);
+  pages.set(0, 5, 1);
+  const std::vector<GpuVertex> vertices(9);
+  std::vector<std::uint16_t> table(index_count(1));
+  ASSERT_TRUE(build_index_tables(1, table).ok());
+  const DrawItem item{0, 1, 0, 0};
+  FrameInput input;
+  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  input.items = {&item, 1};
+  input.pages = pages.table();
+  input.index_table = table;
+  input.max_level = 1;
+  for (const bool lost : {false, true, false}) {
+    NoopGl::get().loses_vertices = lost;
+    ASSERT_TRUE(renderer.upload_vertices(pages.table(), 0, 0, vertices, {}, 0).ok());
+    FrameCounts counts;
+    ASSERT_TRUE(renderer.draw(input, counts).ok());
+    EXPECT_EQ(counts.vertices_lost, lost);
+    EXPECT_EQ(counts.draw_calls, lost ? 1u : 2u);
+    EXPECT_EQ(counts.uploaded_bytes, vertices.size() * sizeof(GpuVertex) + 100 * sizeof(PageTexel));
   }
 }
 

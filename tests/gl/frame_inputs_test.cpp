@@ -101,15 +101,16 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   FrameLight light;
   light.sun_azimuth_deg = 90;
   light.sun_elevation_deg = 0;
-  shader::FrameBlock block = make_frame_block(camera, light, {10, 20, 40}, 720);
+  shader::FrameBlock block = make_frame_block(camera, 0.25f, light, {10, 20, 40}, 720);
   EXPECT_NEAR(block.sun_direction.x, 1, 1e-6) << "azimuth 90 is east";
   light.sun_azimuth_deg = 0;
   light.sun_elevation_deg = 30;
-  block = make_frame_block(camera, light, {10, 20, 40}, 720);
+  block = make_frame_block(camera, 0.25f, light, {10, 20, 40}, 720);
   EXPECT_NEAR(block.sun_direction.z, -std::sqrt(0.75), 1e-6) << "azimuth 0 is north";
   EXPECT_NEAR(block.sun_direction.y, 0.5, 1e-6);
   // Yaw 0 looks north.
   EXPECT_EQ(block.ray_forward, glm::vec4(0, 0, -1, 0));
+  EXPECT_EQ(block.morph_view, glm::vec4(0, 0, -1, 0.25f));
   EXPECT_NEAR(block.ray_up.y, std::tan(3.14159265358979 / 6), 1e-6) << "half of 60 degrees";
   EXPECT_NEAR(block.ray_right.x / block.ray_up.y, 16.0 / 9, 1e-6);
   EXPECT_NEAR(block.view_scale.y * 360, std::tan(3.14159265358979 / 6), 1e-6)

@@ -26,6 +26,13 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
   test::DrawnWorld world(test::hills_with_cave(3), gl, settings);
   ASSERT_FALSE(testing::Test::HasFailure());
 
+  world.lod.mode = LodMode::error;
+  FrameInput input;
+  CameraSettings first;
+  first.position = {11, 14, 18};
+  ASSERT_TRUE(world.prepare(first, input).ok());
+  const std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(2)));
+
   const std::uint64_t objects = NoopGl::get().objects_made;
   const std::uint64_t bytes = NoopGl::get().object_bytes;
   const std::uint64_t draws = NoopGl::get().draws;
@@ -38,7 +45,11 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
     camera.yaw_deg = 0.7 * frame;
     camera.pitch_deg = -30 + 0.05 * frame;
     FrameCounts counts;
-    status = world.draw(camera, &counts);
+    // Patches come and go, and thresholds change.
+    world.lod.error_px = 1 + frame % 100 / 10;
+    status = world.renderer().upload_vertices(world.pages(), static_cast<PatchId>(frame % 50), 0, vertices,
+                                              {1, 2, 3}, static_cast<std::uint32_t>(frame % 50));
+    if (status.ok()) status = world.draw(camera, &counts);
     triangles += counts.triangles;
   }
   const std::uint64_t heap_after = test::heap_calls();
@@ -47,6 +58,8 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
   EXPECT_EQ(NoopGl::get().objects_made - objects, 0u);
   EXPECT_EQ(NoopGl::get().object_bytes - bytes, 0u);
   EXPECT_EQ(NoopGl::get().mapped, 0u);
+  EXPECT_EQ(NoopGl::get().most_fences, std::uint64_t{Renderer::kFramesInFlight});
+  EXPECT_EQ(NoopGl::get().waits, std::uint64_t{kFrames} - Renderer::kFramesInFlight);
   EXPECT_GE(NoopGl::get().draws - draws, std::uint64_t{kFrames});
   EXPECT_GT(triangles, std::uint64_t{kFrames} * 100);
 }
@@ -57,6 +70,7 @@ TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
   settings.width = 321;
   settings.height = 123;
   settings.vertex_pages = 3000;
+  settings.morph_rows = 777;
   settings.stream_indices = 5000;
   settings.extent = {100, 20, 7};
   Budget budget;
@@ -73,6 +87,7 @@ TEST(FrameMemory, EveryObjectIsDeleted) {
     Renderer renderer;
     RendererSettings settings;
     settings.vertex_pages = 10;
+    settings.morph_rows = 10;
     settings.stream_indices = 1000;
     ASSERT_TRUE(renderer.create(gl, settings).ok());
     // Creating again deletes what was there.
@@ -82,6 +97,16 @@ TEST(FrameMemory, EveryObjectIsDeleted) {
   }
   EXPECT_GT(NoopGl::get().objects_made, 10u);
   EXPECT_EQ(NoopGl::get().objects_deleted, NoopGl::get().objects_made);
+}
+
+TEST(FrameMemory, FencesAreDeleted) {
+  const Gl gl = NoopGl::reset();
+  {
+    test::DrawnWorld world(test::hills_with_cave(1), gl, {});
+    ASSERT_TRUE(world.draw({}).ok());
+    EXPECT_EQ(NoopGl::get().fences, 1u);
+  }
+  EXPECT_EQ(NoopGl::get().fences, 0u);
 }
 
 }  // namespace

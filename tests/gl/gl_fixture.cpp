@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/gl/gl_fixture.h"
 
+#include <numeric>
+
 #include "platform/headless_display.h"
 
 namespace karst::test {
@@ -30,6 +32,18 @@ GlContext::GlContext() {
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
 }
 
+void TestPages::set(PatchId patch, std::span<const std::uint32_t> chain) {
+  first_[patch] = chain.empty() ? kNoPage : chain[0];
+  for (std::size_t n = 0; n < chain.size(); ++n)
+    next_[chain[n]] = n + 1 < chain.size() ? chain[n + 1] : kNoPage;
+}
+
+void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
+  std::vector<std::uint32_t> chain(count);
+  std::iota(chain.begin(), chain.end(), first);
+  set(patch, chain);
+}
+
 DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings)
     : memory_(Terrain::budget(Terrain::config_for(world.info(), world.info().level)).cpu_bytes()) {
   const Config config = Terrain::config_for(world.info(), world.info().level);
@@ -37,6 +51,7 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
   const Status loaded = terrain_.load(world.file());
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
   settings.vertex_pages = config.gpu_vertex_pages;
+  settings.morph_rows = config.max_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
   settings.extent = world.info().extent;
   const Status created = renderer_.create(gl, settings);
@@ -47,33 +62,52 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
   const Surface surface = terrain_.surface();
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level())));
   const std::uint32_t slot = slot_pages(level());
+  pages_ = TestPages(terrain_.patch_count(), settings.vertex_pages);
+  rows_.resize(terrain_.patch_count() * std::size_t{kMorphRow});
   for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
     terrain_.generate(patch, level(), vertices);
     const Volume& v = surface.volume_of(patch);
-    EXPECT_TRUE(renderer_.upload_patch(patch * slot, vertices, {v.corner[0], v.corner[1], v.corner[2]}).ok());
-    first_vertex_.push_back(patch * slot * kPageVertices);
+    pages_.set(patch, patch * slot, slot);
+    EXPECT_TRUE(renderer_
+                    .upload_vertices(pages_.table(), patch, 0, vertices,
+                                     {v.corner[0], v.corner[1], v.corner[2]}, patch)
+                    .ok());
   }
   EXPECT_TRUE(terrain_.finish_bounds().ok());
-  lod.mode = LodMode::distance;  // which needs no morph
   lod.max_level = level();
   lod.resident_level = level();
   lod.mode = LodMode::distance;
   lod.distance_voxels = 30;
 }
 
-Status DrawnWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
-  FrameInput input;
+Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
   if (const Status status = make_camera(settings, input.camera); !status.ok()) return status;
   TerrainView view;
   view.camera = &input.camera;
   view.lod = lod;
-  Terrain::Selection selection;
+  view.height_px = renderer_.settings().height;
   if (const Status status = terrain_.select(view, selection); !status.ok()) return status;
+  if (thresholds_version_ != terrain_.thresholds_version()) {
+    thresholds_version_ = terrain_.thresholds_version();
+    for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
+      std::uint16_t* row = rows_.data() + std::size_t{patch} * kMorphRow;
+      make_morph_row(terrain_.surface(), terrain_.lods(), patch,
+                     std::span<std::uint16_t, kMorphRow>(row, kMorphRow));
+    }
+    if (const Status status = renderer_.upload_morph_rows(0, rows_); !status.ok()) return status;
+  }
   input.light = light;
+  input.least_cos2 = terrain_.error_scale().least_cos2;
   input.items = terrain_.items();
-  input.first_vertex = first_vertex_;
+  input.pages = pages_.table();
   input.index_table = terrain_.index_table();
   input.max_level = level();
+  return {};
+}
+
+Status DrawnWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
+  FrameInput input;
+  if (const Status status = prepare(settings, input); !status.ok()) return status;
   FrameCounts ignored;
   return renderer_.draw(input, counts != nullptr ? *counts : ignored);
 }

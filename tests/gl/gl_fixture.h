@@ -40,21 +40,42 @@ class GlContext {
 
 using Picture = std::vector<std::uint8_t>;  // rgba, row 0 at the top
 
+// A page table whose patches take pages one after the other, or in any order that a test wants.
+class TestPages {
+ public:
+  TestPages(std::size_t patches, std::uint32_t pages)
+      : first_(patches, kNoPage), next_(pages, kNoPage), texels_(pages) {}
+
+  PageTable table() { return {first_, next_, texels_}; }
+  // Makes these pages the patch's chain.
+  void set(PatchId patch, std::span<const std::uint32_t> chain);
+  // A chain of consecutive pages.
+  void set(PatchId patch, std::uint32_t first, std::uint32_t count);
+
+ private:
+  std::vector<std::uint32_t> first_, next_;
+  std::vector<PageTexel> texels_;
+};
+
 // A world in a Terrain, all patches uploaded at one level, ready to draw.
 class DrawnWorld {
  public:
-  // settings: vertex_pages, stream_indices (0: as many as the terrain's config says) and extent are filled
-  // in.
+  // settings: vertex_pages, morph_rows, stream_indices (0: as many as the terrain's config says) and extent
+  // are filled in.
   DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings);
 
-  // GoogleTest failures where something does.
+  // Chooses levels for the camera and makes a frame of them that waits to be drawn; its thresholds are on the
+  // GPU then.
+  Status prepare(const CameraSettings& camera, FrameInput& input);
+  // Both, and draws it.
   Status draw(const CameraSettings& camera, FrameCounts* counts = nullptr);
   Picture picture();
 
   Terrain& terrain() { return terrain_; }
   Renderer& renderer() { return renderer_; }
-  std::span<const std::uint32_t> first_vertex() const { return first_vertex_; }
+  PageTable pages() { return pages_.table(); }
   int level() const { return terrain_.info().level; }
+  Terrain::Selection selection;  // of the last frame
   // Of the last frame; changes made here hold for the next.
   FrameLight light;
   LodSettings lod;
@@ -63,7 +84,9 @@ class DrawnWorld {
   AlignedBytes memory_;
   Terrain terrain_;
   Renderer renderer_;
-  std::vector<std::uint32_t> first_vertex_;
+  TestPages pages_{0, 0};
+  std::vector<std::uint16_t> rows_;
+  std::uint32_t thresholds_version_ = 0;
 };
 
 // Hills with a cave: all kinds of patches, about 20 voxels across.

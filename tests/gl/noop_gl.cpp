@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/gl/noop_gl.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
@@ -17,9 +18,10 @@ struct Nothing<Result(GL_APIENTRYP)(Arguments...)> {
   static Result GL_APIENTRY call(Arguments...) { return Result(); }
 };
 
-std::vector<std::uint32_t>& stream() {
-  static std::vector<std::uint32_t> memory;
-  return memory;
+// What a buffer of a target is mapped to.
+std::vector<std::byte>& mapping(GLenum target) {
+  static std::vector<std::byte> vertices, indices;
+  return target == GL_ARRAY_BUFFER ? vertices : indices;
 }
 
 void GL_APIENTRY make(GLsizei n, GLuint* names) {
@@ -37,8 +39,10 @@ void GL_APIENTRY remove_one(GLuint name) {
 
 std::uint64_t texel_bytes(GLenum format) {
   switch (format) {
-    case GL_RGBA16I:
+    case GL_RG32UI:
       return 8;
+    case GL_R8UI:
+      return 1;
     case GL_R16F:
       return 2;
     default:
@@ -80,7 +84,7 @@ void fill_objects(Gl& gl) {
   };
   gl.BufferData = [](GLenum target, GLsizeiptr bytes, const void*, GLenum) {
     NoopGl::get().object_bytes += static_cast<std::uint64_t>(bytes);
-    if (target == GL_ELEMENT_ARRAY_BUFFER) stream().resize(static_cast<std::size_t>(bytes) / 4);
+    if (target != GL_UNIFORM_BUFFER) mapping(target).resize(static_cast<std::size_t>(bytes));
   };
   gl.BufferSubData = [](GLenum, GLintptr, GLsizeiptr bytes, const void*) {
     NoopGl::get().uploads_bytes += static_cast<std::uint64_t>(bytes);
@@ -142,13 +146,30 @@ Gl NoopGl::reset() {
   fill_queries(gl);
   gl.DrawArrays = [](GLenum, GLint, GLsizei) { ++get().draws; };
   gl.DrawElements = [](GLenum, GLsizei, GLenum, const void*) { ++get().draws; };
-  gl.MapBufferRange = [](GLenum, GLintptr, GLsizeiptr, GLbitfield) -> void* {
+  gl.MapBufferRange = [](GLenum target, GLintptr, GLsizeiptr, GLbitfield) -> void* {
     ++get().mapped;
-    return stream().data();
+    return mapping(target).data();
   };
-  gl.UnmapBuffer = [](GLenum) -> GLboolean {
+  gl.UnmapBuffer = [](GLenum target) -> GLboolean {
     --get().mapped;
-    return GL_TRUE;
+    return target == GL_ARRAY_BUFFER && get().loses_vertices ? GL_FALSE : GL_TRUE;
+  };
+  gl.FlushMappedBufferRange = [](GLenum, GLintptr, GLsizeiptr bytes) {
+    get().uploads_bytes += static_cast<std::uint64_t>(bytes);
+  };
+  gl.TexSubImage2D = [](GLenum, GLint, GLint, GLint, GLsizei, GLsizei, GLenum, GLenum, const void*) {
+    ++get().texture_uploads;
+  };
+  gl.FenceSync = [](GLenum, GLbitfield) {
+    static int fence;
+    ++get().fences;
+    get().most_fences = std::max(get().most_fences, get().fences);
+    return reinterpret_cast<GLsync>(&fence);
+  };
+  gl.DeleteSync = [](GLsync) { --get().fences; };
+  gl.ClientWaitSync = [](GLsync, GLbitfield, GLuint64) -> GLenum {
+    ++get().waits;
+    return GL_ALREADY_SIGNALED;
   };
   return gl;
 }

@@ -14,15 +14,20 @@ struct NoopGl {
   std::uint64_t objects_deleted = 0;
   std::uint64_t object_bytes = 0;  // of buffers, textures and renderbuffers as they were specified
   std::uint64_t draws = 0;
-  std::uint64_t uploads_bytes = 0;  // BufferSubData
-  std::uint64_t mapped = 0;         // buffers mapped and not unmapped
+  std::uint64_t uploads_bytes = 0;    // BufferSubData, and ranges flushed
+  std::uint64_t texture_uploads = 0;  // TexSubImage2D
+  std::uint64_t fences = 0;           // made and not deleted
+  std::uint64_t most_fences = 0;
+  std::uint64_t waits = 0;
+  std::uint64_t mapped = 0;  // buffers mapped and not unmapped
 
   // What a driver may say; tests change it.
   const char* version = "OpenGL ES 3.0 no-op";
   std::int32_t max_texture_size = 2048;
   std::int32_t max_renderbuffer_size = 2048;
   std::int64_t max_element_index = (1 << 24) - 1;
-  bool extensions = true;  // KHR_debug and EXT_disjoint_timer_query
+  bool extensions = true;       // KHR_debug and EXT_disjoint_timer_query
+  bool loses_vertices = false;  // says so when the vertex buffer is unmapped
   bool compiles = true;
   bool framebuffers_complete = true;
   std::uint32_t error = 0;  // what GetError gives, once

@@ -3,6 +3,7 @@
 #include "renderer/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -188,45 +189,73 @@ TEST(Renderer, CavesAreDarkerThanTheGroundAbove) {
   EXPECT_GT(wall[0], wall[2]) << "the lamp is warm";
 }
 
-// Slots are found by the vertex's page alone: patches may lie anywhere in the buffer, rows of the texture
-// included.
-TEST(Renderer, SlotsMayLieAnywhere) {
-  const test::TestWorld world = test::level_ground(5, 2);
+// A vertex finds its patch, its place and its thresholds by the page it lies in: pages may lie anywhere in
+// the buffer, and rows of thresholds anywhere in their texture. Vertices of finer levels may come later.
+TEST(Renderer, PagesMayLieAnywhere) {
+  constexpr int kLevel = 4;
+  test::TestWorld world = test::level_ground(5, kLevel);
+  world.roughen(kLevel, 5, 1500);
   DrawnWorld usual(world, GlContext::get().gl(), debug_settings());
+  usual.lod.mode = LodMode::error;
+  usual.lod.error_px = 12;
   const CameraSettings camera = camera_at({12, 9, 20}, 0, -35);
-  ASSERT_TRUE(usual.draw(camera).ok());
+  FrameInput input;
+  ASSERT_TRUE(usual.prepare(camera, input).ok());
+  FrameCounts counts;
+  ASSERT_TRUE(usual.renderer().draw(input, counts).ok());
   const Picture expected = usual.picture();
+  for (int level = 1; level <= kLevel; ++level) EXPECT_GT(usual.selection.list.at_level[level], 0u) << level;
 
-  // The same patches from the last page backwards, with gaps, over several rows of the page texture.
+  // The same patches in pages that stride through a larger buffer, over several rows of the page texture, and
+  // rows of thresholds from the last one backwards.
   RendererSettings settings = usual.renderer().settings();
-  settings.vertex_pages = 4000;
+  const Surface surface = world.surface();
+  const auto patches = static_cast<std::uint32_t>(surface.patches.size());
+  constexpr std::uint32_t kPages = 10'007;  // a prime
+  ASSERT_LT(patches * slot_pages(kLevel), kPages);
+  settings.vertex_pages = kPages;
+  settings.morph_rows = patches + 100;
   Renderer renderer;
   ASSERT_TRUE(renderer.create(GlContext::get().gl(), settings).ok());
   renderer.upload_sky_line(world.octree());
-  const Surface surface = world.surface();
-  std::vector<std::uint32_t> first_vertex(surface.patches.size());
-  for (PatchId p = 0; p < surface.patches.size(); ++p) {
-    const std::uint32_t page = 3999 - p * 5;
+  test::TestPages pages(patches, kPages);
+  const auto row_of = [&](PatchId p) { return patches + 99 - p; };
+  std::vector<std::vector<std::uint32_t>> chains(patches);
+  std::uint32_t page = 0;
+  const auto upload = [&](PatchId p, int from_level, int level) {
+    for (auto n = chains[p].size(); n < slot_pages(level); ++n) {
+      chains[p].push_back(page);
+      page = (page + 3'001) % kPages;
+    }
+    pages.set(p, chains[p]);
+    const std::vector<GpuVertex> vertices = world.vertices(p, kLevel);
+    const auto first = static_cast<std::uint32_t>(from_level == 0 ? 0 : patch_vertices(from_level));
+    const auto count = static_cast<std::uint32_t>(patch_vertices(level)) - first;
     const Volume& v = surface.volume_of(p);
-    ASSERT_TRUE(
-        renderer.upload_patch(page, world.vertices(p, 2), {v.corner[0], v.corner[1], v.corner[2]}).ok());
-    first_vertex[p] = page * kPageVertices;
+    const glm::ivec3 origin(v.corner[0], v.corner[1], v.corner[2]);
+    return renderer
+        .upload_vertices(pages.table(), p, first, std::span(vertices).subspan(first, count), origin,
+                         row_of(p))
+        .ok();
+  };
+  for (PatchId p = 0; p < patches; ++p) {
+    ASSERT_TRUE(upload(p, 0, p % 4 == 0 ? 1 : 2));
+    std::array<std::uint16_t, kMorphRow> row;
+    make_morph_row(surface, usual.terrain().lods(), p, row);
+    ASSERT_TRUE(renderer.upload_morph_rows(row_of(p), row).ok());
   }
-  FrameInput input;
-  ASSERT_TRUE(make_camera(camera, input.camera).ok());
-  input.items = usual.terrain().items();
-  input.first_vertex = first_vertex;
-  input.index_table = usual.terrain().index_table();
-  input.max_level = 2;
-  FrameCounts counts;
+  input.pages = pages.table();
   ASSERT_TRUE(renderer.draw(input, counts).ok());
+  EXPECT_EQ(counts.left_out, usual.selection.list.at_level[3] + usual.selection.list.at_level[4]);
+  for (PatchId p = 0; p < patches; ++p) {
+    ASSERT_TRUE(p % 4 != 0 || upload(p, 1, 2));
+    ASSERT_TRUE(upload(p, 2, kLevel));
+  }
+  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  EXPECT_EQ(counts.left_out, 0u);
   Picture picture(expected.size());
   ASSERT_TRUE(renderer.read_colour(picture).ok());
   EXPECT_EQ(picture, expected);
-  // A patch that is not resident is left out and counted.
-  first_vertex[input.items[0].patch] = 0xffffffffu;
-  ASSERT_TRUE(renderer.draw(input, counts).ok());
-  EXPECT_EQ(counts.left_out, 1u);
   expect_no_errors(renderer);
 }
 

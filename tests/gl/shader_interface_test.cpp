@@ -29,20 +29,15 @@ struct Field {
   std::size_t offset;
   GLenum type;
 };
-const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_FLOAT_MAT4),
-                                              KARST_FIELD(camera_voxel, GL_INT_VEC4),
-                                              KARST_FIELD(camera_fine, GL_FLOAT_VEC4),
-                                              KARST_FIELD(ray_right, GL_FLOAT_VEC4),
-                                              KARST_FIELD(ray_up, GL_FLOAT_VEC4),
-                                              KARST_FIELD(ray_forward, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sun_direction, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sun_light, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sky_light, GL_FLOAT_VEC4),
-                                              KARST_FIELD(ground_light, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),
-                                              KARST_FIELD(view_scale, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4)};
+const std::map<std::string, Field> kFields = {
+    KARST_FIELD(clip_from_lattice, GL_FLOAT_MAT4), KARST_FIELD(camera_voxel, GL_INT_VEC4),
+    KARST_FIELD(camera_fine, GL_FLOAT_VEC4),       KARST_FIELD(morph_view, GL_FLOAT_VEC4),
+    KARST_FIELD(ray_right, GL_FLOAT_VEC4),         KARST_FIELD(ray_up, GL_FLOAT_VEC4),
+    KARST_FIELD(ray_forward, GL_FLOAT_VEC4),       KARST_FIELD(sun_direction, GL_FLOAT_VEC4),
+    KARST_FIELD(sun_light, GL_FLOAT_VEC4),         KARST_FIELD(sky_light, GL_FLOAT_VEC4),
+    KARST_FIELD(ground_light, GL_FLOAT_VEC4),      KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
+    KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),       KARST_FIELD(view_scale, GL_FLOAT_VEC4),
+    KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4)};
 #undef KARST_FIELD
 
 class ShaderInterface : public testing::Test {
@@ -82,8 +77,7 @@ TEST_F(ShaderInterface, AttributesAreWhereCppPutsThem) {
   const auto get_location = context_.function<PFNGLGETATTRIBLOCATIONPROC>("glGetAttribLocation");
   const GLuint terrain = programs_[ShaderVariant::terrain];
   EXPECT_EQ(get_location(terrain, "position_normal"), KARST_LOCATION_POSITION);
-  const GLint morph = get_location(terrain, "morph_normal");
-  EXPECT_TRUE(morph == KARST_LOCATION_MORPH || morph == -1) << morph;
+  EXPECT_EQ(get_location(terrain, "morph_normal"), KARST_LOCATION_MORPH);
   // No attribute that the vertex array does not supply.
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     const GLuint program = programs_[static_cast<ShaderVariant>(i)];
@@ -139,10 +133,10 @@ TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {{"page_origins", KARST_UNIT_PAGE_ORIGINS},
-                                              {"noise", KARST_UNIT_NOISE},
-                                              {"sky_line", KARST_UNIT_SKY_LINE},
-                                              {"depth", KARST_UNIT_DEPTH}};
+  const std::map<std::string, GLint> units = {
+      {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+      {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
+      {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;
@@ -153,7 +147,7 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
       GLint count = 0;
       GLenum type = 0;
       get_uniform(program, static_cast<GLuint>(i), sizeof name, nullptr, &count, &type, name);
-      if (type != GL_SAMPLER_2D && type != GL_INT_SAMPLER_2D) continue;
+      if (type != GL_SAMPLER_2D && type != GL_UNSIGNED_INT_SAMPLER_2D) continue;
       ASSERT_TRUE(units.contains(name)) << name;
       GLint unit = -1;
       get_value(program, context_.gl().GetUniformLocation(program, name), &unit);

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
 // What the vertex shader makes of the 16 bytes, read back with transform feedback: the same numbers as C++,
-// and the same bits in clip space for every patch that shares a vertex.
-#include <array>
+// vertices moved as terrain/view/morph.h says, and the same bits in clip space for every patch that shares a
+// vertex.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/frame_block.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
+#include "tests/support/morphed_surface.h"
 
 namespace karst {
 namespace {
@@ -29,7 +33,9 @@ struct Decoded {
   std::int32_t patch_voxel[3];
 };
 
-// The terrain program's vertex shader alone, over vertices that belong to pages of given origins.
+constexpr int kTextureRows = 32;  // of the page table and of the morph rows: 32,768 pages, 2,048 patches
+
+// The terrain program's vertex shader alone.
 class Decoder {
  public:
   Decoder() {
@@ -46,11 +52,14 @@ class Decoder {
     EXPECT_EQ(linked, GL_TRUE);
     gl.GenVertexArrays(1, &array_);
     gl.GenBuffers(3, buffers_);
-    gl.GenTextures(1, &origins_);
-    gl.BindTexture(GL_TEXTURE_2D, origins_);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA16I, 1 << KARST_PAGE_ROW_BITS, 1);
+    gl.GenTextures(3, textures_);
+    make_texture(KARST_UNIT_PAGE_TABLE, GL_RG32UI, 1 << KARST_PAGE_ROW_BITS, "page_table");
+    make_texture(KARST_UNIT_MORPH_ENTRIES, GL_R8UI, 1 << KARST_ENTRY_ROW_BITS, "morph_entries");
+    std::vector<std::uint8_t> entries(static_cast<std::size_t>(1 << KARST_ENTRY_ROW_BITS) * kEntryRows);
+    EXPECT_TRUE(build_morph_entries(kMaxLevel, entries).ok());
+    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_ENTRY_ROW_BITS, kEntryRows, GL_RED_INTEGER,
+                     GL_UNSIGNED_BYTE, entries.data());
+    make_texture(KARST_UNIT_MORPH_ROWS, GL_R16F, kRowTexels, "morph_rows");
     // Nothing is rasterised, but drawing needs a complete framebuffer.
     gl.GenRenderbuffers(1, &colour_);
     gl.BindRenderbuffer(GL_RENDERBUFFER, colour_);
@@ -64,23 +73,27 @@ class Decoder {
     gl.DeleteProgram(program_);
     gl.DeleteVertexArrays(1, &array_);
     gl.DeleteBuffers(3, buffers_);
-    gl.DeleteTextures(1, &origins_);
+    gl.DeleteTextures(3, textures_);
     gl.DeleteRenderbuffers(1, &colour_);
     gl.DeleteFramebuffers(1, &framebuffer_);
     EXPECT_EQ(gl.GetError(), GLenum{GL_NO_ERROR});
   }
 
-  // origins: one a page of kPageVertices vertices, at most a texture row of them.
+  // texels: one a page of kPageVertices vertices. rows: kMorphRow thresholds a patch.
   std::vector<Decoded> run(const shader::FrameBlock& block, const std::vector<GpuVertex>& vertices,
-                           const std::vector<std::array<std::int16_t, 4>>& origins) {
+                           std::vector<PageTexel> texels, std::vector<std::uint16_t> rows) {
     const Gl& gl = context_.gl();
+    EXPECT_LE(texels.size(), std::size_t{kTextureRows} << KARST_PAGE_ROW_BITS);
+    EXPECT_LE(rows.size(), std::size_t{kTextureRows} * kRowTexels);
+    texels.resize(std::size_t{kTextureRows} << KARST_PAGE_ROW_BITS);
+    rows.resize(std::size_t{kTextureRows} * kRowTexels);
     gl.UseProgram(program_);
     gl.UniformBlockBinding(program_, gl.GetUniformBlockIndex(program_, "FrameBlock"), KARST_BINDING_FRAME);
-    gl.Uniform1i(gl.GetUniformLocation(program_, "page_origins"), 0);
-    gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_2D, origins_);
-    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(origins.size()), 1, GL_RGBA_INTEGER,
-                     GL_SHORT, origins.data());
+    gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_TABLE);
+    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_PAGE_ROW_BITS, kTextureRows, GL_RG_INTEGER,
+                     GL_UNSIGNED_INT, texels.data());
+    gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_MORPH_ROWS);
+    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kRowTexels, kTextureRows, GL_RED, GL_HALF_FLOAT, rows.data());
     gl.BindBuffer(GL_UNIFORM_BUFFER, buffers_[0]);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof block, &block, GL_STATIC_DRAW);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, buffers_[0]);
@@ -89,6 +102,9 @@ class Decoder {
     gl.BufferData(GL_ARRAY_BUFFER, bytes_of(vertices), vertices.data(), GL_STATIC_DRAW);
     gl.VertexAttribIPointer(KARST_LOCATION_POSITION, 4, GL_SHORT, sizeof(GpuVertex), nullptr);
     gl.EnableVertexAttribArray(KARST_LOCATION_POSITION);
+    gl.VertexAttribIPointer(KARST_LOCATION_MORPH, 4, GL_SHORT, sizeof(GpuVertex),
+                            reinterpret_cast<const void*>(sizeof(GpuVertex) / 2));
+    gl.EnableVertexAttribArray(KARST_LOCATION_MORPH);
 
     std::vector<Decoded> decoded(vertices.size());
     gl.BindBuffer(GL_TRANSFORM_FEEDBACK_BUFFER, buffers_[2]);
@@ -109,6 +125,22 @@ class Decoder {
   }
 
  private:
+  static constexpr int kRowTexels = kMorphRow << KARST_MORPH_ROW_BITS;
+  static constexpr int kEntryRows = (patch_vertices(kMaxLevel) >> KARST_ENTRY_ROW_BITS) + 1;
+
+  // Leaves the texture bound and its unit active.
+  void make_texture(int unit, GLenum format, int width, const char* sampler) {
+    const Gl& gl = context_.gl();
+    gl.ActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
+    gl.BindTexture(GL_TEXTURE_2D, textures_[unit]);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    const int rows = unit == KARST_UNIT_MORPH_ENTRIES ? kEntryRows : kTextureRows;
+    gl.TexStorage2D(GL_TEXTURE_2D, 1, format, width, rows);
+    gl.UseProgram(program_);
+    gl.Uniform1i(gl.GetUniformLocation(program_, sampler), unit);
+  }
+
   template <class T>
   static GLsizeiptr bytes_of(const std::vector<T>& values) {
     return static_cast<GLsizeiptr>(values.size() * sizeof(T));
@@ -127,94 +159,204 @@ class Decoder {
   GLuint program_ = 0;
   GLuint array_ = 0;
   GLuint buffers_[3] = {};
-  GLuint origins_ = 0;
+  GLuint textures_[3] = {};  // by unit
   GLuint colour_ = 0;
   GLuint framebuffer_ = 0;
 };
 
-shader::FrameBlock block_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
+Camera camera_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
   CameraSettings settings;
   settings.position = eye;
   settings.yaw_deg = yaw_deg;
   settings.pitch_deg = pitch_deg;
   Camera camera;
   EXPECT_TRUE(make_camera(settings, camera).ok());
-  return make_frame_block(camera, {}, glm::ivec3(64), 720);
+  return camera;
 }
 
-// Every packed normal there is, and positions over the whole range.
+shader::FrameBlock block_of(const Camera& camera, float least_cos2) {
+  return make_frame_block(camera, least_cos2, {}, glm::ivec3(64), 720);
+}
+
+// A row whose entries are all the same threshold.
+std::vector<std::uint16_t> same_rows(std::size_t patches, std::uint16_t threshold) {
+  return std::vector<std::uint16_t>(patches * kMorphRow, threshold);
+}
+
+// Every packed normal there is, and positions over the whole range; at home and arrived.
 TEST(VertexDecode, EveryPackedNormalAndPositionsDecodeAsInCpp) {
   std::vector<GpuVertex> vertices(1 << 15);
   test::Random random{17};
-  std::vector<std::array<std::int16_t, 4>> origins(vertices.size() / kPageVertices);
-  for (auto& origin : origins) {
-    for (std::size_t axis = 0; axis < 3; ++axis) origin[axis] = static_cast<std::int16_t>(random.below(513));
+  std::vector<glm::ivec3> origins(vertices.size() / kPageVertices);
+  std::vector<PageTexel> texels(origins.size());
+  for (std::size_t page = 0; page < origins.size(); ++page) {
+    for (int axis = 0; axis < 3; ++axis) origins[page][axis] = random.below(513);
+    texels[page] = make_page_texel(origins[page], 0, 0);
   }
   const glm::dvec3 eye{300.3, 77.7, 211.1};
-  const shader::FrameBlock block = block_at(eye, 30, -20);
+  const shader::FrameBlock block = block_of(camera_at(eye, 30, -20), 0.5f);
+  const auto coordinate = [&] {
+    return static_cast<std::int16_t>(static_cast<std::uint16_t>(random.next()));
+  };
+  // -128 is no code of a snorm8.
+  const auto code = [](std::size_t bits) {
+    const auto normal = static_cast<std::uint16_t>(bits);
+    return (normal & 0xff) == 0x80 || normal >> 8 == 0x80 ? std::uint16_t{0} : normal;
+  };
   Decoder decoder;
-  for (int half = 0; half < 2; ++half) {
+  for (int turn = 0; turn < 4; ++turn) {
+    const bool arrived = turn >= 2;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      for (std::int16_t& axis : vertices[i].position) {
-        axis = static_cast<std::int16_t>(static_cast<std::uint16_t>(random.next()));
-      }
-      vertices[i].normal = static_cast<std::uint16_t>(i + static_cast<std::size_t>(half) * vertices.size());
-      // -128 is no code of a snorm8.
-      if ((vertices[i].normal & 0xff) == 0x80 || vertices[i].normal >> 8 == 0x80) vertices[i].normal = 0;
+      for (std::int16_t& axis : vertices[i].position) axis = coordinate();
+      for (std::int16_t& axis : vertices[i].morph) axis = coordinate();
+      vertices[i].normal = code(i + static_cast<std::size_t>(turn & 1) * vertices.size());
+      vertices[i].morph_normal = code(vertices.size() * 2 - 1 - i - static_cast<std::size_t>(turn & 1) * i);
     }
-    const std::vector<Decoded> decoded = decoder.run(block, vertices, origins);
+    const std::vector<Decoded> decoded =
+        decoder.run(block, vertices, texels, same_rows(1, arrived ? kLeastThreshold : kNeverMorphs));
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const auto& origin = origins[i / kPageVertices];
-      const glm::vec3 normal = decode_octahedral(vertices[i].normal);
+      const glm::ivec3 origin = origins[i / kPageVertices];
+      const glm::vec3 normal = decode_octahedral(arrived ? vertices[i].morph_normal : vertices[i].normal);
+      const auto& position = arrived ? vertices[i].morph : vertices[i].position;
       for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         // Divisions by a power of two are exact.
-        ASSERT_EQ(decoded[i].in_patch[axis], static_cast<float>(vertices[i].position[axis]) / kStepsPerVoxel);
-        ASSERT_EQ(decoded[i].patch_voxel[axis], origin[a]);
+        ASSERT_EQ(decoded[i].in_patch[axis], static_cast<float>(position[axis]) / kStepsPerVoxel);
+        ASSERT_EQ(decoded[i].patch_voxel[axis], origin[axis]);
         ASSERT_NEAR(decoded[i].normal[axis], normal[axis], 2e-7) << vertices[i].normal;
-        const double voxel = origin[a] + static_cast<double>(vertices[i].position[axis]) / kStepsPerVoxel;
-        ASSERT_NEAR(decoded[i].from_eye[axis], voxel - eye[axis], 1e-4);
+        const double voxel = origin[axis] + static_cast<double>(position[axis]) / kStepsPerVoxel;
+        ASSERT_NEAR(decoded[i].from_eye[axis], voxel - eye[static_cast<int>(a)], 1e-4);
       }
     }
   }
 }
 
-// The vertices of a whole world, camera inside and far away: a point that patches share has one place in clip
-// space.
-TEST(VertexDecode, SharedVerticesAreTheSameBitsInClipSpace) {
-  constexpr int kLevel = 2;
-  const test::TestWorld world = test::hills_with_cave(kLevel);
-  const Surface surface = world.surface();
-  std::vector<GpuVertex> vertices;
-  std::vector<std::array<std::int16_t, 4>> origins;
-  for (PatchId p = 0; p < surface.patches.size() && origins.size() < (1u << KARST_PAGE_ROW_BITS); ++p) {
-    std::vector<GpuVertex> patch = world.vertices(p, kLevel);
-    patch.resize(kPageVertices);
-    vertices.insert(vertices.end(), patch.begin(), patch.end());
-    const Volume& v = surface.volume_of(p);
-    origins.push_back({static_cast<std::int16_t>(v.corner[0]), static_cast<std::int16_t>(v.corner[1]),
-                       static_cast<std::int16_t>(v.corner[2]), 0});
+// All vertices of a world with thresholds of its own, and what morph.h makes of them.
+class Morphing : public testing::Test {
+ protected:
+  static constexpr int kLevel = 3;
+  static constexpr int kHeight = 720;
+
+  Morphing() {
+    const Surface surface = surface_.surface();
+    for (PatchId p = 0; p < surface_.patches(); ++p) {
+      const glm::ivec3 origin = patch_origin(surface.volume_of(p)) / kStepsPerVoxel;
+      std::vector<GpuVertex> patch = surface_.vertices(p);
+      patch.resize(slot_pages(kLevel) * kPageVertices);
+      vertices_.insert(vertices_.end(), patch.begin(), patch.end());
+      for (std::uint32_t n = 0; n < slot_pages(kLevel); ++n) texels_.push_back(make_page_texel(origin, n, p));
+    }
   }
-  Decoder decoder;
+
+  void set_thresholds(const Camera& camera, double error_px) {
+    scale_ = make_error_scale(camera, kHeight, error_px);
+    lods_.resize(surface_.patches());
+    const std::vector<std::uint16_t> errors = world_.level_errors();
+    SetThresholds set;
+    set.scale = scale_;
+    set.surface = surface_.surface();
+    set.bounds = surface_.bounds();
+    set.errors = {kLevel, errors};
+    set.lods = lods_;
+    ASSERT_TRUE(set.validate().ok());
+    set.run();
+    rows_.resize(surface_.patches() * kMorphRow);
+    for (PatchId p = 0; p < surface_.patches(); ++p) {
+      make_morph_row(
+          surface_.surface(), lods_, p,
+          std::span<std::uint16_t, kMorphRow>(rows_.data() + p * std::size_t{kMorphRow}, kMorphRow));
+    }
+  }
+
+  std::size_t slot(PatchId patch) const { return patch * std::size_t{slot_pages(kLevel)} * kPageVertices; }
+
+  test::TestWorld world_ = test::hills_with_cave(kLevel);
+  test::MorphedSurface surface_{world_};
+  std::vector<GpuVertex> vertices_;
+  std::vector<PageTexel> texels_;
+  std::vector<std::uint16_t> rows_;
+  std::vector<PatchLod> lods_;
+  ErrorScale scale_;
+  Decoder decoder_;
+};
+
+constexpr glm::dvec3 kEyes[] = {{10.37, 8.111, 9.23}, {12.7, 13.9, 30.2}, {-40.3, 90.7, 123.6}};
+
+TEST_F(Morphing, VerticesMoveAsInCpp) {
+  int home = 0;
+  int moving = 0;
+  int arrived = 0;
+  int other_bits = 0;
+  double worst = 0;
+  for (const glm::dvec3 eye : kEyes) {
+    const Camera camera = camera_at(eye, 33.3, -21.7);
+    for (const double error_px : {0.5, 4.0, 30.0}) {
+      set_thresholds(camera, error_px);
+      const std::vector<Decoded> decoded =
+          decoder_.run(block_of(camera, scale_.least_cos2), vertices_, texels_, rows_);
+      for (PatchId p = 0; p < surface_.patches(); ++p) {
+        const std::vector<glm::vec3> moved = surface_.moved(p, kLevel, camera, scale_, lods_);
+        for (std::size_t v = 0; v < moved.size(); ++v) {
+          const Decoded& d = decoded[slot(p) + v];
+          const GpuVertex& g = vertices_[slot(p) + v];
+          const glm::vec3 from_eye = moved[v] - camera.fine;
+          const glm::vec3 actual =
+              glm::vec3(d.from_eye[0], d.from_eye[1], d.from_eye[2]) * float{kStepsPerVoxel};
+          // What the thresholds' proof allows for (kRounding in morph.cpp).
+          const double allowed = 0x1p-20 * glm::length(glm::dvec3(from_eye));
+          const double off = glm::length(glm::dvec3(actual) - glm::dvec3(from_eye));
+          ASSERT_LE(off, allowed) << p << ' ' << v;
+          worst = std::max(worst, off / allowed);
+          other_bits += actual != from_eye ? 1 : 0;
+          // No rounding at either end of the way.
+          const glm::vec3 in_patch =
+              glm::vec3(d.in_patch[0], d.in_patch[1], d.in_patch[2]) * float{kStepsPerVoxel};
+          const glm::vec3 at_home(g.position[0], g.position[1], g.position[2]);
+          const glm::vec3 target(g.morph[0], g.morph[1], g.morph[2]);
+          if (at_home == target) continue;
+          (in_patch == at_home ? home : in_patch == target ? arrived : moving) += 1;
+        }
+      }
+    }
+  }
+  RecordProperty("other_bits", other_bits);
+  std::printf(
+      "%d at home, %d moving, %d arrived; %d with other bits than in C++, at most %.3f of what is allowed\n",
+      home, moving, arrived, other_bits, worst);
+  EXPECT_GT(home, 10'000);
+  EXPECT_GT(moving, 10'000);
+  EXPECT_GT(arrived, 10'000);
+}
+
+// Camera inside and far away: a point that patches share has one place in clip space, wherever on its way it
+// is.
+TEST_F(Morphing, SharedVerticesAreTheSameBitsInClipSpace) {
   std::size_t shared = 0;
-  for (const glm::dvec3 eye : {glm::dvec3(10.37, 8.111, 9.23), glm::dvec3(-4000.3, 900.7, 12345.6)}) {
-    const std::vector<Decoded> decoded = decoder.run(block_at(eye, 33.3, -21.7), vertices, origins);
+  std::size_t moving = 0;
+  for (const glm::dvec3 eye : {kEyes[0], kEyes[1], glm::dvec3(-4000.3, 900.7, 12345.6)}) {
+    const Camera camera = camera_at(eye, 33.3, -21.7);
+    set_thresholds(camera, 4.0);
+    const std::vector<Decoded> decoded =
+        decoder_.run(block_of(camera, scale_.least_cos2), vertices_, texels_, rows_);
     ASSERT_NE(decoded[0].clip[3], 0.0f);
     std::map<std::tuple<int, int, int>, const Decoded*> seen;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      if (i % kPageVertices >= static_cast<std::size_t>(patch_vertices(kLevel))) continue;
-      int lattice[3];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        lattice[axis] = origins[i / kPageVertices][axis] * kStepsPerVoxel + vertices[i].position[axis];
-      }
-      const auto [first, inserted] =
-          seen.emplace(std::tuple(lattice[0], lattice[1], lattice[2]), &decoded[i]);
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+      const std::size_t patch = i / kPageVertices / slot_pages(kLevel);
+      if (i - slot(static_cast<PatchId>(patch)) >= static_cast<std::size_t>(patch_vertices(kLevel))) continue;
+      const glm::ivec3 origin = patch_origin(surface_.surface().volume_of(static_cast<PatchId>(patch)));
+      const GpuVertex& g = vertices_[i];
+      const auto [first, inserted] = seen.emplace(
+          std::tuple(origin.x + g.position[0], origin.y + g.position[1], origin.z + g.position[2]),
+          &decoded[i]);
       if (inserted) continue;
       ++shared;
+      const float x = decoded[i].in_patch[0] * float{kStepsPerVoxel};
+      moving += x != static_cast<float>(g.position[0]) && x != static_cast<float>(g.morph[0]) ? 1 : 0;
       ASSERT_EQ(std::memcmp(first->second->clip, decoded[i].clip, sizeof decoded[i].clip), 0);
     }
   }
-  EXPECT_GT(shared, 5000u);
+  EXPECT_GT(shared, 10'000u);
+  EXPECT_GT(moving, 1'000u);
 }
 
 }  // namespace

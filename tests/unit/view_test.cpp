@@ -217,41 +217,61 @@ class Expand : public View {
     items_.resize(result_.drawn);
     table_.resize(index_count(kMaxLevel));
     ASSERT_TRUE(build_index_tables(kMaxLevel, table_).ok());
-    for (std::size_t id = 0; id < grid_.patches.size(); ++id) {
-      first_vertex_.push_back(static_cast<std::uint32_t>(10'000 * id));
-    }
+    // Every patch at its own level, every second one in pages that are scattered over the whole buffer.
+    const std::uint32_t patches = static_cast<std::uint32_t>(grid_.patches.size());
+    first_page_.assign(patches, kNoPage);
+    next_page_.assign(patches * kPlaces * 2, kNoPage);
+    for (PatchId id = 0; id < patches; ++id) set_chain(id, levels_[id]);
   }
+
+  // The page that holds a patch's place.
+  std::uint32_t page(PatchId id, std::uint32_t place) const {
+    const auto patches = static_cast<std::uint32_t>(grid_.patches.size());
+    if (id % 2 == 0) return id * kPlaces + place;
+    return kPlaces * patches + (patches - 1 - id) + place * 7919 % kPlaces * patches;
+  }
+  void set_chain(PatchId id, int level) {
+    first_page_[id] = page(id, 0);
+    for (std::uint32_t place = 0; place + 1 < slot_pages(level); ++place) {
+      next_page_[page(id, place)] = page(id, place + 1);
+    }
+    next_page_[page(id, slot_pages(level) - 1)] = kNoPage;
+  }
+
+  PageTable pages() const { return {first_page_, next_page_, {}}; }
 
   // Straight from the table, item by item.
   std::vector<std::uint32_t> expected() const {
     std::vector<std::uint32_t> all;
     for (const DrawItem& item : items_) {
-      if (first_vertex_[item.patch] == kNoVertices) continue;
+      if (first_page_[item.patch] == kNoPage) continue;
       IndexRange ranges[kMaxIndexRanges];
       const int used = index_ranges(item.level, item.lower_edges, item.skipped_edges, ranges);
       for (int r = 0; r < used; ++r) {
         for (std::uint32_t n = 0; n < ranges[r].count; ++n) {
-          all.push_back(first_vertex_[item.patch] + table_[ranges[r].first + n]);
+          const std::uint32_t v = table_[ranges[r].first + n];
+          all.push_back(page(item.patch, v / kPageVertices) * kPageVertices + v % kPageVertices);
         }
       }
     }
     return all;
   }
 
+  static constexpr std::uint32_t kPlaces = kMostSlotPages;
   BuildDrawList::Result result_;
   std::vector<std::uint16_t> table_;
-  std::vector<std::uint32_t> first_vertex_;
+  std::vector<std::uint32_t> first_page_, next_page_;
 };
 
 TEST_F(Expand, ChunksOfAnySizeMakeTheWholeStream) {
-  first_vertex_[items_[2].patch] = kNoVertices;
-  first_vertex_[items_.back().patch] = kNoVertices;
+  first_page_[items_[2].patch] = kNoPage;
+  first_page_[items_.back().patch] = kNoPage;
   const std::vector<std::uint32_t> wanted = expected();
   ASSERT_GT(wanted.size(), 100'000u);
   for (const std::size_t room :
        {std::size_t{ExpandIndices::least_room(5)}, std::size_t{10'001}, wanted.size() - 1, wanted.size()}) {
     std::vector<std::uint32_t> out(room + 1, 0xabcdabcdu);
-    const ExpandIndices expand{table_, items_, first_vertex_, std::span(out).first(room)};
+    const ExpandIndices expand{table_, items_, pages(), std::span(out).first(room)};
     ASSERT_TRUE(expand.validate(5).ok());
     std::vector<std::uint32_t> stream;
     std::uint32_t left_out = 0;
@@ -271,13 +291,49 @@ TEST_F(Expand, ChunksOfAnySizeMakeTheWholeStream) {
   }
 }
 
+// Vertices that a patch does not have are other patches' or none: such an item must not be drawn at all.
+TEST_F(Expand, PatchesWithFewerPagesThanTheLevelNeedsAreLeftOut) {
+  std::vector<std::uint32_t> out(ExpandIndices::least_room(5));
+  DrawItem item = items_[0];
+  ASSERT_GE(item.level, 3);
+  const ExpandIndices expand{table_, std::span(&item, 1), pages(), out};
+  const auto drawn = [&] {
+    std::fill(out.begin(), out.end(), 0xabcdabcdu);
+    const ExpandIndices::Chunk chunk = expand.run(0);
+    EXPECT_EQ(chunk.next_item, 1u);
+    EXPECT_EQ(chunk.left_out, chunk.indices == 0 ? 1u : 0u);
+    EXPECT_EQ(out[0] == 0xabcdabcdu, chunk.indices == 0);
+    return chunk.indices > 0;
+  };
+  const int resident = item.level;
+  for (int level = 1; level <= 5; ++level) {
+    item.level = static_cast<std::uint8_t>(level);
+    EXPECT_EQ(drawn(), slot_pages(level) <= slot_pages(resident)) << level;
+  }
+  item.level = static_cast<std::uint8_t>(resident);
+  // A page that is none of the buffer's, first or last in the chain; a patch that is none of the table's.
+  const std::uint32_t last = page(item.patch, slot_pages(resident) - 1);
+  const std::uint32_t before_last = page(item.patch, slot_pages(resident) - 2);
+  for (const std::uint32_t no_page : {static_cast<std::uint32_t>(next_page_.size()), 0xfffffffeu, kNoPage}) {
+    next_page_[before_last] = no_page;
+    EXPECT_FALSE(drawn());
+    next_page_[before_last] = last;
+    first_page_[item.patch] = no_page;
+    EXPECT_FALSE(drawn());
+    first_page_[item.patch] = page(item.patch, 0);
+  }
+  EXPECT_TRUE(drawn());
+  item.patch = static_cast<PatchId>(first_page_.size());
+  EXPECT_FALSE(drawn());
+}
+
 TEST_F(Expand, TrianglesOfTheResultAreThoseOfTheStream) {
   EXPECT_EQ(expected().size(), 3u * result_.triangles);
 }
 
 TEST_F(Expand, RefusesOneWrongFieldAtATime) {
   std::vector<std::uint32_t> out(ExpandIndices::least_room(5));
-  const ExpandIndices good{table_, items_, first_vertex_, out};
+  const ExpandIndices good{table_, items_, pages(), out};
   EXPECT_TRUE(good.validate(5).ok());
   EXPECT_STREQ(good.validate(0).field(), "max_level");
   EXPECT_STREQ(good.validate(kMaxLevel + 1).field(), "max_level");
@@ -286,8 +342,8 @@ TEST_F(Expand, RefusesOneWrongFieldAtATime) {
   bad.table = bad.table.first(index_count(5) - 1);
   EXPECT_STREQ(bad.validate(5).field(), "table");
   bad = good;
-  bad.first_vertex = {};
-  EXPECT_STREQ(bad.validate(5).field(), "first_vertex");
+  bad.pages.first_page = {};
+  EXPECT_STREQ(bad.validate(5).field(), "first_page");
   bad = good;
   bad.out = bad.out.first(out.size() - 1);
   EXPECT_STREQ(bad.validate(5).field(), "out");

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// The formulas of a vertex in terrain/view/morph.h, which explains them; tests/gl compares the two. Lengths
+// in lattice steps.
+
+// from_eye: the vertex at home less the eye.
+float apparent_distance(vec3 from_eye, vec3 forward, float least_cos2) {
+  float ahead = from_eye.x * forward.x + from_eye.y * forward.y + from_eye.z * forward.z;
+  float r2 = from_eye.x * from_eye.x + from_eye.y * from_eye.y + from_eye.z * from_eye.z;
+  float z = max(ahead, 0.0);
+  return max(z * z, least_cos2 * r2) / sqrt(max(r2, 1.0));
+}
+
+float morph_share(float apparent, float threshold) {
+  float start = (1.0 - KARST_MORPH_SHARE) * threshold;
+  return clamp((apparent - start) / max(KARST_MORPH_SHARE * threshold, 1.0), 0.0, 1.0);
+}

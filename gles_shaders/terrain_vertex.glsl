@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What all passes over the terrain do with a vertex's 16 bytes: find its patch and its threshold by the page
+// it lies in, and move it to where the frame's camera wants it. All passes of a frame thereby draw the same
+// surface.
+//
+// Positions stay exact (design 4.3): the patch's origin minus the camera's voxel is subtracted in integers;
+// `offset` and the vertex are whole numbers of lattice steps, so offset + q is the same real number
+// correctly rounded in every patch that has the vertex. So are the way to the morph target and the share of
+// it, and with `invariant` gl_Position: no crack can open.
+#include "octahedral.glsl"
+#include "morph.glsl"
+
+layout(location = KARST_LOCATION_POSITION) in ivec4 position_normal;
+layout(location = KARST_LOCATION_MORPH) in ivec4 morph_normal;
+
+uniform highp usampler2D page_table;  // a texel a page: terrain/patch/page_table.h
+uniform highp usampler2D morph_entries;  // r: entry in a row, by vertex of a slot
+uniform highp sampler2D morph_rows;  // r: threshold in units of KARST_THRESHOLD_UNIT
+
+invariant gl_Position;
+
+struct TerrainVertex {
+  ivec3 patch_voxel;  // the patch's origin, voxels from the octree's minimum corner
+  vec3 in_patch;      // lattice steps from the patch's origin
+  vec3 position;      // lattice steps from camera_voxel
+  float share;        // of the way to its morph target, 0..1
+};
+
+TerrainVertex read_terrain_vertex() {
+  int page = gl_VertexID >> KARST_PAGE_BITS;
+  uvec2 texel = texelFetch(page_table, ivec2(page & KARST_MASK(KARST_PAGE_ROW_BITS),
+                                             page >> KARST_PAGE_ROW_BITS), 0).xy;
+  int vertex = int(texel.y & 255u) << KARST_PAGE_BITS | (gl_VertexID & KARST_MASK(KARST_PAGE_BITS));
+  int entry = int(texelFetch(morph_entries, ivec2(vertex & KARST_MASK(KARST_ENTRY_ROW_BITS),
+                                                  vertex >> KARST_ENTRY_ROW_BITS), 0).x);
+  int row = int(texel.y >> 8);
+  ivec2 at = ivec2((row & KARST_MASK(KARST_MORPH_ROW_BITS)) * KARST_MORPH_ROW + entry,
+                   row >> KARST_MORPH_ROW_BITS);
+  float threshold = texelFetch(morph_rows, at, 0).x * KARST_THRESHOLD_UNIT;
+
+  TerrainVertex result;
+  result.patch_voxel = ivec3(uvec3(texel.x, texel.x >> 10, texel.x >> 20) & 1023u);
+  vec3 q = vec3(position_normal.xyz);
+  vec3 way = vec3(morph_normal.xyz - position_normal.xyz);
+  vec3 offset = vec3(result.patch_voxel - camera_voxel.xyz) * KARST_STEPS_PER_VOXEL;
+  vec3 home = offset + q;
+  float apparent = apparent_distance(home - camera_fine.xyz, morph_view.xyz, morph_view.w);
+  result.share = morph_share(apparent, threshold);
+  result.in_patch = q + way * result.share;
+  result.position = home + way * result.share;
+  return result;
+}
+
+// Not of unit length while the vertex is on its way.
+vec3 morphed_normal(float share) {
+  return mix(octahedral_decode(position_normal.w), octahedral_decode(morph_normal.w), share);
+}
