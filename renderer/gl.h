@@ -19,7 +19,6 @@
   X(BindRenderbuffer)              \
   X(BindTexture)                   \
   X(BindVertexArray)               \
-  X(BlitFramebuffer)               \
   X(BufferData)                    \
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \

@@ -17,6 +17,9 @@ namespace {
 // Moves of the axis. After eight the cone is within a few degrees of the narrowest.
 constexpr int kMoves = 8;
 
+// Finest level whose normals the axis is looked for among; it holds for all, but need not be the best.
+constexpr int kAxisLevel = 3;
+
 // Added to the sine, 127 of it being 1: 0.45 degrees, for what the GPU does to triangles of about a pixel's
 // size and larger, moving their vertices to the subpixel grid. Smaller ones that turn over by it lie behind
 // the same closed surface's front.
@@ -26,12 +29,12 @@ constexpr double kSineMargin = 1.0;
 // coarser neighbour adds none: the triangle that stands on two sides there has the normal of the one whose
 // border vertex has arrived in the middle between them.
 template <class Visit>
-void for_each_normal(const LevelGrid& grid, int full_level, Visit visit) {
+void for_each_normal(const LevelGrid& grid, int full_level, int last_level, Visit visit) {
   const auto triangle = [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
     const glm::dvec3 normal = glm::cross(b - a, c - a);
     if (normal != glm::dvec3(0.0)) visit(normal);
   };
-  for (int m = 1; m <= full_level; ++m) {
+  for (int m = 1; m <= last_level; ++m) {
     for_each_level_triangle(grid, full_level, m, [&](const LevelTriangle& t, int) {
       const glm::dvec3 stay = grid.at(t.stay);
       const glm::dvec3 borders[2] = {grid.at(t.border), t.border_target};
@@ -52,15 +55,16 @@ void for_each_normal(const LevelGrid& grid, int full_level, Visit visit) {
 }
 
 glm::dvec3 find_axis(const LevelGrid& grid, int level) {
+  const int last = std::min(level, kAxisLevel);
   glm::dvec3 axis(0.0);
-  for_each_normal(grid, level, [&](glm::dvec3 n) { axis += n * (1.0 / glm::length(n)); });
+  for_each_normal(grid, level, last, [&](glm::dvec3 n) { axis += n * (1.0 / glm::length(n)); });
   const double length = glm::length(axis);
   if (!(length > 0.0)) return glm::dvec3(0.0);
   axis /= length;
   for (int move = 1; move <= kMoves; ++move) {
     glm::dvec3 farthest = axis;
     double least = 1.0;
-    for_each_normal(grid, level, [&](glm::dvec3 n) {
+    for_each_normal(grid, level, last, [&](glm::dvec3 n) {
       const double along = glm::dot(n, axis);
       // Signed squares compare cosines without a root each.
       const double share = along * std::fabs(along) / glm::dot(n, n);
@@ -87,7 +91,7 @@ NormalCone measure_normal_cone(const Surface& surface, const Heights& heights, P
   const glm::dvec3 rounded(cone.axis[0], cone.axis[1], cone.axis[2]);
   double most = 0.0;  // squared sine times the axis's length
   bool holds = true;
-  for_each_normal(grid, heights.level, [&](glm::dvec3 n) {
+  for_each_normal(grid, heights.level, heights.level, [&](glm::dvec3 n) {
     const double along = glm::dot(n, rounded);
     holds = holds && along > 0.0;
     const glm::dvec3 across = glm::cross(n, rounded);

@@ -60,7 +60,8 @@ class BoundsTree {
   std::uint32_t patches() const { return patches_; }
   int rows() const { return rows_; }                                            // 0 only for an empty tree
   std::uint32_t nodes(int row) const { return begin_[row + 1] - begin_[row]; }  // the last row has one
-  const LatticeBox& node(int row, std::uint32_t n) const { return storage_[begin_[row] + n]; }
+  const LatticeBox& node(int row, std::uint32_t n) const { return storage_[node_index(row, n)]; }
+  std::uint32_t node_index(int row, std::uint32_t n) const { return begin_[row] + n; }  // below node_count()
 
   // Patches that a node covers.
   std::uint32_t first_patch(int row, std::uint32_t n) const { return n << (kFanOutLog2 * (row + 1)); }

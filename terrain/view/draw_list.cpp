@@ -32,24 +32,35 @@ std::uint32_t band(float squared_distance) {
 
 struct Collector {
   const BuildDrawList& stage;
+  Occlusion* occlusion;  // null: hides nothing
   BandCounts counts{};
   std::uint32_t visible = 0;
   std::uint32_t missing = 0;
   std::uint32_t back_facing = 0;
+  std::uint32_t occluded = 0;
   float slack = back_facing_slack(stage.eye);
 
+  // A patch that the frustum does not cull.
   void add(PatchId id) {
     if (stage.levels[id] == 0) {
       ++missing;
       return;
     }
-    const glm::vec3 d = glm::vec3(patch_origin(stage.surface.volume_of(id))) - stage.eye;
-    if (!stage.cones.empty()) {
+    const glm::ivec3 origin = patch_origin(stage.surface.volume_of(id));
+    const glm::vec3 d = glm::vec3(origin) - stage.eye;
+    if (!stage.cones.empty() || occlusion != nullptr) {
       const PatchBounds& b = stage.bounds[id];
-      const glm::vec3 low(b.min[0], b.min[1], b.min[2]);
-      const glm::vec3 high(b.max[0], b.max[1], b.max[2]);
-      if (is_back_facing(stage.cones[id], d + 0.5f * (low + high), 0.5f * (high - low), slack)) {
-        ++back_facing;
+      const glm::ivec3 low(b.min[0], b.min[1], b.min[2]);
+      const glm::ivec3 high(b.max[0], b.max[1], b.max[2]);
+      if (!stage.cones.empty()) {
+        const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
+        if (is_back_facing(stage.cones[id], centre, 0.5f * glm::vec3(high - low), slack)) {
+          ++back_facing;
+          return;
+        }
+      }
+      if (occlusion != nullptr && occlusion->hides_patch(id, {origin + low, origin + high})) {
+        ++occluded;
         return;
       }
     }
@@ -64,7 +75,12 @@ struct Collector {
     if (mask == kOutside) return;
     const PatchId first = tree.first_patch(row, n);
     const PatchId last = first + tree.patch_count(row, n);
-    if (mask == 0) {
+    if (occlusion != nullptr && row < Occlusion::kRows && occlusion->hides_node(tree, row, n)) {
+      occluded += last - first;
+      return;
+    }
+    const bool ask_nodes = occlusion != nullptr && row > 0;
+    if (mask == 0 && !ask_nodes) {
       for (PatchId id = first; id < last; ++id) add(id);
     } else if (row == 0) {
       for (PatchId id = first; id < last; ++id) {
@@ -115,7 +131,7 @@ Status BuildDrawList::run(Result& result) const {
   result = {};
   const auto patches = static_cast<std::uint32_t>(surface.patches.size());
   if (patches == 0) return {};
-  Collector seen{*this};
+  Collector seen{*this, occlusion != nullptr && occlusion->active() ? occlusion : nullptr};
   if (frustum_culling) {
     seen.descend(tree->rows() - 1, 0, kAllPlanes);
   } else {
@@ -135,7 +151,8 @@ Status BuildDrawList::run(Result& result) const {
 
   result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
   result.dropped = seen.visible - result.drawn;
-  result.culled_frustum = patches - seen.visible - seen.missing - seen.back_facing;
+  result.culled_frustum = patches - seen.visible - seen.missing - seen.back_facing - seen.occluded;
+  result.culled_occluded = seen.occluded;
   result.culled_backface = seen.back_facing;
   result.missing = seen.missing;
   for (const DrawItem& item : items.first(result.drawn)) {

@@ -14,6 +14,7 @@
 #include "terrain/surface/surface.h"
 #include "terrain/view/bounds_tree.h"
 #include "terrain/view/frustum.h"
+#include "terrain/view/occlusion.h"
 
 namespace karst {
 
@@ -42,6 +43,10 @@ struct BuildDrawList {
   std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
   std::span<const NormalCone> cones;     // by patch; empty: back-facing patches are listed
 
+  // Begun for the eye's camera, or null. Nothing in view may be missing, or what it would hide could hide
+  // something itself.
+  Occlusion* occlusion = nullptr;
+
   // Working memory, borrowed: one value a patch; contents do not matter.
   std::span<std::uint32_t> scratch;
 
@@ -52,6 +57,7 @@ struct BuildDrawList {
     std::uint32_t drawn = 0;                     // items used, from the front
     std::uint32_t culled_frustum = 0;            // patches outside the view
     std::uint32_t culled_backface = 0;           // patches in view that face away with all that they have
+    std::uint32_t culled_occluded = 0;           // patches in boxes in view that rock hides
     std::uint32_t missing = 0;                   // patches in view at level 0
     std::uint32_t dropped = 0;                   // patches in view that items had no room for
     std::uint32_t triangles = 0;                 // of the items, all edges' batches counted as they are drawn

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// Rock that hides: cells of the voxel grid that are filled and that nothing which can be drawn ever enters.
+// A one-cell thick rectangle of them between the eye and a box hides the box.
+//
+// Why. Let the box of a patch hold all its displaced vertices and its undisplaced control points. Everything
+// drawn of it lies in the box, at every level and in every state of its morph, and so does the straight way
+// from the undisplaced surface to it. A point outside all boxes therefore stays on one side of the drawn
+// surface while that is moved from the undisplaced one, and is inside where its voxel is filled and outside
+// where it is empty. A ray from an eye outside to a rectangle inside crosses the surface from outside to
+// inside before it gets there, and what lies behind the rectangle is farther away by a cell at least. So the
+// first crossing hides it; and the patch of the first crossing is drawn: nothing lies before it that could
+// hide it, it faces the eye, and it is in view.
+//
+// What the argument needs, and where it comes from:
+//  - No open edge of the surface near the ray. The surface ends at the sides and the bottom of a world: eye
+//    and rectangle must lie in a box that no patch with an open edge reaches into (interior()). It is convex,
+//    so it holds the rays; it has no top, because the surface has no open edge there.
+//  - What is in front of the near plane is drawn. No patch's box may come nearer to the eye than the corners
+//    of the near plane (is_outside).
+//  - The GPU moves vertices to its subpixel grid, and what hides must still cover what is hidden. Boxes are
+//    taken kMargin larger here, and boxes asked for by 2^-12 of their distance.
+//  - Depths differ by more than the depth buffer's steps: a cell is kept, and boxes beyond reach_of_depth are
+//    never hidden.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "terrain/base/status.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/surface/surface.h"
+#include "terrain/view/bounds_tree.h"
+#include "terrain/voxel/octree.h"
+
+namespace karst {
+
+class Occluders {
+ public:
+  // Lattice steps around everything drawn: a subpixel of a picture 64 pixels high at the largest world's
+  // size.
+  static constexpr std::int32_t kMargin = 128;
+
+  // 64-bit words for a world of so many voxels with cells of 2^cell_log2 voxels a side: two bits a cell.
+  static std::size_t word_count(glm::ivec3 extent, int cell_log2);
+
+  // Lends memory, borrowed for the object's life.
+  void create(std::span<std::uint64_t> storage) {
+    storage_ = storage;
+    clear();
+  }
+  void clear() { size_ = glm::ivec3(0); }
+
+  // Finds the cells anew, as small as the memory allows; a cell larger than a voxel hides where all of its
+  // voxels do. Without memory for any there are none, which is no error. tree: over surface and bounds.
+  void build(const Octree& octree, glm::ivec3 extent, const Surface& surface,
+             std::span<const PatchBounds> bounds);
+
+  bool empty() const { return size_.x == 0; }
+  glm::ivec3 size() const { return size_; }  // in cells
+  int cell_log2() const { return cell_log2_; }
+  float cell_steps() const { return static_cast<float>(kStepsPerVoxel << cell_log2_); }
+  std::uint64_t count() const;
+
+  // Whether all cells of a layer across an axis within low..high of the other two axes, both included, hide.
+  // The two are in the order y, z for x; z, x for y; y, x for z. Cells outside the grid do not hide.
+  bool covers(int axis, int layer, glm::ivec2 low, glm::ivec2 high) const;
+
+  // Whether the eye (lattice steps) and everything up to `reach` steps from it are outside the surface, and
+  // in interior().
+  bool is_outside(const Octree& octree, const BoundsTree& tree, const Surface& surface,
+                  std::span<const PatchBounds> bounds, glm::dvec3 eye, double reach) const;
+  const LatticeBox& interior() const { return interior_; }
+
+ private:
+  void clear_cells(glm::ivec3 low, glm::ivec3 high);
+  void clear_empty(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size);
+  void find_interior(const Surface& surface, std::span<const PatchBounds> bounds, glm::ivec3 extent);
+
+  std::span<std::uint64_t> storage_;
+  std::span<std::uint64_t> along_x_;  // [y][z], bits x
+  std::span<std::uint64_t> along_z_;  // [y][x], bits z
+  glm::ivec3 size_{0};
+  int cell_log2_ = 0;
+  int words_x_ = 0;  // a row
+  int words_z_ = 0;
+  glm::ivec3 extent_{0};
+  LatticeBox interior_;
+  std::int32_t widest_ = 0;  // most that a patch's control points stick out of its box, with kMargin; steps
+};
+
+// How far, in lattice steps, a depth buffer of 24 bits still tells surfaces a voxel apart: z^2 / (near 2^24)
+// is at most a quarter.
+inline double reach_of_depth(double near_voxels) {
+  return std::sqrt(near_voxels * 0x1p22) * kStepsPerVoxel;
+}
+
+}  // namespace karst

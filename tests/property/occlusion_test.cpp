@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+// Rock that hides, over random worlds and eyes: whatever is culled as hidden lies behind a front-facing
+// triangle that is drawn, at every level and whatever else is culled. And eyes that count as outside are.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "terrain/patch/index_batches.h"
+#include "terrain/patch/normal_cone.h"
+#include "terrain/view/draw_list.h"
+#include "terrain/view/occlusion.h"
+#include "tests/support/morphed_surface.h"
+
+namespace karst {
+namespace {
+
+using test::MorphedSurface;
+using test::Random;
+using test::TestWorld;
+
+glm::dvec3 direction(Random& random) {
+  for (;;) {
+    const glm::dvec3 d(2 * random.unit() - 1, 2 * random.unit() - 1, 2 * random.unit() - 1);
+    const double length = glm::length(d);
+    if (length > 0.1 && length < 1) return d / length;
+  }
+}
+
+// Halls in rock: smooth noise of a wavelength of several voxels. closed: a shell of rock or air around it,
+// else caves lead out through the sides and the bottom.
+TestWorld make_caves(Random& random, int level, bool closed) {
+  const glm::ivec3 extent{26, 20, 26};
+  const std::uint64_t seed = random.next();
+  const double wavelength = 5.0 + 4.0 * random.unit();
+  const double share = 0.1 + 0.25 * random.unit();
+  TestWorld world(extent, [=](glm::ivec3 v) {
+    if (v.y > extent.y - 3) return false;
+    const bool shell = v.x < 2 || v.z < 2 || v.y < 2 || v.x >= extent.x - 2 || v.z >= extent.z - 2;
+    if (closed && shell) return true;
+    return test::value_noise(seed, glm::dvec3(v) / wavelength) > share - 0.5;
+  });
+  const double height = 2500.0 * random.unit();
+  world.set_heights(level, [=](glm::dvec3 p) { return height * test::value_noise(~seed, p * 0.9); });
+  return world;
+}
+
+// All triangles of a world drawn at one level, by patch.
+class Drawn {
+ public:
+  Drawn(const MorphedSurface& world, int level) : world_(world) {
+    std::vector<std::uint16_t> table(index_count(kMaxLevel));
+    EXPECT_TRUE(build_index_tables(kMaxLevel, table).ok());
+    IndexRange ranges[kMaxIndexRanges];
+    EXPECT_EQ(index_ranges(level, 0, 0, ranges), 1);
+    for (std::uint32_t n = 0; n < ranges[0].count; ++n) index_.push_back(table[ranges[0].first + n]);
+  }
+
+  std::size_t triangles() const { return index_.size() / 3; }
+  glm::dvec3 corner(PatchId p, std::size_t triangle, std::size_t k) const {
+    const GpuVertex& v = world_.vertices(p)[index_[3 * triangle + k]];
+    return glm::dvec3(patch_origin(world_.surface().volume_of(p))) +
+           glm::dvec3(v.position[0], v.position[1], v.position[2]);
+  }
+
+  // Where from + t way crosses a triangle of the patch: the least t in [low, high); front: whether it is
+  // crossed from its front.
+  struct Hit {
+    double t;
+    bool front;
+  };
+  std::optional<Hit> first_hit(PatchId p, glm::dvec3 from, glm::dvec3 way, double low, double high) const {
+    const LatticeBox box = patch_box(world_.surface(), world_.bounds(), p);
+    double enter = low;
+    double leave = high;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double a = (box.min[axis] - 1 - from[axis]) / way[axis];
+      const double b = (box.max[axis] + 1 - from[axis]) / way[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    std::optional<Hit> least;
+    if (!(enter <= leave)) return least;
+    for (std::size_t t = 0; t < triangles(); ++t) {
+      const glm::dvec3 a = corner(p, t, 0);
+      const glm::dvec3 ab = corner(p, t, 1) - a;
+      const glm::dvec3 ac = corner(p, t, 2) - a;
+      const glm::dvec3 normal = glm::cross(ab, ac);
+      const double facing = -glm::dot(normal, way);
+      if (facing == 0.0) continue;
+      const double at = glm::dot(normal, from - a) / facing;
+      if (!(at >= low && at < (least ? least->t : high))) continue;
+      const glm::dvec3 m = glm::cross(from - a, way);
+      const double v = glm::dot(ac, m) / facing;
+      const double w = -glm::dot(ab, m) / facing;
+      if (v >= 0 && w >= 0 && v + w <= 1) least = Hit{at, facing > 0};
+    }
+    return least;
+  }
+
+ private:
+  const MorphedSurface& world_;
+  std::vector<std::uint16_t> index_;
+};
+
+struct Scene {
+  Scene(const TestWorld& source, int cell_log2)
+      : world(source),
+        octree(source.octree()),
+        nodes(BoundsTree::node_count(static_cast<std::uint32_t>(world.patches()))),
+        words(Occluders::word_count(source.extent(), cell_log2)),
+        entries(Occlusion::entry_count(static_cast<std::uint32_t>(world.patches()))),
+        cones(world.patches()),
+        levels(world.patches(), static_cast<std::uint8_t>(world.level())),
+        scratch(world.patches()),
+        items(world.patches()) {
+    tree.create(nodes);
+    EXPECT_TRUE(tree.build(world.surface(), world.bounds()).ok());
+    occluders.create(words);
+    occluders.build(octree, source.extent(), world.surface(), world.bounds());
+    occlusion.create(entries, static_cast<std::uint32_t>(world.patches()));
+    MeasureNormalCones measure;
+    measure.surface = world.surface();
+    measure.heights = world.heights();
+    measure.cones = cones;
+    measure.run(0, static_cast<PatchId>(cones.size()));
+  }
+  Scene(const Scene&) = delete;
+
+  // Whether the patch is listed, by patch.
+  std::vector<bool> list(const Camera& camera, bool with_rock, BuildDrawList::Result& result) {
+    const Frustum frustum = make_frustum(camera);
+    if (with_rock) occlusion.begin(occluders, octree, tree, world.surface(), world.bounds(), camera, 100'000);
+    BuildDrawList build;
+    build.frustum = &frustum;
+    build.eye = glm::vec3(eye_lattice(camera));
+    build.surface = world.surface();
+    build.bounds = world.bounds();
+    build.tree = &tree;
+    build.levels = levels;
+    build.cones = cones;
+    build.occlusion = with_rock ? &occlusion : nullptr;
+    build.scratch = scratch;
+    build.items = items;
+    EXPECT_TRUE(build.validate().ok());
+    EXPECT_TRUE(build.run(result).ok());
+    EXPECT_EQ(result.drawn + result.culled_frustum + result.culled_backface + result.culled_occluded,
+              world.patches());
+    std::vector<bool> listed(world.patches(), false);
+    for (std::uint32_t n = 0; n < result.drawn; ++n) listed[items[n].patch] = true;
+    return listed;
+  }
+
+  MorphedSurface world;
+  const Octree& octree;
+  std::vector<LatticeBox> nodes;
+  BoundsTree tree;
+  std::vector<std::uint64_t> words;
+  Occluders occluders;
+  std::vector<std::uint16_t> entries;
+  Occlusion occlusion;
+  std::vector<NormalCone> cones;
+  std::vector<std::uint8_t> levels;
+  std::vector<std::uint32_t> scratch;
+  std::vector<DrawItem> items;
+};
+
+TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
+  Random random{301};
+  std::size_t hidden = 0;
+  std::size_t rays = 0;
+  std::size_t active = 0;
+  std::size_t frames = 0;
+  for (int round = 0; round < 12; ++round) {
+    const int level = 1 + round % 3;
+    const TestWorld source = make_caves(random, level, round % 3 != 0);
+    Scene scene(source, round % 4 == 3 ? 1 : 0);
+    const Drawn drawn(scene.world, level);
+    for (int n = 0; n < 80; ++n) {
+      CameraSettings settings;
+      settings.near_voxels = std::exp2(-5.0 + 3.0 * random.unit());
+      settings.yaw_deg = 360 * random.unit();
+      settings.pitch_deg = 120 * random.unit() - 60;
+      settings.fov_y_deg = 30 + 70 * random.unit();
+      const bool above = random.below(6) == 0;
+      for (int tries = 0; tries < 40; ++tries) {
+        for (int axis = 0; axis < 3; ++axis) {
+          settings.position[axis] = (source.extent()[axis] + (above && axis == 1 ? 8 : 0)) * random.unit();
+        }
+        if (scene.occluders.is_outside(scene.octree, scene.tree, scene.world.surface(), scene.world.bounds(),
+                                       settings.position * double{kStepsPerVoxel}, 2000.0)) {
+          break;
+        }
+      }
+      Camera camera;
+      ASSERT_TRUE(make_camera(settings, camera).ok());
+      BuildDrawList::Result result;
+      const std::vector<bool> all = scene.list(camera, false, result);
+      const std::vector<bool> listed = scene.list(camera, true, result);
+      ++frames;
+      std::vector<PatchId> culled;
+      for (PatchId p = 0; p < all.size(); ++p) {
+        ASSERT_TRUE(all[p] || !listed[p]);
+        if (all[p] && !listed[p]) culled.push_back(p);
+      }
+      ASSERT_TRUE(scene.occlusion.active() || culled.empty());
+      active += scene.occlusion.active() ? 1u : 0u;
+      hidden += culled.size();
+      if (culled.empty()) continue;
+      const glm::dvec3 eye = eye_lattice(camera);
+      const Frustum frustum = make_frustum(camera);
+      const glm::dvec3 forward = -world_from_view(camera)[2];
+      for (int k = 0; k < 100; ++k) {
+        const PatchId p = culled[static_cast<std::size_t>(random.below(static_cast<int>(culled.size())))];
+        const std::size_t t = static_cast<std::size_t>(random.below(static_cast<int>(drawn.triangles())));
+        const double u = random.unit();
+        const double v = random.unit() * (1 - u);
+        const glm::dvec3 a = drawn.corner(p, t, 0);
+        const glm::dvec3 b = drawn.corner(p, t, 1);
+        const glm::dvec3 c = drawn.corner(p, t, 2);
+        const glm::dvec3 q = a + u * (b - a) + v * (c - a);
+        const glm::dvec3 way = q - eye;
+        // What faces away is not drawn anyway, nor what is out of view.
+        if (!(glm::dot(glm::cross(b - a, c - a), way) < 0)) continue;
+        const LatticeBox point{glm::ivec3(glm::floor(q)), glm::ivec3(glm::ceil(q))};
+        if (classify(frustum, point, kAllPlanes) == kOutside) continue;
+        const double depth = glm::dot(way, forward);
+        if (depth <= settings.near_voxels * kStepsPerVoxel) continue;
+        // What lies before the near plane is not drawn.
+        ++rays;
+        const double near = settings.near_voxels * kStepsPerVoxel / depth;
+        bool covered = false;
+        for (PatchId other = 0; other < scene.world.patches() && !covered; ++other) {
+          if (!listed[other]) continue;
+          const auto hit = drawn.first_hit(other, eye, way, near, 1.0 - 1e-9);
+          covered = hit && hit->front;
+        }
+        ASSERT_TRUE(covered) << "round " << round << ", view " << n << ", patch " << p;
+      }
+    }
+  }
+  std::printf("%zu of %zu eyes outside, %zu patches hidden, %zu rays\n", active, frames, hidden, rays);
+  EXPECT_GT(active, frames / 10);
+  EXPECT_GT(hidden, 10'000u);
+  EXPECT_GT(rays, 1'000u);
+}
+
+// From an eye that counts as outside, every ray meets the surface's front first; from a cell that hides, its
+// back.
+TEST(Occlusion, OutsideAndInsideAreWhatTheySay) {
+  Random random{302};
+  std::size_t outside = 0;
+  std::size_t inside = 0;
+  for (int round = 0; round < 9; ++round) {
+    const int level = 1 + round % 3;
+    const TestWorld source = make_caves(random, level, true);
+    Scene scene(source, 0);
+    const Drawn drawn(scene.world, level);
+    const auto first = [&](glm::dvec3 from, glm::dvec3 way) {
+      std::optional<Drawn::Hit> least;
+      for (PatchId p = 0; p < scene.world.patches(); ++p) {
+        const auto hit = drawn.first_hit(p, from, way, 0.0, least ? least->t : 1.0);
+        if (hit) least = hit;
+      }
+      return least;
+    };
+    for (int n = 0; n < 4000; ++n) {
+      const glm::dvec3 at = glm::dvec3(source.extent()) *
+                            glm::dvec3(random.unit(), random.unit(), random.unit()) * double{kStepsPerVoxel};
+      const glm::ivec3 cell(at / double{kStepsPerVoxel});
+      const double reach = 0.3 * kStepsPerVoxel * random.unit();
+      const bool is_outside = scene.occluders.is_outside(scene.octree, scene.tree, scene.world.surface(),
+                                                         scene.world.bounds(), at, reach);
+      const bool is_inside = scene.occluders.covers(0, cell.x, {cell.y, cell.z}, {cell.y, cell.z});
+      ASSERT_EQ(is_inside, scene.occluders.covers(1, cell.y, {cell.z, cell.x}, {cell.z, cell.x}));
+      ASSERT_EQ(is_inside, scene.occluders.covers(2, cell.z, {cell.y, cell.x}, {cell.y, cell.x}));
+      ASSERT_FALSE(is_inside && is_outside);
+      if (!is_inside && !is_outside) continue;
+      const auto hit = first(at, direction(random) * 60.0 * double{kStepsPerVoxel});
+      if (hit) {
+        ASSERT_EQ(hit->front, is_outside);
+      }
+      (is_outside ? outside : inside) += hit ? 1u : 0u;
+      if (is_outside) {
+        // Nothing is nearer than it reaches.
+        const auto near = first(at, direction(random) * reach);
+        ASSERT_FALSE(near.has_value());
+      }
+    }
+  }
+  std::printf("%zu points outside, %zu inside\n", outside, inside);
+  EXPECT_GT(outside, 500u);
+  EXPECT_GT(inside, 500u);
+}
+
+}  // namespace
+}  // namespace karst
