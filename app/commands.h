@@ -6,6 +6,7 @@
 
 namespace karst::app {
 
+int run_view(std::span<const char* const> words);
 int run_render(std::span<const char* const> words);
 int run_info(std::span<const char* const> words);
 int run_budget(std::span<const char* const> words);

@@ -15,6 +15,7 @@ namespace {
 constexpr const char* kHelp =
     R"(usage: karst COMMAND ...
 
+  view WORLD     show a world on a display or in a window
   render WORLD   draw pictures of a world
   info WORLD     say what a world file holds
   budget         say what memory a world takes
@@ -30,8 +31,11 @@ struct Command {
   std::string_view name;
   int (*run)(std::span<const char* const> words);
 };
-constexpr Command kCommands[] = {
-    {"render", run_render}, {"info", run_info}, {"budget", run_budget}, {"bench", run_bench}};
+constexpr Command kCommands[] = {{"view", run_view},
+                                 {"render", run_render},
+                                 {"info", run_info},
+                                 {"budget", run_budget},
+                                 {"bench", run_bench}};
 
 int run(std::span<const char* const> words) {
   if (words.empty()) {

@@ -73,7 +73,10 @@ std::string Scene::load(const SceneOptions& options) {
 std::string Scene::attach(Display& display, int width, int height) {
   times_.context = times_.generate = times_.upload = 0;
   std::int64_t start = now_ns();
-  const WorldBudget needs = budget_of(terrain_.info(), resident_level_, width, height);
+  WorldBudget needs = budget_of(terrain_.info(), resident_level_, width, height);
+  needs.renderer.rgb565 = options_.rgb565;
+  needs.budget = Terrain::budget(needs.config);
+  needs.renderer.add_to(needs.budget);
   budget_ = needs.budget;
   renderer_settings_ = needs.renderer;
   if (std::string error = check_memory(options_.world); !error.empty()) return error;
@@ -149,6 +152,7 @@ std::string Scene::open_renderer(Display& display) {
   next_page_.assign(renderer_settings_.vertex_pages, kNoPage);
   texels_.resize(renderer_settings_.vertex_pages);
   morph_rows_.resize(std::size_t{terrain_.patch_count()} * kMorphRow);
+  thresholds_version_ = 0;  // the renderer has none yet
   return {};
 }
 

@@ -21,6 +21,7 @@ struct SceneOptions {
   int width = 1280;  // pixels
   int height = 720;
   int level = kMaxLevel;  // finest level held on the GPU; cut to the world's and to max_memory
+  bool rgb565 = false;    // pictures of 16 bits a pixel
   std::uint64_t max_memory = 512ull << 20;  // bytes, CPU and GPU together
 };
 

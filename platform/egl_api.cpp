@@ -15,7 +15,10 @@ EglApi linked_egl() {
           .destroy_context = eglDestroyContext,
           .create_pbuffer_surface = eglCreatePbufferSurface,
           .destroy_surface = eglDestroySurface,
-          .make_current = eglMakeCurrent};
+          .make_current = eglMakeCurrent,
+          .get_config_attrib = eglGetConfigAttrib,
+          .create_window_surface = eglCreateWindowSurface,
+          .swap_buffers = eglSwapBuffers};
 }
 
 bool has_extension(const char* list, std::string_view extension) {

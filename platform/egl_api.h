@@ -23,6 +23,9 @@ struct EglApi {
   decltype(&eglCreatePbufferSurface) create_pbuffer_surface = nullptr;
   decltype(&eglDestroySurface) destroy_surface = nullptr;
   decltype(&eglMakeCurrent) make_current = nullptr;
+  decltype(&eglGetConfigAttrib) get_config_attrib = nullptr;
+  decltype(&eglCreateWindowSurface) create_window_surface = nullptr;
+  decltype(&eglSwapBuffers) swap_buffers = nullptr;
 };
 
 // The functions of the libEGL that the program is linked with.

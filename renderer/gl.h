@@ -19,6 +19,7 @@
   X(BindRenderbuffer)              \
   X(BindTexture)                   \
   X(BindVertexArray)               \
+  X(BlitFramebuffer)               \
   X(BufferData)                    \
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \

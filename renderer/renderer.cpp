@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "renderer/noise_texture.h"
+#include "renderer/present.h"
 #include "renderer/sky_line.h"
 #include "terrain/patch/index_batches.h"
 #include "terrain/view/expand_indices.h"
@@ -72,7 +73,7 @@ void RendererSettings::add_to(Budget& budget) const {
   budget.add(GpuConsumer::uniforms, sizeof(shader::FrameBlock));
   budget.add(GpuConsumer::textures, mip_texels(kNoiseSideLog2) * 4 + area(extent.x, extent.z) * 2 +
                                         area(kEntryRowTexels, kEntryRows));
-  budget.add(GpuConsumer::targets, area(width, height) * 8);
+  budget.add(GpuConsumer::targets, area(width, height) * (rgb565 ? 6 : 8));
 }
 
 Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
@@ -164,7 +165,8 @@ Status Renderer::check_device() const {
 Status Renderer::create_targets() {
   gl_.GenRenderbuffers(1, &colour_);
   gl_.BindRenderbuffer(GL_RENDERBUFFER, colour_);
-  gl_.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, settings_.width, settings_.height);
+  gl_.RenderbufferStorage(GL_RENDERBUFFER, settings_.rgb565 ? GL_RGB565 : GL_RGBA8, settings_.width,
+                          settings_.height);
   depth_ =
       make_texture(KARST_UNIT_DEPTH, GL_DEPTH_COMPONENT24, 1, settings_.width, settings_.height, GL_NEAREST);
   gl_.GenFramebuffers(1, &target_);
@@ -414,8 +416,10 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   if (const Status status = input.light.validate(); !status.ok()) return status;
   wait_for_frame();
   flush_uploads(input.pages, counts);
-  const shader::FrameBlock block =
-      make_frame_block(input.camera, input.least_cos2, input.light, settings_.extent, settings_.height);
+  const int upright_height = (input.quarter_turns & 1) != 0 ? settings_.width : settings_.height;
+  shader::FrameBlock block =
+      make_frame_block(input.camera, input.least_cos2, input.light, settings_.extent, upright_height);
+  turn_frame_block(block, input.quarter_turns);
   gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
   gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);

@@ -44,6 +44,7 @@ struct RendererSettings {
   std::uint32_t morph_rows = 0;      // most patches that are resident at a time, 1..kMostPages
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  bool rgb565 = false;               // 16 bits a pixel instead of 32: for screens that show no more
   bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   bool debug = false;  // takes the driver's error messages (message()); wants a debug context
@@ -64,6 +65,9 @@ struct FrameInput {
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables()
   int max_level = kMaxLevel;                   // of index_table and items
+  // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
+  // the target, and the camera's aspect is that of the upright picture.
+  int quarter_turns = 0;
 };
 
 struct FrameCounts {
@@ -113,6 +117,8 @@ class Renderer {
   // then.
   Status draw(const FrameInput& input, FrameCounts& counts);
   void finish() { gl_.Finish(); }
+  // Copies the last picture to framebuffer 0, which is the display's and of the picture's size or larger.
+  void present();
 
   // GPU time of the newest finished frame's terrain pass in milliseconds; NaN where it is not known (yet).
   double terrain_gpu_ms() { return timer_.latest_ms(gl_); }

@@ -4,7 +4,7 @@
 # Fails where the board program needs a shared library that boards do not have. OpenImageIO alone would
 # pull in some 260 libraries.
 set(allowed
-  libEGL libGLESv2 libgbm libdrm libinput libudev libpng16  # graphics, input, pictures
+  libEGL libGLESv2 libgbm libdrm libinput libseat libudev libpng16  # graphics, input, pictures
   libstdc++ libc++ libc++abi libgcc_s libm libc libpthread libdl ld-linux.*)  # C++ and C
 
 execute_process(COMMAND ${OBJDUMP} -p ${PROGRAM} OUTPUT_VARIABLE headers RESULT_VARIABLE failed)

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Display cards and their connectors: opening, listing, and finding the card that has a monitor.
+#pragma once
+
+#include <xf86drmMode.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "platform/log.h"
+#include "platform/seat.h"
+
+namespace karst {
+
+struct KmsConnector {
+  std::uint32_t id = 0;
+  std::string name;  // as the kernel's: "HDMI-A-1"
+  bool connected = false;
+  std::uint32_t crtcs = 0;  // bit n: CRTC n of the card can feed it
+  int width_mm = 0;
+  int height_mm = 0;
+  std::vector<drmModeModeInfo> modes;
+};
+
+class KmsCard {
+ public:
+  KmsCard() = default;
+  KmsCard(const KmsCard&) = delete;
+  KmsCard& operator=(const KmsCard&) = delete;
+  ~KmsCard() { close(); }
+
+  // Empty on success, else why the card is of no use. The seat must outlive the card.
+  [[nodiscard]] std::string open(Seat& seat, const std::string& path);
+  void close();
+  bool is_open() const { return device_.fd >= 0; }
+
+  int fd() const { return device_.fd; }
+  const std::string& path() const { return path_; }
+  const std::string& driver() const { return driver_; }
+  bool atomic() const { return atomic_; }        // the driver has the atomic calls
+  bool modifiers() const { return modifiers_; }  // framebuffers may have modifiers
+  const std::vector<std::uint32_t>& crtcs() const { return crtcs_; }
+
+  // All connectors, asking the monitors again. Takes milliseconds to a second on real connectors.
+  [[nodiscard]] std::string read_connectors(std::vector<KmsConnector>& out) const;
+
+ private:
+  Seat* seat_ = nullptr;
+  SeatDevice device_;
+  std::string path_;
+  std::string driver_;
+  std::vector<std::uint32_t> crtcs_;
+  bool atomic_ = false;
+  bool modifiers_ = false;
+};
+
+// Nodes of all cards, in the system's order.
+std::vector<std::string> card_paths();
+
+// Opens the first card with a connected connector of the wanted name and with a mode. card: a node or a link
+// to one (/dev/dri/by-path/...), empty: any. connector: its name, empty: the first connected. On failure
+// returns false, and reasons has one line a card that was looked at. card is closed then.
+bool find_output(Seat& seat, const std::string& wanted_card, const std::string& wanted_connector,
+                 KmsCard& card, KmsConnector& connector, std::vector<std::string>& reasons);
+
+}  // namespace karst
