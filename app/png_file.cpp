@@ -67,4 +67,28 @@ std::string encode_png(std::span<const std::uint8_t> rgba, int width, int height
   return "libpng: " + (sink.error.empty() ? std::string("no memory") : sink.error);
 }
 
+std::string decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture) {
+  picture = {};
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, png.data(), png.size()) == 0) {
+    return std::string("not a PNG picture: ") + image.message;
+  }
+  const auto most = static_cast<png_uint_32>(most_side);
+  if (image.width > most || image.height > most) {
+    const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
+    png_image_free(&image);
+    return size + " pixels, more than " + std::to_string(most_side) + " a side";
+  }
+  image.format = PNG_FORMAT_RGBA;
+  picture.rgba.resize(PNG_IMAGE_SIZE(image));
+  if (png_image_finish_read(&image, nullptr, picture.rgba.data(), 0, nullptr) == 0) {
+    picture = {};
+    return std::string("a damaged PNG picture: ") + image.message;
+  }
+  picture.width = static_cast<int>(image.width);
+  picture.height = static_cast<int>(image.height);
+  return {};
+}
+
 }  // namespace karst::app

@@ -15,4 +15,13 @@ namespace karst::app {
 [[nodiscard]] std::string encode_png(std::span<const std::uint8_t> rgba, int width, int height,
                                      std::vector<std::byte>& png);
 
+struct PngPicture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba;  // row 0 at the top
+};
+// Any PNG as 8 bits a channel, sRGB. most_side: larger pictures are refused before memory is taken for them.
+// Returns an empty string on success, else what is wrong with the bytes; picture is then empty.
+[[nodiscard]] std::string decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture);
+
 }  // namespace karst::app

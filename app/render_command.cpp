@@ -43,6 +43,9 @@ Draws a world that karst-bake made, without a screen.
       --error-px E          no drawn point is further than E pixels from the full surface: 0.01 to 1000 (1)
       --lod-distance V      of --lod distance, in voxels: from here on level 1 is drawn, a level finer for
                             each halving (64)
+      --drape IMAGE.png     lays an image over the world from above, north up, in place of its materials;
+                            sky and light are plain
+      --drape-repeat N      covers the world N times on each axis (1)
       --no-skip NAME        draws what could be skipped; NAME: frustum
       --max-memory MIB      CPU and GPU together (512); larger worlds are drawn at a coarser level, or refused
       --stats FILE.json     what the frames cost and drew; - prints it
@@ -53,10 +56,23 @@ Draws a world that karst-bake made, without a screen.
   karst render canyon.karst --path flight.txt --stats flight.json
 )";
 
-constexpr Option kOptions[] = {
-    {"output", 'o'},  {"size"},    {"camera"},     {"path"},  {"sun"},
-    {"fov"},          {"haze"},    {"level"},      {"lod"},   {"error-px"},
-    {"lod-distance"}, {"no-skip"}, {"max-memory"}, {"stats"}, {"help", 'h', false}};
+constexpr Option kOptions[] = {{"output", 'o'},
+                               {"size"},
+                               {"camera"},
+                               {"path"},
+                               {"sun"},
+                               {"fov"},
+                               {"haze"},
+                               {"level"},
+                               {"lod"},
+                               {"error-px"},
+                               {"lod-distance"},
+                               {"drape"},
+                               {"drape-repeat"},
+                               {"no-skip"},
+                               {"max-memory"},
+                               {"stats"},
+                               {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -88,6 +104,7 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   number("haze", 1e-3, 1e7, options.light.haze_voxels);
   options.default_haze = !arguments.has("haze");
   number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);
+  number("drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
   number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
   std::int64_t level = options.scene.level;
   integer("level", 1, kMaxLevel, level);
@@ -140,7 +157,9 @@ std::string parse(std::span<const char* const> words, Arguments& arguments, Rend
   if (!arguments.has("output") && !arguments.has("stats"))
     return "nothing to do: give -o OUT.png or --stats FILE.json";
   if (arguments.has("camera") && arguments.has("path")) return "--camera and --path exclude each other";
-  for (const char* name : {"output", "stats", "path"}) {
+  options.scene.drape = arguments.value("drape").value_or("");
+  if (arguments.has("drape-repeat") && !arguments.has("drape")) return "--drape-repeat needs a --drape";
+  for (const char* name : {"output", "stats", "path", "drape"}) {
     if (arguments.value(name) == "") return std::string("--") + name + ": the file name is empty";
   }
   if (std::string error = read_options(arguments, options); !error.empty()) return error;

@@ -65,7 +65,8 @@ std::string Scene::open(const SceneOptions& options) {
 std::string Scene::load(const SceneOptions& options) {
   options_ = options;
   std::int64_t start = now_ns();
-  std::string error = load_world(options);
+  std::string error = load_drape(options);
+  if (error.empty()) error = load_world(options);
   lap(start, times_.read);
   return error;
 }
@@ -73,10 +74,7 @@ std::string Scene::load(const SceneOptions& options) {
 std::string Scene::attach(Display& display, int width, int height) {
   times_.context = times_.generate = times_.upload = 0;
   std::int64_t start = now_ns();
-  WorldBudget needs = budget_of(terrain_.info(), resident_level_, width, height);
-  needs.renderer.rgb565 = options_.rgb565;
-  needs.budget = Terrain::budget(needs.config);
-  needs.renderer.add_to(needs.budget);
+  const WorldBudget needs = needs_at(terrain_.info(), resident_level_, width, height);
   budget_ = needs.budget;
   renderer_settings_ = needs.renderer;
   if (std::string error = check_memory(options_.world); !error.empty()) return error;
@@ -98,6 +96,25 @@ WorldFrame Scene::frame() const {
   return {{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
 }
 
+std::string Scene::load_drape(const SceneOptions& options) {
+  if (options.drape.empty()) return {};
+  MappedFile file;
+  if (std::string error = file.open(options.drape); !error.empty()) return error;
+  const std::string error = decode_png(file.bytes(), RendererSettings::kMaxPicture, drape_);
+  return error.empty() ? error : options.drape + ": " + error;
+}
+
+WorldBudget Scene::needs_at(const WorldInfo& info, int resident_level, int width, int height) const {
+  WorldBudget needs = budget_of(info, resident_level, width, height);
+  needs.renderer.rgb565 = options_.rgb565;
+  needs.renderer.drape_width = drape_.width;
+  needs.renderer.drape_height = drape_.height;
+  needs.renderer.drape_repeat = options_.drape_repeat;
+  needs.budget = Terrain::budget(needs.config);
+  needs.renderer.add_to(needs.budget);
+  return needs;
+}
+
 std::string Scene::load_world(const SceneOptions& options) {
   MappedFile file;
   if (std::string error = file.open(options.world); !error.empty()) return error;
@@ -108,9 +125,9 @@ std::string Scene::load_world(const SceneOptions& options) {
   // A world that is too large at its finest level is drawn coarser, and says so.
   const int finest = std::min(options.level, info.level);
   resident_level_ = finest;
-  WorldBudget needs = budget_of(info, finest, options.width, options.height);
+  WorldBudget needs = needs_at(info, finest, options.width, options.height);
   while (resident_level_ > 1 && !fits(needs, options.max_memory)) {
-    needs = budget_of(info, --resident_level_, options.width, options.height);
+    needs = needs_at(info, --resident_level_, options.width, options.height);
   }
   budget_ = needs.budget;
   level_cut_ = resident_level_ < finest;
@@ -146,6 +163,10 @@ std::string Scene::open_renderer(Display& display) {
     std::string error = status_text(display.name(), status);
     if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
     return error;
+  }
+  if (!drape_.rgba.empty()) {
+    if (const Status status = renderer_.upload_drape(drape_.rgba); !status.ok())
+      return status_text(options_.drape, status);
   }
   renderer_.upload_sky_line(terrain_.octree());
   first_page_.assign(terrain_.patch_count(), kNoPage);

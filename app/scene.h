@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/png_file.h"
 #include "platform/display.h"
 #include "renderer/renderer.h"
 #include "terrain/world/terrain.h"
@@ -20,8 +21,10 @@ struct SceneOptions {
   std::string world;
   int width = 1280;  // pixels
   int height = 720;
-  int level = kMaxLevel;  // finest level held on the GPU; cut to the world's and to max_memory
-  bool rgb565 = false;    // pictures of 16 bits a pixel
+  int level = kMaxLevel;    // finest level held on the GPU; cut to the world's and to max_memory
+  bool rgb565 = false;      // pictures of 16 bits a pixel
+  std::string drape;        // PNG that is laid over the world from above; empty: none
+  double drape_repeat = 1;  // times on each axis
   std::uint64_t max_memory = 512ull << 20;  // bytes, CPU and GPU together
 };
 
@@ -32,6 +35,14 @@ struct LoadTimes {
   double generate = 0;  // vertices of all patches
   double upload = 0;
 };
+
+// The limits and the bytes of a world drawn at a picture's size with all patches resident at a level.
+struct WorldBudget {
+  Config config;
+  RendererSettings renderer;
+  Budget budget;
+};
+WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int height);
 
 class Scene {
  public:
@@ -64,6 +75,8 @@ class Scene {
   std::string load_world(const SceneOptions& options);
   std::string check_memory(const std::string& world) const;
   std::string open_renderer(Display& display);
+  std::string load_drape(const SceneOptions& options);
+  WorldBudget needs_at(const WorldInfo& info, int resident_level, int width, int height) const;
   std::string upload_patches(const std::string& world);
 
   struct Free {
@@ -75,6 +88,7 @@ class Scene {
   Terrain terrain_;
   std::unique_ptr<Display> display_;  // of open(); before renderer_: whose destructor needs the context
   Renderer renderer_;
+  PngPicture drape_;
   std::vector<std::uint32_t> first_page_;
   std::vector<std::uint32_t> next_page_;
   std::vector<PageTexel> texels_;
@@ -86,13 +100,5 @@ class Scene {
   Budget budget_;
   LoadTimes times_;
 };
-
-// The limits and the bytes of a world drawn at a picture's size with all patches resident at a level.
-struct WorldBudget {
-  Config config;
-  RendererSettings renderer;
-  Budget budget;
-};
-WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int height);
 
 }  // namespace karst::app

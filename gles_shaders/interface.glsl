@@ -15,6 +15,7 @@
 #define KARST_UNIT_NOISE 3
 #define KARST_UNIT_SKY_LINE 4
 #define KARST_UNIT_DEPTH 5
+#define KARST_UNIT_DRAPE 6
 
 // Binding point of the uniform block.
 #define KARST_BINDING_FRAME 0
@@ -59,4 +60,5 @@ KARST_BLOCK(FrameBlock) {
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
   vec4 view_scale;         // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
+  vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
 };

@@ -90,4 +90,21 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   return block;
 }
 
+void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
+  const auto axis = [repeat](int voxels) {
+    return static_cast<float>(repeat / std::max(1.0, static_cast<double>(voxels) - 1.0));
+  };
+  block.drape_place = {axis(extent.x), axis(extent.z), -0.5f * axis(extent.x), -0.5f * axis(extent.z)};
+}
+
+glm::vec3 encode_picture(glm::vec3 light) {
+  constexpr float kExposure = 0.66f;
+  for (int c = 0; c < 3; ++c) {
+    const float x = light[c] * kExposure;
+    const float shown = std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
+    light[c] = shown < 0.0031308f ? shown * 12.92f : 1.055f * std::pow(shown, 1 / 2.4f) - 0.055f;
+  }
+  return light;
+}
+
 }  // namespace karst

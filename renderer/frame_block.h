@@ -25,4 +25,11 @@ struct FrameLight {
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
                                     glm::ivec3 extent, int height);
 
+// An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
+// worlds by that much), `repeat` times on each axis.
+void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
+
+// Linear light as the picture shows it: output.glsl without its dither.
+glm::vec3 encode_picture(glm::vec3 light);
+
 }  // namespace karst

@@ -24,6 +24,7 @@
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \
   X(Clear)                         \
+  X(ClearColor)                    \
   X(ClientWaitSync)                \
   X(CompileShader)                 \
   X(CreateProgram)                 \

@@ -2,6 +2,7 @@
 #include "renderer/renderer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <cstring>
 
@@ -29,9 +30,17 @@ int morph_texture_rows(std::uint32_t patches) {
   return static_cast<int>((patches + kPatchesPerRow - 1) / kPatchesPerRow);
 }
 
-// A full mip pyramid of a square texture of 2^side_log2 texels.
-constexpr std::size_t mip_texels(int side_log2) {
-  return ((std::size_t{4} << (2 * side_log2)) - 1) / 3;
+// Levels of a full mip pyramid, and its texels; 0 x 0 has none.
+constexpr int mip_levels(int width, int height) {
+  return static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
+}
+constexpr std::size_t mip_texels(int width, int height) {
+  std::size_t texels = 0;
+  for (int level = 0; level < mip_levels(width, height); ++level) {
+    texels += static_cast<std::size_t>(std::max(width >> level, 1)) *
+              static_cast<std::size_t>(std::max(height >> level, 1));
+  }
+  return texels;
 }
 
 Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
@@ -61,6 +70,13 @@ Status RendererSettings::validate() const {
   for (int axis = 0; axis < 3; ++axis) {
     if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
   }
+  if (drape_width != 0 || drape_height != 0) {
+    if (!inside(drape_width, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_width");
+    if (!inside(drape_height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_height");
+    if (!(drape_repeat >= 0x1p-10 && drape_repeat <= 0x1p10)) {
+      return invalid("not within 2^-10..2^10", "drape_repeat");
+    }
+  }
   return {};
 }
 
@@ -71,7 +87,8 @@ void RendererSettings::add_to(Budget& budget) const {
   budget.add(GpuConsumer::morph_rows, area(morph_texture_rows(morph_rows), kPatchesPerRow * kMorphRow) * 2);
   budget.add(GpuConsumer::stream_indices, std::size_t{stream_indices} * 4);
   budget.add(GpuConsumer::uniforms, sizeof(shader::FrameBlock));
-  budget.add(GpuConsumer::textures, mip_texels(kNoiseSideLog2) * 4 + area(extent.x, extent.z) * 2 +
+  budget.add(GpuConsumer::textures, mip_texels(kNoiseSide, kNoiseSide) * 4 + area(extent.x, extent.z) * 2 +
+                                        mip_texels(drape_width, drape_height) * 4 +
                                         area(kEntryRowTexels, kEntryRows));
   budget.add(GpuConsumer::targets, area(width, height) * (rgb565 ? 6 : 8));
 }
@@ -119,11 +136,14 @@ void Renderer::destroy() {
   programs_.destroy(gl_);
   GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
   GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
-  GLuint* const textures[] = {&page_table_, &morph_entries_, &morph_rows_, &noise_, &sky_line_, &depth_};
+  GLuint* const textures[] = {&page_table_, &morph_entries_, &morph_rows_, &noise_,
+                              &sky_line_,   &drape_,         &depth_};
   GLuint* const framebuffers[] = {&target_, &colour_target_};
   for (GLuint* name : buffers) gl_.DeleteBuffers(1, name);
   for (GLuint* name : arrays) gl_.DeleteVertexArrays(1, name);
-  for (GLuint* name : textures) gl_.DeleteTextures(1, name);
+  for (GLuint* name : textures) {
+    if (*name != 0) gl_.DeleteTextures(1, name);
+  }
   for (GLuint* name : framebuffers) gl_.DeleteFramebuffers(1, name);
   gl_.DeleteRenderbuffers(1, &colour_);
   for (GLuint* name : buffers) *name = 0;
@@ -153,6 +173,8 @@ Status Renderer::check_device() const {
   if (settings_.width > std::min(most_pixels, caps_.max_viewport[0])) return limit("width", settings_.width);
   if (settings_.height > std::min(most_pixels, caps_.max_viewport[1]))
     return limit("height", settings_.height);
+  if (settings_.drape_width > caps_.max_texture_size) return limit("drape_width", settings_.drape_width);
+  if (settings_.drape_height > caps_.max_texture_size) return limit("drape_height", settings_.drape_height);
   if (page_rows(settings_.vertex_pages) > caps_.max_texture_size ||
       std::int64_t{settings_.vertex_pages} * kPageVertices - 1 > caps_.max_element_index) {
     return limit("vertex_pages", settings_.vertex_pages);
@@ -244,6 +266,16 @@ void Renderer::create_textures() {
   }
   gl_.GenerateMipmap(GL_TEXTURE_2D);
 
+  if (settings_.drape_width > 0) {
+    drape_ =
+        make_texture(KARST_UNIT_DRAPE, GL_RGBA8, mip_levels(settings_.drape_width, settings_.drape_height),
+                     settings_.drape_width, settings_.drape_height, GL_LINEAR);
+    // One level a pixel: half the texels of trilinear filtering.
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_REPEAT);
+  }
+
   sky_line_ =
       make_texture(KARST_UNIT_SKY_LINE, GL_R16F, 1, settings_.extent.x, settings_.extent.z, GL_LINEAR);
   float row[1 << kMaxDepth];
@@ -268,12 +300,25 @@ void Renderer::label_objects() {
   label(GL_TEXTURE, noise_, "noise");
   label(GL_TEXTURE, sky_line_, "sky_line");
   label(GL_TEXTURE, depth_, "depth");
+  if (drape_ != 0) label(GL_TEXTURE, drape_, "drape");
   label(GL_RENDERBUFFER, colour_, "colour");
   label(GL_FRAMEBUFFER, target_, "target");
   label(GL_FRAMEBUFFER, colour_target_, "target without depth");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     label(GL_PROGRAM_KHR, programs_[static_cast<ShaderVariant>(i)], kShaderTexts[i].name);
   }
+}
+
+Status Renderer::upload_drape(std::span<const std::uint8_t> rgba) {
+  const std::size_t bytes =
+      static_cast<std::size_t>(settings_.drape_width) * static_cast<std::size_t>(settings_.drape_height) * 4;
+  if (drape_ == 0) return invalid("the settings have no image", "drape_width");
+  if (rgba.size() < bytes) return invalid("too short", "rgba", bytes);
+  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_DRAPE);
+  gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, settings_.drape_width, settings_.drape_height, GL_RGBA,
+                    GL_UNSIGNED_BYTE, rgba.data());
+  gl_.GenerateMipmap(GL_TEXTURE_2D);
+  return {};
 }
 
 void Renderer::upload_sky_line(const Octree& octree) {
@@ -420,27 +465,47 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   shader::FrameBlock block =
       make_frame_block(input.camera, input.least_cos2, input.light, settings_.extent, upright_height);
   turn_frame_block(block, input.quarter_turns);
+  set_drape(settings_.extent, settings_.drape_repeat, block);
   gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
   gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
   gl_.Viewport(0, 0, settings_.width, settings_.height);
-  const GLenum colour = GL_COLOR_ATTACHMENT0;
-  gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);  // terrain and sky cover every pixel
   timer_.begin(gl_);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.Enable(GL_CULL_FACE);
   gl_.CullFace(GL_BACK);
   gl_.DepthMask(GL_TRUE);
   gl_.DepthFunc(GL_LESS);
-  gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  if (drape_ != 0) {
+    // The sky is one colour here; its own shading would cost as much a pixel as the terrain's.
+    const glm::vec3 sky = encode_picture(block.sky_horizon);
+    gl_.ClearColor(sky.r, sky.g, sky.b, 1.0f);
+    gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  } else {
+    const GLenum colour = GL_COLOR_ATTACHMENT0;
+    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);  // terrain and sky cover every pixel
+    gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  }
 
   push_group("terrain");
   const Status status = counts.vertices_lost ? Status() : draw_items(input, counts);
   pop_group();
   if (!status.ok()) return status;
 
+  if (drape_ == 0) draw_sky(counts);
+  if (!settings_.keep_depth) {
+    const GLenum depth = GL_DEPTH_ATTACHMENT;
+    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
+  }
+  timer_.end(gl_);
+  fences_[frame_++ % kFramesInFlight] = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  has_picture_ = true;
+  return {};
+}
+
+void Renderer::draw_sky(FrameCounts& counts) {
   push_group("sky");
   // Where nothing was drawn the depth is still 1, which is the sky's.
   gl_.DepthFunc(GL_EQUAL);
@@ -452,20 +517,11 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   pop_group();
   counts.draw_calls += 1;
   counts.triangles += 1;
-
-  if (!settings_.keep_depth) {
-    const GLenum depth = GL_DEPTH_ATTACHMENT;
-    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
-  }
-  timer_.end(gl_);
-  fences_[frame_++ % kFramesInFlight] = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  has_picture_ = true;
-  return {};
 }
 
 Status Renderer::draw_items(const FrameInput& input, FrameCounts& counts) {
   if (input.items.empty()) return {};
-  gl_.UseProgram(programs_[ShaderVariant::terrain]);
+  gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : ShaderVariant::terrain]);
   gl_.BindVertexArray(vertex_array_);
   ExpandIndices expand;
   expand.table = input.index_table;

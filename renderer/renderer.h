@@ -45,6 +45,11 @@ struct RendererSettings {
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
   bool rgb565 = false;               // 16 bits a pixel instead of 32: for screens that show no more
+  // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
+  // both 1..kMaxPicture.
+  int drape_width = 0;
+  int drape_height = 0;
+  double drape_repeat = 1;  // times that it covers the world's content on each axis, 2^-10..2^10
   bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   bool debug = false;  // takes the driver's error messages (message()); wants a debug context
@@ -99,6 +104,10 @@ class Renderer {
   const GlCaps& caps() const { return caps_; }
   const RendererSettings& settings() const { return settings_; }
 
+  // The image of settings().drape_width x drape_height: rgba of 8 bits, row 0 in the north (-z), alpha
+  // unused. invalid_argument where it is too short or the settings have none.
+  Status upload_drape(std::span<const std::uint8_t> rgba);
+
   // Tells where the ground is open to the sky (sky_line.h). Without it, all of it is.
   void upload_sky_line(const Octree& octree);
 
@@ -148,6 +157,7 @@ class Renderer {
   void flush_uploads(const PageTable& pages, FrameCounts& counts);
   void upload_page_rows(const PageTable& pages);
   void wait_for_frame();
+  void draw_sky(FrameCounts& counts);
   Status draw_items(const FrameInput& input, FrameCounts& counts);
   void read_pixels(void* rgba);
   void push_group(const char* name);
@@ -172,6 +182,7 @@ class Renderer {
   GLuint morph_rows_ = 0;
   GLuint noise_ = 0;
   GLuint sky_line_ = 0;
+  GLuint drape_ = 0;  // 0: none
   GLuint depth_ = 0;
   GLuint colour_ = 0;
   GLuint target_ = 0;                             // framebuffer: colour_ and depth_

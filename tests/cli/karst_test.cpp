@@ -132,6 +132,10 @@ TEST_F(Karst, UsageErrors) {
       {{"render", world_, "-o", out, "--lod-distance", "-1"}, "--lod-distance"},
       {{"render", world_, "-o", out, "--lod", "near"}, "--lod: 'near' is not error, distance or full"},
       {{"render", world_, "-o", out, "--error-px", "0"}, "--error-px: 0 is not in 0.01 to 1000"},
+      {{"render", world_, "-o", out, "--drape", ""}, "--drape: the file name is empty"},
+      {{"render", world_, "-o", out, "--drape-repeat", "2"}, "--drape-repeat needs a --drape"},
+      {{"render", world_, "-o", out, "--drape", "a.png", "--drape-repeat", "0"},
+       "--drape-repeat: 0 is not in"},
       {{"render", world_, "-o", out, "--haze", "0"}, "--haze"},
       {{"render", world_, "-o", out, "--no-skip", "sky"}, "--no-skip: 'sky' is not frustum"},
       {{"render", world_, "-o", out, "--max-memory", "0"}, "--max-memory"},
@@ -227,6 +231,21 @@ TEST_F(Karst, StatisticsHaveTheDocumentedKeys) {
     EXPECT_NE(text.find(json_key(key)), std::string::npos) << key;
   }
   EXPECT_NE(text.find("\"draw_calls\": 2,"), std::string::npos) << text;
+}
+
+TEST_F(Karst, DrapesComeFromPngFiles) {
+  // A picture of karst's own is as good as any.
+  ASSERT_EQ(render({"-o", file("drape.png")}).code, 0);
+  ASSERT_EQ(render({"-o", file("draped.png"), "--drape", file("drape.png"), "--drape-repeat", "3"}).code, 0);
+  std::string damaged = read_text(file("drape.png"));
+  damaged.resize(damaged.size() / 2);
+  folder_.write("half.png", damaged);
+  folder_.write("text.png", std::string("not a picture"));
+  const std::string out = file("none.png");
+  expect_error(render({"-o", out, "--drape", file("half.png")}), 1, {"half.png: a damaged PNG picture"});
+  expect_error(render({"-o", out, "--drape", file("text.png")}), 1, {"text.png: not a PNG picture"});
+  expect_error(render({"-o", out, "--drape", file("no.png")}), 1, {"no.png: cannot read"});
+  EXPECT_EQ(folder_.names(), (Names{"drape.png", "draped.png", "half.png", "text.png", "world.karst"}));
 }
 
 TEST_F(Karst, StatisticsStateTheErrorBound) {

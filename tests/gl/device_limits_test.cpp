@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the renderer says to settings and drivers that will not do, and that it leaves nothing behind then.
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <string>
@@ -41,6 +42,9 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = 0; }},
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostPages + 1; }},
       {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
+      {"drape_width", [](RendererSettings& s) { s.drape_height = 1; }},
+      {"drape_height", [](RendererSettings& s) { s.drape_width = RendererSettings::kMaxPicture; }},
+      {"drape_repeat", [](RendererSettings& s) { s.drape_width = s.drape_height = 1, s.drape_repeat = NAN; }},
       {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
       {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
   };
@@ -110,6 +114,10 @@ TEST(DeviceLimits, EachLimitIsNamedAndNothingIsLeft) {
          s.width = s.height = 300;
          s.vertex_pages = 301 * 1024;
        }},
+      {"drape_width", StatusCode::limit_reached,
+       [](NoopGl&, RendererSettings& s) { s.drape_width = 2049, s.drape_height = 1; }},
+      {"drape_height", StatusCode::limit_reached,
+       [](NoopGl&, RendererSettings& s) { s.drape_width = 1, s.drape_height = 2049; }},
       {"morph_rows", StatusCode::limit_reached,
        [](NoopGl&, RendererSettings& s) { s.morph_rows = 2048 * 64 + 1; }},
       {"width, height", StatusCode::limit_reached,

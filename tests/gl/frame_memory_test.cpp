@@ -73,6 +73,8 @@ TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
   settings.morph_rows = 777;
   settings.stream_indices = 5000;
   settings.extent = {100, 20, 7};
+  settings.drape_width = 100;
+  settings.drape_height = 3;
   Budget budget;
   settings.add_to(budget);
   Renderer renderer;

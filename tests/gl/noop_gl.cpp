@@ -52,8 +52,9 @@ std::uint64_t texel_bytes(GLenum format) {
 
 void GL_APIENTRY texture_storage(GLenum, GLsizei levels, GLenum format, GLsizei width, GLsizei height) {
   for (GLsizei level = 0; level < levels; ++level) {
-    NoopGl::get().object_bytes += texel_bytes(format) * static_cast<std::uint64_t>(width >> level) *
-                                  static_cast<std::uint64_t>(height >> level);
+    NoopGl::get().object_bytes += texel_bytes(format) *
+                                  static_cast<std::uint64_t>(std::max(width >> level, 1)) *
+                                  static_cast<std::uint64_t>(std::max(height >> level, 1));
   }
 }
 

@@ -189,6 +189,44 @@ TEST(Renderer, CavesAreDarkerThanTheGroundAbove) {
   EXPECT_GT(wall[0], wall[2]) << "the lamp is warm";
 }
 
+// Four colours from above: the image's first row is in the north, its first column in the west, and it ends
+// where the world's content does, half a voxel inside the sides.
+TEST(Renderer, DrapeLiesNorthUpOverTheContent) {
+  RendererSettings settings = debug_settings();
+  settings.drape_width = 64;
+  settings.drape_height = 32;
+  DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), settings);  // 24 voxels square
+  std::vector<std::uint8_t> image;
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const auto on = [](bool yes) { return static_cast<std::uint8_t>(yes ? 200 : 0); };
+      image.insert(image.end(), {on(x >= 32), on(y >= 16), 100, 255});
+    }
+  }
+  EXPECT_EQ(world.renderer().upload_drape(std::span(image).first(100)).code(), StatusCode::invalid_argument);
+  ASSERT_TRUE(world.renderer().upload_drape(image).ok());
+  world.light.sun_elevation_deg = 90;
+  FrameCounts counts;
+  ASSERT_TRUE(world.draw(camera_at({12, 20, 12}, 0, -90), &counts).ok());
+  EXPECT_EQ(counts.draw_calls, 1u) << "no sky";
+  const Picture picture = world.picture();
+  const auto expect = [&](int x, int y, int red, int green) {
+    const std::uint8_t* p = pixel(picture, x, y);
+    EXPECT_EQ(p[0], red) << x << ' ' << y;
+    EXPECT_EQ(p[1], green) << x << ' ' << y;
+    EXPECT_EQ(p[2], 100) << x << ' ' << y;
+  };
+  // North is up in the picture, east to the right.
+  expect(60, 20, 0, 0);
+  expect(100, 20, 200, 0);
+  expect(60, 70, 0, 200);
+  expect(100, 70, 200, 200);
+  world.light.sun_elevation_deg = -5;
+  ASSERT_TRUE(world.draw(camera_at({12, 20, 12}, 0, -90)).ok());
+  EXPECT_EQ(pixel(world.picture(), 60, 20)[2], 25) << "a quarter of the light is ambient";
+  expect_no_errors(world.renderer());
+}
+
 // A vertex finds its patch, its place and its thresholds by the page it lies in: pages may lie anywhere in
 // the buffer, and rows of thresholds anywhere in their texture. Vertices of finer levels may come later.
 TEST(Renderer, PagesMayLieAnywhere) {

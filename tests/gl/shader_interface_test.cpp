@@ -37,7 +37,7 @@ const std::map<std::string, Field> kFields = {
     KARST_FIELD(sun_light, GL_FLOAT_VEC4),         KARST_FIELD(sky_light, GL_FLOAT_VEC4),
     KARST_FIELD(ground_light, GL_FLOAT_VEC4),      KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
     KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),       KARST_FIELD(view_scale, GL_FLOAT_VEC4),
-    KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4)};
+    KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4),    KARST_FIELD(drape_place, GL_FLOAT_VEC4)};
 #undef KARST_FIELD
 
 class ShaderInterface : public testing::Test {
@@ -133,10 +133,13 @@ TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {
-      {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-      {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
-      {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH}};
+  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                              {"noise", KARST_UNIT_NOISE},
+                                              {"sky_line", KARST_UNIT_SKY_LINE},
+                                              {"depth", KARST_UNIT_DEPTH},
+                                              {"drape", KARST_UNIT_DRAPE}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;
