@@ -3,6 +3,7 @@
 #include "terrain/view/bounds_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <glm/common.hpp>
@@ -35,6 +36,7 @@ Status BoundsTree::build(const Surface& surface, std::span<const PatchBounds> bo
     return {StatusCode::limit_reached, "the box hierarchy has no room for the patches", "max_patches", count};
   }
   patches_ = static_cast<std::uint32_t>(count);
+  longest_diagonal_ = 0.0f;
   rows_ = 0;
   for (std::uint32_t in_row = patches_; in_row > 0;) {
     in_row = (in_row + kFanOut - 1) / kFanOut;
@@ -63,6 +65,17 @@ Status BoundsTree::update(const Surface& surface, std::span<const PatchBounds> b
 // first, last: patches, the last included.
 void BoundsTree::refit(const Surface& surface, std::span<const PatchBounds> bounds, std::uint32_t first,
                        std::uint32_t last) {
+  float longest_squared = 0.0f;
+  for (std::uint32_t id = first; id <= last; ++id) {
+    const PatchBounds& b = bounds[id];
+    float squared = 0.0f;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto size = static_cast<float>(b.max[axis] - b.min[axis]);
+      squared += size * size;
+    }
+    longest_squared = std::max(longest_squared, squared);
+  }
+  longest_diagonal_ = std::max(longest_diagonal_, std::sqrt(longest_squared) + 1.0f);
   std::uint32_t below = patches_;  // entries in the row below
   for (int row = 0; row < rows_; ++row) {
     first >>= kFanOutLog2;

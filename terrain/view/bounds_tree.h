@@ -58,6 +58,8 @@ class BoundsTree {
                 std::uint32_t count);
 
   std::uint32_t patches() const { return patches_; }
+  // No patch's box has a longer diagonal, lattice steps; updates never lower it.
+  float longest_diagonal() const { return longest_diagonal_; }
   int rows() const { return rows_; }                                            // 0 only for an empty tree
   std::uint32_t nodes(int row) const { return begin_[row + 1] - begin_[row]; }  // the last row has one
   const LatticeBox& node(int row, std::uint32_t n) const { return storage_[node_index(row, n)]; }
@@ -78,6 +80,7 @@ class BoundsTree {
   std::span<LatticeBox> storage_;
   std::uint32_t begin_[kMaxRows + 1] = {};  // first node of each row in storage_
   std::uint32_t patches_ = 0;
+  float longest_diagonal_ = 0.0f;
   int rows_ = 0;
 };
 

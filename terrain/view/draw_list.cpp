@@ -38,35 +38,57 @@ struct Collector {
   std::uint32_t missing = 0;
   std::uint32_t back_facing = 0;
   std::uint32_t occluded = 0;
-  float slack = back_facing_slack(stage.eye);
 
-  // A patch that the frustum does not cull.
-  void add(PatchId id) {
-    if (stage.levels[id] == 0) {
-      ++missing;
-      return;
-    }
-    const glm::ivec3 origin = patch_origin(stage.surface.volume_of(id));
-    const glm::vec3 d = glm::vec3(origin) - stage.eye;
-    if (!stage.cones.empty() || occlusion != nullptr) {
-      const PatchBounds& b = stage.bounds[id];
+  // Patches of a run that are inside the planes that mask leaves out.
+  template <bool kCones, bool kOcclusion>
+  void add_run(PatchId first, PatchId last, PlaneMask mask) {
+    // Copies, which the stores below cannot change.
+    const Surface surface = stage.surface;
+    const PatchBounds* const bounds = stage.bounds.data();
+    const NormalCone* const cones = stage.cones.data();
+    const std::uint8_t* const levels = stage.levels.data();
+    const glm::vec3 eye = stage.eye;
+    const float slack = back_facing_slack(eye);
+    std::uint32_t* out = stage.scratch.data() + visible;
+    for (PatchId id = first; id < last; ++id) {
+      const glm::ivec3 origin = patch_origin(surface.volume_of(id));
+      const PatchBounds& b = bounds[id];
       const glm::ivec3 low(b.min[0], b.min[1], b.min[2]);
       const glm::ivec3 high(b.max[0], b.max[1], b.max[2]);
-      if (!stage.cones.empty()) {
+      const LatticeBox box{origin + low, origin + high};
+      if (mask != 0 && classify(*stage.frustum, box, mask) == kOutside) continue;
+      if (levels[id] == 0) {
+        ++missing;
+        continue;
+      }
+      const glm::vec3 d = glm::vec3(origin) - eye;
+      if constexpr (kCones) {
         const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
-        if (is_back_facing(stage.cones[id], centre, 0.5f * glm::vec3(high - low), slack)) {
+        if (is_back_facing(cones[id], centre, 0.5f * glm::vec3(high - low), slack)) {
           ++back_facing;
-          return;
+          continue;
         }
       }
-      if (occlusion != nullptr && occlusion->hides_patch(id, {origin + low, origin + high})) {
-        ++occluded;
-        return;
+      if constexpr (kOcclusion) {
+        if (occlusion->hides_patch(id, box)) {
+          ++occluded;
+          continue;
+        }
       }
+      const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
+      ++counts[key];
+      *out++ = key << kKeyShift | id;
     }
-    const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
-    ++counts[key];
-    stage.scratch[visible++] = key << kKeyShift | id;
+    visible = static_cast<std::uint32_t>(out - stage.scratch.data());
+  }
+
+  void add(PatchId first, PatchId last, PlaneMask mask) {
+    if (occlusion != nullptr) {
+      stage.cones.empty() ? add_run<false, true>(first, last, mask) : add_run<true, true>(first, last, mask);
+    } else {
+      stage.cones.empty() ? add_run<false, false>(first, last, mask)
+                          : add_run<true, false>(first, last, mask);
+    }
   }
 
   void descend(int row, std::uint32_t n, PlaneMask mask) {
@@ -79,13 +101,8 @@ struct Collector {
       occluded += last - first;
       return;
     }
-    const bool ask_nodes = occlusion != nullptr && row > 0;
-    if (mask == 0 && !ask_nodes) {
-      for (PatchId id = first; id < last; ++id) add(id);
-    } else if (row == 0) {
-      for (PatchId id = first; id < last; ++id) {
-        if (classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), mask) != kOutside) add(id);
-      }
+    if (row == 0 || (mask == 0 && occlusion == nullptr)) {
+      add(first, last, mask);
     } else {
       const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
       for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) descend(row - 1, child, mask);
@@ -135,7 +152,7 @@ Status BuildDrawList::run(Result& result) const {
   if (frustum_culling) {
     seen.descend(tree->rows() - 1, 0, kAllPlanes);
   } else {
-    for (PatchId id = 0; id < patches; ++id) seen.add(id);
+    seen.add(0, patches, 0);
   }
 
   BandCounts position;  // where the next item of a band goes
@@ -146,7 +163,11 @@ Status BuildDrawList::run(Result& result) const {
   }
   for (const std::uint32_t entry : scratch.first(seen.visible)) {
     const std::uint32_t at = position[entry >> kKeyShift]++;
-    if (at < items.size()) items[at] = make_item(*this, entry & kPatchMask);
+    if (at >= items.size()) continue;
+    const DrawItem item = make_item(*this, entry & kPatchMask);
+    items[at] = item;
+    result.at_level[item.level] += 1;
+    result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;
   }
 
   result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
@@ -155,10 +176,6 @@ Status BuildDrawList::run(Result& result) const {
   result.culled_occluded = seen.occluded;
   result.culled_backface = seen.back_facing;
   result.missing = seen.missing;
-  for (const DrawItem& item : items.first(result.drawn)) {
-    result.at_level[item.level] += 1;
-    result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;
-  }
   if (result.dropped > 0) {
     return {StatusCode::limit_reached, "more patches in view than draw items", "max_draw_items",
             seen.visible};

@@ -163,10 +163,10 @@ void visit_patches(const SelectLod& stage, const Visit& visit) {
     visit(PatchId{0}, static_cast<std::uint32_t>(stage.levels.size()));
     return;
   }
-  // A neighbour's box touches that of the patch in view: moved outwards by the longest diagonal there is, a
+  // A neighbour's box touches that of the patch in view: moved outwards by the longest diagonal of a box, a
   // plane that does not cull the one does not cull the other.
   Frustum wide = *stage.frustum;
-  for (Plane& plane : wide.planes) plane.offset += kLongestDiagonal;
+  for (Plane& plane : wide.planes) plane.offset += stage.tree->longest_diagonal();
   visit_view(*stage.tree, wide, stage.tree->rows() - 1, 0, kAllPlanes, visit);
 }
 

@@ -27,20 +27,26 @@ double fraction(std::mt19937_64& random) {
 
 }  // namespace
 
-GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::uint64_t seed) {
+GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::uint64_t seed, int sheets) {
   std::mt19937_64 random(seed);
   const double phase = 6.28 * fraction(random);
   GridSurface result;
-  std::vector<std::uint32_t> at(static_cast<std::size_t>(width * depth), kNobody);
-  const auto id_at = [&](int x, int z) {
-    return x < 0 || z < 0 || x >= width || z >= depth ? kNobody : at[static_cast<std::size_t>(z * width + x)];
+  const auto columns = static_cast<std::size_t>(width * depth);
+  std::vector<std::uint32_t> at(columns * static_cast<std::size_t>(sheets), kNobody);
+  const auto id_at = [&](int sheet, int x, int z) -> std::uint32_t& {
+    return at[static_cast<std::size_t>(sheet) * columns + static_cast<std::size_t>(z * width + x)];
   };
-  for (std::uint32_t code = 0; code < 1u << 18; ++code) {
-    const int x = static_cast<int>(packed(code));
-    const int z = static_cast<int>(packed(code >> 1));
+  const auto beside_at = [&](int sheet, int x, int z) {
+    return x < 0 || z < 0 || x >= width || z >= depth ? kNobody : id_at(sheet, x, z);
+  };
+  for (std::uint32_t code = 0; code < static_cast<std::uint32_t>(sheets) << 18; ++code) {
+    const int sheet = static_cast<int>(code >> 18);
+    const int x = static_cast<int>(packed(code & 0x3ffffu));
+    const int z = static_cast<int>(packed((code & 0x3ffffu) >> 1));
     if (x >= width || z >= depth) continue;
-    at[static_cast<std::size_t>(z * width + x)] = static_cast<std::uint32_t>(result.patches.size());
-    const double height = 12.0 + 6.0 * std::sin(0.11 * x + phase) + 5.0 * std::cos(0.07 * z - phase);
+    id_at(sheet, x, z) = static_cast<std::uint32_t>(result.patches.size());
+    const double height =
+        40.0 * sheet + 12.0 + 6.0 * std::sin(0.11 * x + phase) + 5.0 * std::cos(0.07 * z - phase);
     Volume volume{};
     volume.corner[0] = static_cast<std::uint16_t>(x + 1);
     volume.corner[1] = static_cast<std::uint16_t>(height);
@@ -62,13 +68,15 @@ GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::ui
     result.patches.push_back(patch);
     result.bounds.push_back(box);
   }
-  for (int z = 0; z < depth; ++z) {
-    for (int x = 0; x < width; ++x) {
-      Patch& patch = result.patches[id_at(x, z)];
-      const std::uint32_t beside[4] = {id_at(x, z + 1), id_at(x + 1, z), id_at(x, z - 1), id_at(x - 1, z)};
-      for (int edge = 0; edge < 4; ++edge) {
-        if (beside[edge] != kNobody) patch.neighbour[edge] = PatchEdge::make(beside[edge], (edge + 2) % 4);
-      }
+  for (int n = 0; n < sheets * width * depth; ++n) {
+    const int sheet = n / (width * depth);
+    const int x = n % width;
+    const int z = n / width % depth;
+    Patch& patch = result.patches[id_at(sheet, x, z)];
+    const std::uint32_t beside[4] = {beside_at(sheet, x, z + 1), beside_at(sheet, x + 1, z),
+                                     beside_at(sheet, x, z - 1), beside_at(sheet, x - 1, z)};
+    for (int edge = 0; edge < 4; ++edge) {
+      if (beside[edge] != kNobody) patch.neighbour[edge] = PatchEdge::make(beside[edge], (edge + 2) % 4);
     }
   }
   result.nodes.resize(BoundsTree::node_count(static_cast<std::uint32_t>(result.patches.size())));

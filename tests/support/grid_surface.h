@@ -28,7 +28,7 @@ struct GridSurface {
 
 // width x depth columns (1..509 each) from voxel 1 on, on hills of a few voxels made of seed; boxes reach up
 // to reach_voxels (below 4) from the patch's origin. In Morton order, like the octree's. i runs along +x and
-// j along -z.
-GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::uint64_t seed);
+// j along -z. sheets: as many such hills above each other, 40 voxels apart, one after the other in order.
+GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::uint64_t seed, int sheets = 1);
 
 }  // namespace karst
