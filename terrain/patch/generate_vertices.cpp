@@ -441,12 +441,14 @@ void halve(int n, Layout layout, float (&plane)[3][kMaxGrid]) {
   }
 }
 
-void emit(int level, Layout layout, PatchScratch& s, GpuVertex* out) {
+void emit(int level, int emit_level, Layout layout, PatchScratch& s, GpuVertex* out) {
   for (int m = level; m > 1; --m) {
     const int n = patch_cells(m);
-    GpuVertex* next = out + patch_vertices(m - 1);
-    for (int j = 0; j <= n; ++j) {
-      next = j % 2 != 0 ? emit_odd_row(n, layout, j, s, next) : emit_even_row(n, layout, j, s, next);
+    if (m <= emit_level) {
+      GpuVertex* next = out + patch_vertices(m - 1);
+      for (int j = 0; j <= n; ++j) {
+        next = j % 2 != 0 ? emit_odd_row(n, layout, j, s, next) : emit_even_row(n, layout, j, s, next);
+      }
     }
     halve(n, layout, s.position);
     halve(n, layout, s.normal);
@@ -497,6 +499,10 @@ Status GenerateVertices::validate() const {
     return {StatusCode::invalid_argument, "level is out of 1..heights.level", "level",
             static_cast<std::uint64_t>(level)};
   }
+  if (emit_level < 0 || emit_level > level) {
+    return {StatusCode::invalid_argument, "emit_level is out of 0..level", "emit_level",
+            static_cast<std::uint64_t>(emit_level)};
+  }
   return {};
 }
 
@@ -512,7 +518,15 @@ void GenerateVertices::run(PatchId patch, std::span<GpuVertex> out, PatchBounds*
   for (int e = 0; e < 4 - p.collapsed; ++e) make_edge_normals(e, p.neighbour[e].exists(), level, layout, s);
   make_corner_normals(*this, patch, layout, s);
   normalise(n, layout, s);
-  emit(level, layout, s, out.data());
+  emit(level, emit_level == 0 ? level : emit_level, layout, s, out.data());
+}
+
+PatchBounds GenerateVertices::bounds(PatchId patch) const {
+  const Layout layout(level);
+  make_positions(PatchShape::make(surface, heights, level, patch), layout, *scratch);
+  PatchBounds result;
+  make_bounds(patch_cells(level), layout, *scratch, result);
+  return result;
 }
 
 std::size_t patch_scratch_bytes() {

@@ -14,6 +14,7 @@
 
 #include "terrain/base/status.h"
 #include "terrain/patch/bounds.h"
+#include "terrain/patch/corner_fan.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/patch/heights.h"
 #include "terrain/surface/surface.h"
@@ -29,15 +30,36 @@ struct GenerateVertices {
   Heights heights;
   // 1..heights.level; vertices are those of the full level at stride 2^(heights.level - level).
   int level = 0;
+  // 1..level, or 0 for level: vertices of finer levels are left out, those of this level and the coarser ones
+  // are the same bits as without, their normals included.
+  int emit_level = 0;
 
   // Working memory, borrowed; one run at a time.
   PatchScratch* scratch = nullptr;
 
   Status validate() const;
 
-  // out: patch_vertices(level) values in the order of gpu_vertex.h. bounds may be null.
+  // out: patch_vertices(emit_level or level) values in the order of gpu_vertex.h. bounds may be null.
   // Precondition: validate() is ok, patch < surface.patches.size(), out is long enough.
   void run(PatchId patch, std::span<GpuVertex> out, PatchBounds* bounds) const;
+
+  // The box of the patch's vertices alone. Same preconditions.
+  PatchBounds bounds(PatchId patch) const;
+
+  // Calls need(block) for the height blocks that run() reads for a patch, a block more than once at times.
+  // Borders need those of all patches around the patch's corners.
+  template <class Need>
+  void for_each_block(PatchId patch, const Need& need) const {
+    const auto ask = [&](PatchId id) {
+      if (surface.patches[id].height_block != kNoHeights) need(surface.patches[id].height_block);
+    };
+    ask(patch);
+    for (int corner = 0; corner < 4; ++corner) {
+      PatchCorner fan[kMaxCornerFan];
+      const int count = corner_fan(surface.patches, {patch, corner}, fan);
+      for (int i = 1; i < count; ++i) ask(fan[i].patch);
+    }
+  }
 };
 
 // Bytes of a PatchScratch, for the budget, and its construction in caller-supplied memory (aligned to 64

@@ -15,12 +15,18 @@ namespace karst {
 // |W| <= 1, so positions stay inside int16 (4 voxels) with 0.1 voxel to spare.
 inline constexpr std::int32_t kMaxHeight = 28'000;
 
+// Blocks come from a file in groups of this many; each group has a checksum (world_file.h).
+inline constexpr std::uint32_t kHeightGroup = 8;
+
 struct Heights {
   int level = 0;                          // of the blocks, 1..kMaxLevel
   std::span<const std::int16_t> samples;  // blocks x patch_vertices(level)
+  // Empty: block b is the b-th of samples. Else by group: samples holds group g as its groups[g]-th; only
+  // blocks that are held may be asked for (height_cache.h).
+  std::span<const std::uint32_t> groups = {};
 
-  std::size_t blocks() const { return samples.size() / static_cast<std::size_t>(patch_vertices(level)); }
   const std::int16_t* block(std::uint32_t index) const {
+    if (!groups.empty()) index = groups[index / kHeightGroup] * kHeightGroup + index % kHeightGroup;
     return samples.data() + std::size_t{index} * static_cast<std::size_t>(patch_vertices(level));
   }
 };

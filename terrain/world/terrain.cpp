@@ -156,7 +156,7 @@ Status Terrain::load_surface(std::span<const std::byte> file, const WorldInfo& i
   if (made.patches != info.patches)
     return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
 
-  const WorldHeights heights = read_heights(file, info);
+  const WorldPatches heights = read_patches(file, info);
   std::uint32_t block = 0;
   for (PatchId p = 0; p < info.patches; ++p) {
     const bool has = (std::to_integer<unsigned>(heights.mask[p / 8]) >> (p % 8) & 1u) != 0;

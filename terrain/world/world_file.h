@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The .karst world file over bytes that the caller reads, maps and writes; docs/formats.md has it byte by
-// byte. It holds the octree, the heights of patches and the errors of their coarser levels. Patches are not
-// stored: extraction makes them again, in the same order, and their counts tell whether it did.
+// byte. It holds the octree, and of patches the heights, the errors of their coarser levels and the boxes.
+// Patches are not stored: extraction makes them again, in the same order, and their counts tell whether it
+// did.
+//
+// These functions have the whole file in memory: for writing, and for checking all of it. What draws reads it
+// piece by piece (world_reader.h).
 //
 // Bytes are untrusted. read_world_info checks all that can be checked without the octree: sizes, ranges,
 // checksums and that the counts fit the sections; the functions after it need a file that it accepted. Every
@@ -9,20 +13,24 @@
 #pragma once
 
 #include "terrain/base/status.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/patch/heights.h"
 #include "terrain/patch/level_error.h"
 #include "terrain/voxel/octree.h"
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace karst {
 
-inline constexpr std::uint32_t kWorldFileVersion = 1;
+inline constexpr std::uint32_t kWorldFileVersion = 2;
 inline constexpr std::size_t kWorldNameBytes = 64;
-inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes
+inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes, in the file
+inline constexpr std::size_t kWorldAlignment = 4;          // bytes, of a whole file in memory
 
 struct WorldInfo {
   double voxel_size_m = 1.0;  // metres, 1e-6..1e9
@@ -37,13 +45,33 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
+// The sections, in the order in which they are written.
+enum class WorldSection : std::uint8_t { octree, mask, samples, sample_crcs, level_errors, bounds };
+inline constexpr std::size_t kWorldSections = 6;
+
+struct WorldSectionPlace {
+  std::uint64_t offset = 0;  // bytes from the start of the file
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0;
+  std::size_t entry = 0;  // offset of its entry in the section table
+  bool present = false;
+};
+using WorldSections = std::array<WorldSectionPlace, kWorldSections>;
+
+// Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
+// one may be shorter.
+constexpr std::uint32_t height_groups(std::uint32_t blocks) {
+  return (blocks + kHeightGroup - 1) / kHeightGroup;
+}
+
 // What belongs to patches, as it lies in the file. Blocks are in the order of the patches whose bit is set.
-struct WorldHeights {
+struct WorldPatches {
   std::span<const std::byte> mask;  // (patches + 7) / 8 bytes; bit p % 8 of byte p / 8: patch p has heights
   std::span<const std::int16_t>
       samples;  // height_blocks x patch_vertices(level), lattice steps, +-kMaxHeight
   std::span<const std::uint16_t> level_errors =
-      {};  // of all patches, with heights or without: LevelErrors::values
+      {};                                    // of all patches, with heights or without: LevelErrors::values
+  std::span<const PatchBounds> bounds = {};  // of all patches
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.
@@ -61,15 +89,15 @@ Status read_world_info(std::span<const std::byte> file, WorldInfo& info);
 Status read_octree(std::span<const std::byte> file, const WorldInfo& info, Octree& tree);
 
 // Views into file; no copy. Valid as long as file is.
-WorldHeights read_heights(std::span<const std::byte> file, const WorldInfo& info);
+WorldPatches read_patches(std::span<const std::byte> file, const WorldInfo& info);
 
 // Exact length of the file that write_world makes for a valid info; SIZE_MAX where that does not fit size_t.
 std::size_t world_file_bytes(const WorldInfo& info);
 
 // Writes the file to out. written is world_file_bytes(info) on success and 0 on failure, when out holds
-// garbage. invalid_argument: a field of info is out of range or contradicts tree or heights (same rules as
+// garbage. invalid_argument: a field of info is out of range or contradicts tree or patches (same rules as
 // for reading). limit_reached ("out", value: bytes that are needed) where out is too short.
-Status write_world(const WorldInfo& info, const Octree& tree, const WorldHeights& heights,
+Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches& patches,
                    std::span<std::byte> out, std::size_t& written);
 
 }  // namespace karst

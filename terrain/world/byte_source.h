@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Where the bytes of a world come from: the core does no I/O, its caller reads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace karst {
+
+struct ByteSource {
+  std::uint64_t bytes = 0;        // length of it all
+  const void* context = nullptr;  // borrowed, handed to read
+  // Fills out with the bytes from offset on; false where it cannot. Never asked for bytes beyond the end.
+  bool (*read)(const void* context, std::uint64_t offset, std::span<std::byte> out) = nullptr;
+
+  // Bytes in memory; `memory` itself is borrowed, too.
+  static ByteSource of(const std::span<const std::byte>& memory) {
+    return {memory.size(), &memory, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
+              const auto& from = *static_cast<const std::span<const std::byte>*>(context);
+              std::memcpy(out.data(), from.data() + static_cast<std::size_t>(offset), out.size());
+              return true;
+            }};
+  }
+};
+
+}  // namespace karst

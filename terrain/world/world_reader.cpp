@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/world/world_reader.h"
+
+#include <algorithm>
+#include <array>
+
+#include "terrain/base/checksum.h"
+#include "terrain/world/octree_section.h"
+#include "terrain/world/world_layout.h"
+
+namespace karst {
+
+using namespace world_layout;
+
+namespace {
+
+Status unreadable(std::uint64_t offset) {
+  return {StatusCode::corrupt, "the file cannot be read", "file", offset};
+}
+
+Status wrong_length(WorldSection section) {
+  return {StatusCode::invalid_argument, "the room does not fit the section",
+          kSectionNames[static_cast<std::size_t>(section)]};
+}
+
+}  // namespace
+
+Status WorldReader::open(const ByteSource& source) {
+  info_ = {};
+  sections_ = {};
+  source_ = source;
+  std::array<std::byte, kMostHead> bytes;
+  const std::span<std::byte> head =
+      std::span(bytes).first(static_cast<std::size_t>(std::min<std::uint64_t>(source.bytes, bytes.size())));
+  if (!source.read(source.context, 0, head)) return unreadable(0);
+  WorldInfo info;
+  Table table;
+  if (const Status status = read_head(head, source.bytes, info, table); !status.ok()) return status;
+  info_ = info;
+  sections_ = table.sections;
+  return {};
+}
+
+Status WorldReader::read_section(WorldSection section, std::span<std::byte> out) const {
+  const WorldSectionPlace& place = sections_[static_cast<std::size_t>(section)];
+  if (out.size() != place.bytes) return wrong_length(section);
+  if (!source_.read(source_.context, place.offset, out)) return unreadable(place.offset);
+  if (crc32c(out) != place.crc) {
+    return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
+  }
+  return {};
+}
+
+std::size_t WorldReader::octree_room(std::uint32_t octets) {
+  return static_cast<std::size_t>(octree_section_bytes(octets));
+}
+
+Status WorldReader::read_octree(std::span<std::byte> room, Octree& tree) const {
+  if (const Status status = tree.reset(info_.depth); !status.ok()) return status;
+  const std::size_t bytes = octree_room(info_.octets);
+  if (room.size() < bytes) return wrong_length(WorldSection::octree);
+  if (const Status status = read_section(WorldSection::octree, room.first(bytes)); !status.ok())
+    return status;
+  const Status status = decode_octree(room.first(bytes), info_.octets, info_.extent, tree);
+  if (status.code() != StatusCode::corrupt) return status;
+  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::octree)].offset;
+  return {status.code(), status.what(), status.field(), offset + status.value()};
+}
+
+Status WorldReader::read_mask(std::span<std::byte> mask) const {
+  if (const Status status = read_section(WorldSection::mask, mask); !status.ok()) return status;
+  const std::size_t at = find_mask_fault(mask, info_);
+  if (at == mask.size()) return {};
+  return corrupt("the mask's bits are not height_blocks of the patches",
+                 {"height mask", static_cast<std::size_t>(sections_[1].offset) + at});
+}
+
+Status WorldReader::read_level_errors(std::span<std::uint16_t> values) const {
+  const Status status = read_section(WorldSection::level_errors, std::as_writable_bytes(values));
+  if (!status.ok()) return status;
+  const std::size_t at = find_level_error_fault(info_.level, values);
+  if (at == values.size()) return {};
+  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::level_errors)].offset;
+  return corrupt("a finer level's error is larger than a coarser one's",
+                 {"level errors", static_cast<std::size_t>(offset) + at * sizeof(std::uint16_t)});
+}
+
+Status WorldReader::read_bounds(std::span<PatchBounds> bounds) const {
+  const Status status = read_section(WorldSection::bounds, std::as_writable_bytes(bounds));
+  if (!status.ok()) return status;
+  const std::size_t at = find_bounds_fault(bounds);
+  if (at == bounds.size()) return {};
+  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::bounds)].offset;
+  return corrupt("a box's minimum is above its maximum",
+                 {"patch bounds", static_cast<std::size_t>(offset) + at * sizeof(PatchBounds)});
+}
+
+Status WorldReader::read_height_crcs(std::span<std::uint32_t> crcs) const {
+  return read_section(WorldSection::sample_crcs, std::as_writable_bytes(crcs));
+}
+
+Status WorldReader::read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const {
+  const WorldSectionPlace& place = sections_[static_cast<std::size_t>(WorldSection::samples)];
+  const std::uint64_t whole = std::uint64_t{kHeightGroup} *
+                              static_cast<std::uint64_t>(patch_vertices(info_.level)) * sizeof(std::int16_t);
+  const std::uint64_t first = group * whole;
+  if (first >= place.bytes || out.size_bytes() != std::min(whole, place.bytes - first))
+    return wrong_length(WorldSection::samples);
+  if (!source_.read(source_.context, place.offset + first, std::as_writable_bytes(out)))
+    return unreadable(place.offset + first);
+  if (crc32c(std::as_bytes(out)) != crc) {
+    return corrupt("a group of heights does not match its checksum",
+                   {"height samples", static_cast<std::size_t>(place.offset + first)});
+  }
+  const std::size_t at = find_sample_fault(out);
+  if (at == out.size()) return {};
+  return corrupt(
+      "a height is beyond the largest displacement",
+      {"height samples", static_cast<std::size_t>(place.offset + first) + at * sizeof(std::int16_t)});
+}
+
+}  // namespace karst
