@@ -373,7 +373,7 @@ class Baker {
     std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
     const std::vector<std::uint16_t> errors = level_errors();
-    const WorldHeights world_heights{mask, heights_, errors};
+    const WorldPatches world_heights{mask, heights_, errors};
     std::vector<std::byte> file(world_file_bytes(info));
     std::size_t written = 0;
     check(write_world(info, voxels_.octree, world_heights, file, written), "world");
