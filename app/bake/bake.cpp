@@ -10,6 +10,7 @@
 #include "app/bake/settle_voxels.h"
 #include "terrain/base/config.h"
 #include "terrain/patch/fit_heights.h"
+#include "terrain/patch/generate_vertices.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/voxel/voxelize.h"
 
@@ -357,6 +358,22 @@ class Baker {
     return values;
   }
 
+  std::vector<PatchBounds> bounds() const {
+    std::vector<PatchBounds> boxes(patches_.size());
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
+      const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
+      const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
+      GenerateVertices generate;
+      generate.surface = {volumes_, patches_};
+      generate.heights = {level_, heights_};
+      generate.level = level_;
+      generate.scratch = make_patch_scratch(std::span(memory).subspan(skip));
+      for (std::size_t p = first; p < last; ++p) boxes[p] = generate.bounds(static_cast<PatchId>(p));
+    });
+    return boxes;
+  }
+
   std::vector<std::byte> write() {
     WorldInfo& info = report_.info;
     info.voxel_size_m = grid_.voxel_m;
@@ -373,10 +390,11 @@ class Baker {
     std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
     const std::vector<std::uint16_t> errors = level_errors();
-    const WorldPatches world_heights{mask, heights_, errors};
+    const std::vector<PatchBounds> boxes = bounds();
+    const WorldPatches world_patches{mask, heights_, errors, boxes};
     std::vector<std::byte> file(world_file_bytes(info));
     std::size_t written = 0;
-    check(write_world(info, voxels_.octree, world_heights, file, written), "world");
+    check(write_world(info, voxels_.octree, world_patches, file, written), "world");
     file.resize(written);
     return file;
   }

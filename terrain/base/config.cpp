@@ -32,6 +32,10 @@ Status Config::validate() const {
     return {StatusCode::invalid_argument, "config limit is less than one page for each of max_draw_items",
             "gpu_vertex_pages", gpu_vertex_pages};
   }
+  if (max_resident_patches < max_draw_items) {
+    return {StatusCode::invalid_argument, "config limit is less than max_draw_items", "max_resident_patches",
+            max_resident_patches};
+  }
   if (stream_indices / kLeastIndicesPerPatch < max_draw_items) {
     return {StatusCode::invalid_argument, "config limit is less than 24 indices for each of max_draw_items",
             "stream_indices", stream_indices};

@@ -27,8 +27,9 @@ struct Config {
   std::uint32_t max_level = 5;
   std::uint32_t max_height_blocks = 3'600;
   std::uint32_t max_draw_items = 4'096;
-  std::uint32_t gpu_vertex_pages = 24'576;
-  std::uint32_t stream_indices = 786'432;
+  std::uint32_t max_resident_patches = 4'096;
+  std::uint32_t gpu_vertex_pages = 6'144;
+  std::uint32_t stream_indices = 262'144;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1; value() is what the field holds.
@@ -56,7 +57,7 @@ inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 9> kConfigFields = {{
+inline constexpr std::array<ConfigField, 10> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -67,14 +68,18 @@ inline constexpr std::array<ConfigField, 9> kConfigFields = {{
      "K's test scene has 3,560 (table 5.2); at most 2^24, far above what a GPU can show"},
     {"max_level", &Config::max_level, 5, 1, kMaxLevel, "level of detail",
      "K states memory up to level 5 (table 5.6); tables and scratch memory are made for 6 at most"},
-    {"max_height_blocks", &Config::max_height_blocks, 3'600, 0, kMostPatches, "patches with heights",
-     "all of K's test scene at level 5 in 7.5 MiB; 0 draws undisplaced surfaces only"},
+    {"max_height_blocks", &Config::max_height_blocks, 3'600, 0, kMostPatches,
+     "patches whose heights are held",
+     "all of K's test scene at level 5 in 7.5 MiB; fewer than the world has are read when they are needed"},
     {"max_draw_items", &Config::max_draw_items, 4'096, 1, kMostPages, "patches a pass",
      "every patch may be in view; each needs a page at least"},
-    {"gpu_vertex_pages", &Config::gpu_vertex_pages, 24'576, 1, kMostPages, "pages of 32 vertices, 512 bytes",
-     "12 of the 16 MiB; vertex indices stay below 2^24, the least maximum OpenGL ES 3.0 allows"},
-    {"stream_indices", &Config::stream_indices, 786'432, kLeastIndicesPerPatch, 1u << 26,
-     "32-bit indices a frame", "3 of the 16 MiB, 262,144 triangles; at most 256 MiB"},
+    {"max_resident_patches", &Config::max_resident_patches, 4'096, 1, kMostPages, "patches with GPU vertices",
+     "every patch may be in view; each needs a page and 64 bytes of morph thresholds"},
+    {"gpu_vertex_pages", &Config::gpu_vertex_pages, 6'144, 1, kMostPages, "pages of 32 vertices, 512 bytes",
+     "3 of the 16 MiB: a page a patch and what one pixel of error takes; vertex indices stay below 2^24, the "
+     "least maximum OpenGL ES 3.0 allows"},
+    {"stream_indices", &Config::stream_indices, 262'144, kLeastIndicesPerPatch, 1u << 26,
+     "32-bit indices a draw call", "1 of the 16 MiB, 87,381 triangles; a pass with more takes several calls"},
 }};
 
 }  // namespace karst

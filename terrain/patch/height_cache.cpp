@@ -17,11 +17,10 @@ void HeightCache::create(const Storage& storage) {
   storage_ = storage;
 }
 
-Status HeightCache::reset(int level, std::uint32_t blocks, const HeightSource& source) {
+Status HeightCache::reset(int level, std::uint32_t blocks) {
   level_ = level;
   blocks_ = blocks;
   groups_ = (blocks + kHeightGroup - 1) / kHeightGroup;
-  source_ = source;
   filled_ = 0;
   now_ = 0;
   const std::size_t room = std::min(
@@ -52,7 +51,7 @@ std::uint32_t HeightCache::oldest() const {
   return best;
 }
 
-Status HeightCache::hold(std::uint32_t block) {
+Status HeightCache::hold(std::uint32_t block, const HeightSource& source) {
   const std::uint32_t group = block / kHeightGroup;
   std::uint32_t& place = storage_.slot_of_group[group];
   if (place != kNowhere) {
@@ -68,8 +67,7 @@ Status HeightCache::hold(std::uint32_t block) {
     if (storage_.group_of_slot[to] != kNowhere) storage_.slot_of_group[storage_.group_of_slot[to]] = kNowhere;
     storage_.group_of_slot[to] = kNowhere;  // until it holds something again
   }
-  if (const Status status = source_.read(source_.context, group, slot(to, group)); !status.ok())
-    return status;
+  if (const Status status = source.read(source.context, group, slot(to, group)); !status.ok()) return status;
   if (to == filled_) ++filled_;
   ++groups_read_;
   storage_.group_of_slot[to] = group;

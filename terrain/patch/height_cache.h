@@ -37,14 +37,14 @@ class HeightCache {
 
   // Empties the cache for a world of so many blocks at a level. limit_reached ("max_height_blocks", value:
   // blocks) where neither all groups nor kLeastGroups fit.
-  Status reset(int level, std::uint32_t blocks, const HeightSource& source);
+  Status reset(int level, std::uint32_t blocks);
 
-  bool holds_all() const { return groups_ <= slots_; }
+  bool has_room_for_all() const { return groups_ <= slots_; }
 
   // One need: hold(block) for each block, all of which stay until the next begin(). Errors of the source;
   // limit_reached ("max_height_blocks") where one need is larger than the cache.
   void begin() { ++now_; }
-  Status hold(std::uint32_t block);
+  Status hold(std::uint32_t block, const HeightSource& source);
 
   Heights heights() const;
   std::uint64_t groups_read() const { return groups_read_; }  // since create()
@@ -54,7 +54,6 @@ class HeightCache {
   std::uint32_t oldest() const;
 
   Storage storage_;
-  HeightSource source_;
   int level_ = 0;
   std::uint32_t blocks_ = 0;
   std::uint32_t groups_ = 0;

@@ -15,11 +15,11 @@ struct ByteSource {
   // Fills out with the bytes from offset on; false where it cannot. Never asked for bytes beyond the end.
   bool (*read)(const void* context, std::uint64_t offset, std::span<std::byte> out) = nullptr;
 
-  // Bytes in memory; `memory` itself is borrowed, too.
-  static ByteSource of(const std::span<const std::byte>& memory) {
-    return {memory.size(), &memory, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
-              const auto& from = *static_cast<const std::span<const std::byte>*>(context);
-              std::memcpy(out.data(), from.data() + static_cast<std::size_t>(offset), out.size());
+  // Bytes in memory, borrowed.
+  static ByteSource of(std::span<const std::byte> memory) {
+    return {memory.size(), memory.data(),
+            [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
+              std::memcpy(out.data(), static_cast<const std::byte*>(context) + offset, out.size());
               return true;
             }};
   }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A world in memory of stated size: everything the core needs to load a .karst file, make its vertices and
-// choose what to draw. All memory is taken in create(), exactly budget() bytes of it; from then on nothing is
-// allocated.
+// A world in memory of stated size: everything the core needs to load a .karst file, choose what to draw, and
+// make the vertices for it piece by piece. All memory is taken in create(), exactly budget() bytes of it;
+// from then on nothing is allocated.
 //
 //   Config config = Terrain::config_for(info);          // or a board's limits
 //   std::vector<std::byte> memory(Terrain::budget(config).cpu_bytes() + alignment);
 //   Terrain terrain;
-//   terrain.create(config, memory);  terrain.load(file_bytes);
-//   for each patch: terrain.generate(patch, vertices);  terrain.finish_bounds();
-//   each frame: terrain.select(view, result);  draw terrain.items()
+//   terrain.create(config, memory);  terrain.load(source);
+//   each frame: terrain.begin_frame();  terrain.select(view, result);
+//               while (there is time && terrain.generate_next(upload, status)) copy upload to the GPU
+//               copy terrain.take_morph_rows() to the GPU;  draw terrain.items() with terrain.pages()
 #pragma once
 
 #include <cstddef>
@@ -20,13 +21,16 @@
 #include "terrain/base/config.h"
 #include "terrain/base/status.h"
 #include "terrain/patch/generate_vertices.h"
+#include "terrain/patch/height_cache.h"
 #include "terrain/patch/page_table.h"
+#include "terrain/patch/resident_pool.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/view/draw_list.h"
 #include "terrain/view/morph.h"
 #include "terrain/view/select_lod.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/world_file.h"
+#include "terrain/world/world_reader.h"
 
 namespace karst {
 
@@ -37,11 +41,33 @@ struct TerrainView {
   bool frustum_culling = true;
 };
 
+// Vertices of one patch for the GPU; valid until the next call of the Terrain.
+struct PatchUpload {
+  PatchId patch = 0;
+  std::uint32_t row = 0;                // its morph row
+  int first_vertex = 0;                 // of its slot; those before it are there already
+  std::span<const GpuVertex> vertices;  // to its chain of pages (pages()), from first_vertex on
+  glm::ivec3 origin{0};                 // voxels
+};
+
+// Rows of morph thresholds that changed: kMorphRow halves each.
+struct MorphRows {
+  std::uint32_t first_row = 0;
+  std::span<const std::uint16_t> halves;  // empty: nothing changed
+};
+
 class Terrain {
  public:
-  // The least limits that hold a world with all of it drawn and resident at `resident_level` (1..info.level).
-  // stream_indices is what a frame may take before it is drawn in several parts.
-  static Config config_for(const WorldInfo& info, int resident_level);
+  Terrain() = default;
+  Terrain(const Terrain&) = delete;
+  Terrain& operator=(const Terrain&) = delete;
+
+  // The limits that hold a world with all its heights, and, on the GPU, a coarse version of all of it and
+  // `detail_pages` pages for what the view needs in detail, at most what all of it takes at `finest`
+  // (1..info.level).
+  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages = kDetailPages);
+  // What a view of 1280 x 720 with one pixel of error takes on the samples, and as much again: 1.3 MiB.
+  static constexpr std::uint32_t kDetailPages = 2'688;
 
   // Exact bytes of the CPU side; the renderer adds its GPU terms. kUnbounded terms where they do not fit
   // size_t.
@@ -52,64 +78,99 @@ class Terrain {
   // needed).
   Status create(const Config& config, std::span<std::byte> memory);
 
-  // Reads a world; file need not outlive the call. Errors of world_file.h; limit_reached naming the Config
-  // field; corrupt ("patches", "volumes", "heights") where the file contradicts the surface of its own
-  // voxels. Heights of a vertex that patches share must agree. After a failure the terrain holds an empty
-  // world and can load again.
-  Status load(std::span<const std::byte> file);
+  // Reads a world. Where max_height_blocks holds all its heights, they are read now, copies of shared
+  // vertices are compared, and the source need not outlive the call; else heights are read from it whenever
+  // vertices are made. Errors of world_reader.h; limit_reached naming the Config field; corrupt ("patches",
+  // "volumes", "heights") where the file contradicts the surface of its own voxels. After a failure the
+  // terrain holds an empty world and can load again.
+  Status load(const ByteSource& source);
+  Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
 
   const Config& config() const { return config_; }
   const Arena& arena() const { return arena_; }
   const WorldInfo& info() const { return info_; }
   const Octree& octree() const { return octree_; }
   Surface surface() const { return {volumes_.first(info_.volumes), patches_.first(info_.patches)}; }
-  Heights heights() const { return {info_.level, heights_.first(height_samples())}; }
   LevelErrors level_errors() const { return {info_.level, level_errors_.first(level_error_count())}; }
   std::span<const std::uint16_t> index_table() const { return index_table_; }
   std::uint32_t patch_count() const { return info_.patches; }
-
-  // Vertices of one patch at the world's level (or a lower one) in slot order, patch_vertices(level) of them;
-  // also sets the patch's bounds when level is the world's. Precondition: patch < patch_count(), 1 <= level
-  // <= info().level.
-  void generate(PatchId patch, int level, std::span<GpuVertex> out);
-
-  // The box hierarchy, once every patch has been generated at the world's level.
-  Status finish_bounds();
   std::span<const PatchBounds> bounds() const { return bounds_.first(info_.patches); }
-  // Box of everything, lattice steps. Precondition: finish_bounds() was ok and there is a patch.
+  const BoundsTree& tree() const { return tree_; }
+  // Box of everything, lattice steps. Precondition: there is a patch.
   LatticeBox box() const;
+  // Where all heights are held: of the world. Else of what happens to be held.
+  Heights heights() const { return cache_.heights(); }
+  bool holds_all_heights() const { return cache_.has_room_for_all(); }
+  std::uint64_t height_groups_read() const { return cache_.groups_read(); }
+
+  // Vertices of one patch at a level or, with emit_level, those of its coarser levels alone
+  // (GenerateVertices); patch_vertices() of the level emitted, in slot order. Errors of reading heights.
+  // Precondition: patch < patch_count(), 1 <= emit_level <= level <= info().level.
+  Status generate(PatchId patch, int level, int emit_level, std::span<GpuVertex> out);
+
+  // --- A frame
+
+  // Call once for each frame that is drawn, before its first select().
+  void begin_frame() { pool_.begin_frame(); }
 
   struct Selection {
     SelectLod::Result lod;
     BuildDrawList::Result list;
+    std::uint32_t wanted_pages = 0;  // that the view takes at the levels it wants
+    // The pages do not hold what error_px wants: error_scale times as much is aimed at until they do.
+    bool pool_full = false;
+    float error_scale = 1.0f;
   };
-  // Chooses levels and lists what the camera sees. limit_reached ("max_draw_items") leaves a valid, shorter
-  // list.
+  // Chooses levels, no finer than what is resident, and lists what the camera sees. May be called several
+  // times a frame. limit_reached ("max_draw_items") leaves a valid, shorter list.
   Status select(const TerrainView& view, Selection& selection);
-  // Morph thresholds of the last select(): they change only when its lod settings, its height_px, the
-  // camera's field of view or the bounds do, and the version with them. 0 before the first select().
+
+  // Makes the vertices that the last select() lacked, what is off by most pixels first. Then, with `ahead`,
+  // of patches that are about to be needed, as long as the pool has room to spare. False: there is nothing to
+  // do, or no room. status: errors of reading heights.
+  bool generate_next(bool ahead, PatchUpload& upload, Status& status);
+
+  // What is resident takes effect in the next select().
+  PageTable pages() const { return pool_.pages(); }
+  const ResidentPool& pool() const { return pool_; }
+  // Forgets what is on the GPU: after its buffers were lost or made anew.
+  void forget_resident();
+
+  // Thresholds that were not taken yet, of the last select() and generate_next().
+  MorphRows take_morph_rows();
+  // They change only when the lod settings, height_px, the camera's field of view, the bounds or the pool's
+  // error_scale do, and the version with them. 0 before the first select().
   std::uint32_t thresholds_version() const { return thresholds_version_; }
   const ErrorScale& error_scale() const { return scale_; }
   std::span<const PatchLod> lods() const { return lods_.first(info_.patches); }
 
   std::span<const DrawItem> items() const { return items_.first(listed_); }
-  // Of patches in view and their neighbours, and of all without frustum_culling.
+  // Of patches in view and their neighbours, and of all without frustum_culling; 0 where none is resident.
   std::span<const std::uint8_t> levels() const { return levels_.first(info_.patches); }
 
  private:
-  std::size_t height_samples() const;
   std::size_t level_error_count() const;
+  HeightSource height_source() const;
+  Status hold_heights(PatchId patch, int level);
   Status set_thresholds(const LodSettings& lod, const ErrorScale& scale);
   Status check_shared_heights() const;
-  Status load_surface(std::span<const std::byte> file, const WorldInfo& info);
+  Status load_surface();
+  Status load_patches();
+  Status load_world();
+  void govern(Selection& selection);
+  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
+  bool generate_ahead(PatchUpload& upload, Status& status);
+  void touch_morph_row(std::uint32_t row);
 
   Config config_;
   Arena arena_{{}};
+  WorldReader reader_;
   WorldInfo info_;
   Octree octree_;
   std::span<Volume> volumes_;
   std::span<Patch> patches_;
-  std::span<std::int16_t> heights_;
+  HeightCache cache_;
+  std::span<std::uint32_t> height_crcs_;  // by group
   std::span<PatchBounds> bounds_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
@@ -119,11 +180,24 @@ class Terrain {
   bool morphing_ = false;
   int thresholds_level_ = 0;  // 0: lods_ are out of date
   std::uint32_t thresholds_version_ = 0;
+  std::span<std::uint16_t> morph_rows_;  // what the GPU has, or will have
+  std::uint32_t dirty_begin_ = 0;        // rows to take
+  std::uint32_t dirty_end_ = 0;
+  ResidentPool pool_;
+  std::span<LackingPatch> lacking_;
+  std::size_t lacking_count_ = 0;  // a heap by px, once generate_next() was called
+  bool lacking_is_heap_ = false;
+  float pool_scale_ = 1.0f;  // times error_px
+  std::uint32_t calm_frames_ = 0;
+  PatchId ahead_ = 0;             // where looking ahead goes on
+  std::uint32_t ahead_left_ = 0;  // patches to look at in this frame
+  LodEye eye_;
   std::span<std::uint16_t> index_table_;
   std::span<std::uint8_t> levels_;
   std::span<DrawItem> items_;
   std::span<std::uint32_t> list_scratch_;
-  std::span<std::byte> scratch_;  // working memory of loading and of generating, by turns
+  std::span<GpuVertex> vertices_;  // of one patch
+  std::span<std::byte> scratch_;   // working memory of loading and of generating, by turns
   PatchScratch* patch_scratch_ = nullptr;
   std::size_t listed_ = 0;
 };

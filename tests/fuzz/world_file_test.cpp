@@ -127,14 +127,14 @@ void mutate_header(std::vector<std::byte>& file, TestRandom& random) {
       break;
     }
     case 4: {
-      const std::size_t entry = kTable + kEntry * random.below(4);
+      const std::size_t entry = kTable + kEntry * random.below(kWorldSections);
       const std::size_t field = entry + (random.chance(0.5) ? kEntryOffset : kEntryBytes);
       const auto change = static_cast<std::uint64_t>(random.range(-2, 2)) * (random.chance(0.5) ? 64 : 1);
       store_at(file, field, load_at<std::uint64_t>(file, field) + change);
       break;
     }
     default:
-      store_at(file, kSections, random.below(5));
+      store_at(file, kSections, random.below(kWorldSections + 1));
       break;
   }
 }
@@ -170,7 +170,7 @@ TEST(WorldFileFuzz, RandomMutations) {
   for (int round = 0; round < 100'000; ++round) {
     std::vector<std::byte> file = small_file();
     const int steps = random.range(1, 4);
-    for (int step = 0; step < steps && file.size() >= kTable + 4 * kEntry; ++step) {
+    for (int step = 0; step < steps && file.size() >= kTable + kWorldSections * kEntry; ++step) {
       if (random.chance(0.4)) {
         mutate_header(file, random);
       } else {
@@ -221,7 +221,7 @@ TEST(WorldFileFuzz, RandomOctrees) {
     store_at(file, kOctets, octets);
     store_at(file, kTable + kEntryBytes, std::uint64_t{section.size()});
     file.resize((file.size() + 63) / 64 * 64);
-    for (std::size_t i = 1; i < 4; ++i)
+    for (std::size_t i = 1; i < kWorldSections; ++i)
       store_at(file, kTable + i * kEntry + kEntryOffset, std::uint64_t{file.size()});
     store_at(file, kFileBytes, std::uint64_t{file.size()});
     fix_checksums(file);

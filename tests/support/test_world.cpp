@@ -140,6 +140,19 @@ std::vector<std::uint16_t> TestWorld::level_errors() const {
   return values;
 }
 
+std::vector<PatchBounds> TestWorld::bounds() const {
+  const TestScratch scratch;
+  GenerateVertices generate;
+  generate.surface = surface();
+  generate.heights = heights();
+  generate.level = level_;
+  generate.scratch = scratch.get();
+  require(generate.validate());
+  std::vector<PatchBounds> boxes;
+  for (PatchId p = 0; p < patches_.size(); ++p) boxes.push_back(generate.bounds(p));
+  return boxes;
+}
+
 std::vector<std::byte> TestWorld::file() const {
   const WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
@@ -147,7 +160,8 @@ std::vector<std::byte> TestWorld::file() const {
   std::vector<std::byte> out(world_file_bytes(i));
   std::size_t written = 0;
   const std::vector<std::uint16_t> errors = level_errors();
-  require(write_world(i, octree_, {mask, heights_, errors}, out, written));
+  const std::vector<PatchBounds> boxes = bounds();
+  require(write_world(i, octree_, {mask, heights_, errors, boxes}, out, written));
   return out;
 }
 

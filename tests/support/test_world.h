@@ -62,6 +62,9 @@ class TestWorld {
   // Of its heights: LevelErrors::values.
   std::vector<std::uint16_t> level_errors() const;
 
+  // Of its patches at their full level.
+  std::vector<PatchBounds> bounds() const;
+
   // The world as a .karst file: what write_world makes of it. Without heights no patch has a block.
   WorldInfo info() const;
   std::vector<std::byte> file() const;

@@ -24,6 +24,7 @@ struct TestWorld {
   std::vector<std::byte> mask;
   std::vector<std::int16_t> samples;
   std::vector<std::uint16_t> errors;
+  std::vector<PatchBounds> bounds;
 
   TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
     TestRandom random(seed);
@@ -56,13 +57,20 @@ struct TestWorld {
       const bool starts = i % static_cast<std::size_t>(level - 1) == 0;
       errors[i] = static_cast<std::uint16_t>(random.below(starts ? 65'536u : errors[i - 1] + 1u));
     }
+    bounds.resize(info.patches);
+    for (PatchBounds& box : bounds) {
+      for (int axis = 0; axis < 3; ++axis) {
+        box.min[axis] = static_cast<std::int16_t>(random.range(-32'000, 32'000));
+        box.max[axis] = static_cast<std::int16_t>(random.range(box.min[axis], 32'000));
+      }
+    }
     std::snprintf(info.name, sizeof info.name, "world %llu", static_cast<unsigned long long>(seed));
   }
 
   std::vector<std::byte> bytes() const {
     std::vector<std::byte> out(world_file_bytes(info));
     std::size_t written = 0;
-    const Status status = write_world(info, memory.tree, {mask, samples, errors}, out, written);
+    const Status status = write_world(info, memory.tree, {mask, samples, errors, bounds}, out, written);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     EXPECT_EQ(written, out.size());
     return out;

@@ -50,6 +50,29 @@ void store_at(std::span<std::byte> bytes, std::size_t offset, T value) {
   std::memcpy(bytes.data() + offset, &value, sizeof value);
 }
 
+// Of groups of heights: eight blocks each, at the level that the header states.
+inline void fix_group_checksums(std::span<std::byte> file, std::uint64_t sections) {
+  using namespace world_offsets;
+  const auto level = load_at<std::int32_t>(file, kLevel);
+  if (level < 1 || level > 6) return;
+  std::span<std::byte> samples;
+  std::span<std::byte> crcs;
+  for (std::size_t i = 0; i < sections; ++i) {
+    const std::size_t entry = kTable + i * kEntry;
+    const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+    const auto bytes = load_at<std::uint64_t>(file, entry + kEntryBytes);
+    if (offset > file.size() || bytes > file.size() - offset) continue;
+    if (std::memcmp(file.data() + entry, "HGTS", 4) == 0) samples = file.subspan(offset, bytes);
+    if (std::memcmp(file.data() + entry, "HCRC", 4) == 0) crcs = file.subspan(offset, bytes);
+  }
+  const std::size_t side = (std::size_t{1} << level) + 1;
+  for (std::size_t at = 0; at + 4 <= crcs.size() && !samples.empty(); at += 4) {
+    const std::span<std::byte> group = samples.first(std::min(samples.size(), 8 * side * side * 2));
+    store_at(crcs, at, crc32c(group));
+    samples = samples.subspan(group.size());
+  }
+}
+
 // Makes the checksums fit whatever the bytes say now, as far as they lie inside, so that damage reaches the
 // checks behind them.
 inline void fix_checksums(std::span<std::byte> file) {
@@ -57,6 +80,7 @@ inline void fix_checksums(std::span<std::byte> file) {
   if (file.size() < kTable) return;
   std::uint64_t sections = load_at<std::uint32_t>(file, kSections);
   sections = std::min<std::uint64_t>(sections, (file.size() - kTable) / kEntry);
+  fix_group_checksums(file, sections);
   for (std::size_t i = 0; i < sections; ++i) {
     const std::size_t entry = kTable + i * kEntry;
     const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);

@@ -47,12 +47,14 @@ TEST(WorldFile, WhatIsWrittenIsReadAgain) {
     EXPECT_EQ(copy.tree.octets_used(), info.octets);
     EXPECT_TRUE(same_nodes(copy.tree, copy.tree.root(), world.memory.tree, world.memory.tree.root()));
 
-    const WorldHeights heights = read_heights(file, info);
+    const WorldPatches heights = read_patches(file, info);
     EXPECT_TRUE(std::equal(heights.mask.begin(), heights.mask.end(), world.mask.begin(), world.mask.end()));
     EXPECT_TRUE(std::equal(heights.samples.begin(), heights.samples.end(), world.samples.begin(),
                            world.samples.end()));
     EXPECT_TRUE(std::equal(heights.level_errors.begin(), heights.level_errors.end(), world.errors.begin(),
                            world.errors.end()));
+    ASSERT_EQ(heights.bounds.size(), world.bounds.size());
+    EXPECT_EQ(std::memcmp(heights.bounds.data(), world.bounds.data(), heights.bounds.size_bytes()), 0);
 
     // Written from what was read, it is the same file.
     std::vector<std::byte> again(file.size());
@@ -66,10 +68,10 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   const TestWorld world(4, 3, 5);
   const std::vector<std::byte> file = world.bytes();
   EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 1u);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 4 * 32);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 2u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 6 * 32);
   EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
-  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 4u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 6u);
   EXPECT_EQ(load_at<double>(file, kVoxelSize), world.info.voxel_size_m);
   EXPECT_EQ(load_at<double>(file, kOrigin + 16), world.info.origin_m[2]);
   EXPECT_EQ(load_at<std::int32_t>(file, kExtent + 8), world.info.extent.z);
@@ -80,11 +82,12 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   EXPECT_EQ(load_at<std::uint32_t>(file, kPatches), world.info.patches);
   EXPECT_EQ(load_at<std::uint32_t>(file, kHeightBlocks), world.info.height_blocks);
   EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + kName), "world 5");
-  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "LERR"};
-  const std::size_t bytes[] = {2u * world.info.octets + 1, (world.info.patches + 7) / 8,
-                               world.info.height_blocks * 81u * 2u, world.info.patches * 4u * 2u};
-  std::size_t end = 192 + 4 * 32;
-  for (std::size_t i = 0; i < 4; ++i) {
+  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "HCRC", "LERR", "PBND"};
+  const std::size_t bytes[] = {2u * world.info.octets + 1,          (world.info.patches + 7) / 8,
+                               world.info.height_blocks * 81u * 2u, (world.info.height_blocks + 7) / 8 * 4u,
+                               world.info.patches * 4u * 2u,        world.info.patches * 12u};
+  std::size_t end = 192 + 6 * 32;
+  for (std::size_t i = 0; i < 6; ++i) {
     const std::size_t entry = kTable + i * kEntry;
     EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
     EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 1u);
@@ -272,7 +275,7 @@ TEST(WorldFile, SectionTableFaultsAreNamed) {
   for (const std::uint64_t bad :
        {std::uint64_t{0}, std::uint64_t{1} << 31, std::uint64_t{1} << 63, ~std::uint64_t{0}}) {
     expect("file_bytes", kFileBytes, bad);
-    for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t i = 0; i < kWorldSections; ++i) {
       const std::size_t entry = kTable + i * kEntry;
       expect("section offset", entry + kEntryOffset, bad);
       if (bad != 0) expect("section bytes", entry + kEntryBytes, bad);
@@ -302,17 +305,17 @@ TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
   const TestWorld world(4, 2, 6);
   const std::vector<std::byte> file = world.bytes();
   // The header grows by one entry, so every section moves by 64 bytes at most; the stranger goes last.
-  const std::size_t old_header = kTable + 4 * kEntry;
+  const std::size_t old_header = kTable + kWorldSections * kEntry;
   const std::size_t new_header = old_header + kEntry;
   std::vector<std::byte> longer(new_header);
   std::copy_n(file.begin(), old_header, longer.begin());
-  for (std::size_t i = 0; i < 5; ++i) {
+  for (std::size_t i = 0; i <= kWorldSections; ++i) {
     const std::size_t entry = kTable + i * kEntry;
-    const std::uint64_t bytes = i < 4 ? load_at<std::uint64_t>(file, entry + kEntryBytes) : 5;
+    const std::uint64_t bytes = i < kWorldSections ? load_at<std::uint64_t>(file, entry + kEntryBytes) : 5;
     longer.resize((longer.size() + 63) / 64 * 64);
     store_at(longer, entry + kEntryOffset, std::uint64_t{longer.size()});
     store_at(longer, entry + kEntryBytes, bytes);
-    if (i < 4) {
+    if (i < kWorldSections) {
       const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
       longer.insert(longer.end(), file.begin() + static_cast<std::ptrdiff_t>(offset),
                     file.begin() + static_cast<std::ptrdiff_t>(offset + bytes));
@@ -321,7 +324,7 @@ TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
       longer.resize(longer.size() + 5, std::byte{0x5a});
     }
   }
-  store_at(longer, kSections, std::uint32_t{5});
+  store_at(longer, kSections, static_cast<std::uint32_t>(kWorldSections + 1));
   store_at(longer, kHeaderBytes, static_cast<std::uint32_t>(new_header));
   store_at(longer, kFileBytes, std::uint64_t{longer.size()});
   fix_checksums(longer);
@@ -330,10 +333,10 @@ TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
   ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
   TreeMemory copy(4);
   EXPECT_TRUE(read_octree(longer, info, copy.tree).ok());
-  EXPECT_EQ(read_heights(longer, info).samples.size(), world.samples.size());
+  EXPECT_EQ(read_patches(longer, info).samples.size(), world.samples.size());
 
   // The same section as a required one is more than this version can read.
-  store_at(longer, kTable + 4 * kEntry + kEntryFlags, std::uint32_t{1});
+  store_at(longer, kTable + kWorldSections * kEntry + kEntryFlags, std::uint32_t{1});
   fix_checksums(longer);
   EXPECT_EQ(read_world_info(longer, info).code(), StatusCode::unsupported);
   EXPECT_STREQ(read_world_info(longer, info).field(), "section kind");
@@ -386,7 +389,7 @@ TEST(WorldFile, ErrorsThatRiseAreNamed) {
   const TestWorld world(4, 3, 6);
   ASSERT_GE(world.info.patches, 2u);
   const std::vector<std::byte> file = world.bytes();
-  const std::size_t start = load_at<std::uint64_t>(file, kTable + 3 * kEntry + kEntryOffset);
+  const std::size_t start = load_at<std::uint64_t>(file, kTable + 4 * kEntry + kEntryOffset);
   for (std::size_t at = 0; at < 8; ++at) {
     std::vector<std::byte> damaged = file;
     std::vector<std::uint16_t> errors(world.errors.size(), std::uint16_t{7});
@@ -397,8 +400,8 @@ TEST(WorldFile, ErrorsThatRiseAreNamed) {
     const Status status = read_world_info(damaged, info);
     std::vector<std::byte> out(file.size());
     std::size_t written = 0;
-    const Status refused =
-        write_world(world.info, world.memory.tree, {world.mask, world.samples, errors}, out, written);
+    const Status refused = write_world(world.info, world.memory.tree,
+                                       {world.mask, world.samples, errors, world.bounds}, out, written);
     EXPECT_EQ(refused.ok(), at % 2 == 0);
     if (at % 2 == 0) {
       EXPECT_TRUE(status.ok()) << at;
@@ -409,6 +412,39 @@ TEST(WorldFile, ErrorsThatRiseAreNamed) {
     EXPECT_EQ(status.value(), start + 2 * at);
     EXPECT_STREQ(refused.field(), "level_errors");
   }
+}
+
+TEST(WorldFile, BoxesTurnedInsideOutAreNamed) {
+  const TestWorld world(4, 3, 6);
+  std::vector<std::byte> damaged = world.bytes();
+  const std::size_t start = load_at<std::uint64_t>(damaged, kTable + 5 * kEntry + kEntryOffset);
+  std::vector<PatchBounds> bounds = world.bounds;
+  bounds[1].min[2] = 5;
+  bounds[1].max[2] = 4;
+  std::memcpy(damaged.data() + start, bounds.data(), bounds.size() * sizeof(PatchBounds));
+  fix_checksums(damaged);
+  WorldInfo info;
+  const Status status = read_world_info(damaged, info);
+  EXPECT_EQ(status.code(), StatusCode::corrupt);
+  EXPECT_STREQ(status.field(), "patch bounds");
+  EXPECT_EQ(status.value(), start + sizeof(PatchBounds));
+}
+
+TEST(WorldFile, AGroupOfHeightsHasItsOwnChecksum) {
+  const TestWorld world(4, 2, 6);
+  std::vector<std::byte> damaged = world.bytes();
+  const std::size_t start = load_at<std::uint64_t>(damaged, kTable + 3 * kEntry + kEntryOffset);
+  store_at(damaged, start + 4, load_at<std::uint32_t>(damaged, start + 4) ^ 1u);
+  store_at(damaged, kTable + 3 * kEntry + kEntryCrc,
+           crc32c(std::span(damaged).subspan(start, (world.info.height_blocks + 7) / 8 * 4u)));
+  const std::size_t header = kTable + kWorldSections * kEntry;
+  store_at(damaged, kHeaderCrc,
+           crc32c(std::span(damaged).subspan(kHeaderCrc + 4, header - kHeaderCrc - 4),
+                  crc32c(std::span(damaged).first(kHeaderCrc))));
+  WorldInfo info;
+  const Status status = read_world_info(damaged, info);
+  EXPECT_STREQ(status.field(), "height checksums");
+  EXPECT_EQ(status.value(), start + 4);
 }
 
 TEST(WorldFile, OctreeFaultsAreNamedAndLeaveItEmpty) {
@@ -468,9 +504,9 @@ TEST(WorldFile, OctreeFaultsAreNamedAndLeaveItEmpty) {
 
 TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
   const TestWorld world(4, 2, 6);
-  const WorldHeights heights{world.mask, world.samples, world.errors};
+  const WorldPatches heights{world.mask, world.samples, world.errors, world.bounds};
   std::vector<std::byte> out(world_file_bytes(world.info));
-  const auto field_of = [&](const WorldInfo& info, const Octree& tree, const WorldHeights& h) {
+  const auto field_of = [&](const WorldInfo& info, const Octree& tree, const WorldPatches& h) {
     std::size_t written = 1;
     const Status status = write_world(info, tree, h, out, written);
     EXPECT_FALSE(status.ok());
@@ -491,18 +527,27 @@ TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
   EXPECT_EQ(field_of(info, tree, {}), "octree");
 
   EXPECT_EQ(field_of(world.info, tree,
-                     {heights.mask.first(heights.mask.size() - 1), heights.samples, heights.level_errors}),
+                     {heights.mask.first(heights.mask.size() - 1), heights.samples, heights.level_errors,
+                      heights.bounds}),
             "mask");
   EXPECT_EQ(field_of(world.info, tree,
-                     {heights.mask, heights.samples.first(heights.samples.size() - 1), heights.level_errors}),
+                     {heights.mask, heights.samples.first(heights.samples.size() - 1), heights.level_errors,
+                      heights.bounds}),
             "samples");
   std::vector<std::byte> mask = world.mask;
   mask[0] ^= std::byte{1};
-  EXPECT_EQ(field_of(world.info, tree, {mask, heights.samples, heights.level_errors}), "mask");
+  EXPECT_EQ(field_of(world.info, tree, {mask, heights.samples, heights.level_errors, heights.bounds}),
+            "mask");
   std::vector<std::int16_t> samples = world.samples;
   samples.back() = -28'001;
-  EXPECT_EQ(field_of(world.info, tree, {heights.mask, samples, heights.level_errors}), "samples");
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask, samples, heights.level_errors, heights.bounds}),
+            "samples");
   EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples}), "level_errors");
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples, heights.level_errors}), "bounds");
+  std::vector<PatchBounds> bounds = world.bounds;
+  std::swap(bounds.back().min[1], bounds.back().max[1]);
+  EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples, heights.level_errors, bounds}),
+            "bounds");
 
   out.pop_back();
   std::size_t written = 1;
