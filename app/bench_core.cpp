@@ -161,9 +161,10 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
       const std::size_t side_vertices = static_cast<std::size_t>(patch_vertices(l.level));
       GpuVertex* vertices = reinterpret_cast<GpuVertex*>(vertex_memory.get());
       l.generate.time([&] {
-        for (PatchId p = 0; p < info.patches; ++p)
-          terrain.generate(p, l.level, {vertices + p * side_vertices, side_vertices});
+        for (PatchId p = 0; p < info.patches && status.ok(); ++p)
+          status = terrain.generate(p, l.level, l.level, {vertices + p * side_vertices, side_vertices});
       });
+      if (!status.ok()) return fail(status);
       l.stream_write.time([&] { std::memset(vertex_memory.get(), round, l.vertices * sizeof(GpuVertex)); });
     }
   }

@@ -68,13 +68,12 @@ bool run() {
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
   std::uint32_t crc = 0;
   for (PatchId p = 0; p < terrain.patch_count(); ++p) {
-    terrain.generate(p, kLevel, vertices);
+    if (!terrain.generate(p, kLevel, kLevel, vertices).ok()) return false;
     crc = crc32c(std::as_bytes(std::span<const GpuVertex>(vertices)), crc);
   }
   std::printf("vertices %08x\n", crc);
   print("bounds", terrain.bounds());
 
-  if (!terrain.finish_bounds().ok()) return false;
   CameraSettings settings;
   settings.position = {3, 18, 27};
   settings.yaw_deg = -40;
@@ -84,7 +83,16 @@ bool run() {
   TerrainView view;
   view.camera = &camera;
   Terrain::Selection selection;
+  terrain.begin_frame();
   if (!terrain.select(view, selection).ok()) return false;
+  PatchUpload upload;
+  Status status;
+  std::uint32_t uploads = 0;
+  while (terrain.generate_next(true, upload, status))
+    uploads = crc32c(std::as_bytes(upload.vertices), uploads);
+  std::printf("uploads %08x\n", uploads);
+  print("morph_rows", terrain.take_morph_rows().halves);
+  if (!status.ok() || !terrain.select(view, selection).ok()) return false;
   print("levels", terrain.levels());
   print("draw_list", terrain.items());
   return true;

@@ -65,6 +65,7 @@ TEST(ConfigTest, EndsOfEveryRangeAreLegal) {
       config.max_draw_items = 1;  // keeps the limits that depend on it out of the way
       config.*field.member = value;
       if (field.member == &Config::max_draw_items) config.gpu_vertex_pages = kMostPages;
+      if (field.member == &Config::max_draw_items) config.max_resident_patches = kMostPages;
       if (field.member == &Config::max_draw_items) config.stream_indices = 1u << 26;
       EXPECT_TRUE(config.validate().ok()) << field.name << " = " << value;
     }

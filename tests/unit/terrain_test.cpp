@@ -66,9 +66,11 @@ TEST(Terrain, EachLimitIsNamed) {
   const struct {
     std::uint32_t Config::*member;
     const char* name;
-  } limits[] = {{&Config::max_depth, "max_depth"},     {&Config::max_level, "max_level"},
-                {&Config::max_octets, "max_octets"},   {&Config::max_volumes, "max_volumes"},
-                {&Config::max_patches, "max_patches"}, {&Config::max_height_blocks, "max_height_blocks"}};
+  } limits[] = {{&Config::max_depth, "max_depth"},
+                {&Config::max_level, "max_level"},
+                {&Config::max_octets, "max_octets"},
+                {&Config::max_volumes, "max_volumes"},
+                {&Config::max_patches, "max_patches"}};
   for (const auto& limit : limits) {
     Config config = Terrain::config_for(world.info(), kLevel);
     config.*limit.member -= 1;
@@ -84,8 +86,9 @@ TEST(Terrain, EachLimitIsNamed) {
 
 class LoadedTerrain {
  public:
-  explicit LoadedTerrain(const test::TestWorld& world)
-      : config_(Terrain::config_for(world.info(), kLevel)), memory_(Terrain::budget(config_).cpu_bytes()) {
+  explicit LoadedTerrain(const test::TestWorld& world, std::uint32_t detail_pages = Terrain::kDetailPages)
+      : config_(Terrain::config_for(world.info(), kLevel, detail_pages)),
+        memory_(Terrain::budget(config_).cpu_bytes()) {
     EXPECT_TRUE(terrain.create(config_, memory_.bytes()).ok());
   }
   Terrain terrain;
@@ -102,7 +105,7 @@ TEST(Terrain, GeneratesWhatTheStagesGenerate) {
   ASSERT_EQ(loaded.terrain.patch_count(), world.surface().patches.size());
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
   for (PatchId p = 0; p < loaded.terrain.patch_count(); ++p) {
-    loaded.terrain.generate(p, kLevel, vertices);
+    ASSERT_TRUE(loaded.terrain.generate(p, kLevel, kLevel, vertices).ok());
     ASSERT_EQ(vertices, world.vertices(p, kLevel));
     const PatchBounds& b = loaded.terrain.bounds()[p];
     for (int axis = 0; axis < 3; ++axis) {
@@ -118,37 +121,226 @@ TEST(Terrain, GeneratesWhatTheStagesGenerate) {
   }
 }
 
+// Makes what a view lacks until nothing is lacking that can be made. Returns how many patches that were.
+int settle(Terrain& terrain, const TerrainView& view, Terrain::Selection& selection) {
+  int made = 0;
+  for (int round = 0; round < 100; ++round) {
+    EXPECT_TRUE(terrain.select(view, selection).ok());
+    const int before = made;
+    PatchUpload upload;
+    Status status;
+    while (terrain.generate_next(false, upload, status)) ++made;
+    EXPECT_TRUE(status.ok()) << status.what();
+    if (made == before && !selection.pool_full) break;
+    terrain.begin_frame();
+  }
+  return made;
+}
+
+Camera camera_at(glm::dvec3 position, double yaw_deg) {
+  CameraSettings settings;
+  settings.position = position;
+  settings.yaw_deg = yaw_deg;
+  Camera camera;
+  EXPECT_TRUE(make_camera(settings, camera).ok());
+  return camera;
+}
+
 TEST(Terrain, AThousandFramesTakeNoHeap) {
   const test::TestWorld world = hilly_world();
-  LoadedTerrain loaded(world);
+  LoadedTerrain loaded(world, 40);  // a small pool: patches come and go
   Terrain& terrain = loaded.terrain;
   const std::vector<std::byte> file = world.file();
-  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
 
   const std::uint64_t before = test::heap_calls();
   ASSERT_TRUE(terrain.load(file).ok());
-  for (PatchId p = 0; p < terrain.patch_count(); ++p) terrain.generate(p, kLevel, vertices);
-  ASSERT_TRUE(terrain.finish_bounds().ok());
   std::uint64_t drawn = 0;
+  std::uint64_t made = 0;
   for (int frame = 0; frame < 1000; ++frame) {
-    CameraSettings settings;
-    settings.position = {10 + 9 * std::cos(frame * 0.01), 9, 9 + 9 * std::sin(frame * 0.01)};
-    settings.yaw_deg = frame * 0.7;
-    Camera camera;
+    const Camera camera =
+        camera_at({10 + 9 * std::cos(frame * 0.01), 9, 9 + 9 * std::sin(frame * 0.01)}, frame * 0.7);
     TerrainView view;
     view.camera = &camera;
-    view.lod.distance_voxels = 16;
+    view.lod.error_px = 0.5;
     Terrain::Selection selection;
-    ASSERT_TRUE(make_camera(settings, camera).ok());
+    terrain.begin_frame();
     ASSERT_TRUE(terrain.select(view, selection).ok());
     drawn += selection.list.drawn;
+    PatchUpload upload;
+    Status status;
+    for (int i = 0; i < 10 && terrain.generate_next(true, upload, status); ++i) ++made;
+    terrain.take_morph_rows();
   }
   EXPECT_EQ(test::heap_calls() - before, 0u);
   EXPECT_GT(drawn, 1000u);
+  EXPECT_GT(made, 2 * terrain.patch_count());
   // The counter itself works.
   const std::uint64_t counted = test::heap_calls();
   std::vector<int> block(100);
   EXPECT_GT(test::heap_calls(), counted);
+}
+
+// With room for everything, what is drawn in the end is what the view wants.
+TEST(Terrain, EverythingWantedBecomesResident) {
+  const test::TestWorld world = hilly_world();
+  LoadedTerrain loaded(world, 1u << 20);
+  Terrain& terrain = loaded.terrain;
+  const std::vector<std::byte> file = world.file();
+  ASSERT_TRUE(terrain.load(file).ok());
+  for (const double error_px : {0.2, 2.0, 20.0}) {
+    terrain.begin_frame();
+    const Camera camera = camera_at({10, 14, 18}, 0);
+    TerrainView view;
+    view.camera = &camera;
+    view.lod.error_px = error_px;
+    Terrain::Selection selection;
+    settle(terrain, view, selection);
+    EXPECT_EQ(selection.lod.capped, 0u);
+    EXPECT_EQ(selection.lod.missing, 0u);
+    EXPECT_FALSE(selection.pool_full);
+    EXPECT_FLOAT_EQ(selection.lod.bound_px, static_cast<float>(error_px));
+    EXPECT_GT(selection.list.drawn, 10u);
+  }
+}
+
+// What a pool cannot hold makes the frame coarser, never wrong, and the bound says by how much.
+TEST(Terrain, AFullPoolRaisesTheBound) {
+  const test::TestWorld world = hilly_world();
+  const std::vector<std::byte> file = world.file();
+  for (const std::uint32_t detail : {0u, 10u, 60u}) {
+    LoadedTerrain loaded(world, detail);
+    Terrain& terrain = loaded.terrain;
+    ASSERT_TRUE(terrain.load(file).ok());
+    terrain.begin_frame();
+    const Camera camera = camera_at({10, 10, 12}, 0);
+    TerrainView view;
+    view.camera = &camera;
+    view.lod.error_px = 0.02;
+    view.frustum_culling = false;  // all of the world is too much for the pool
+    Terrain::Selection selection;
+    settle(terrain, view, selection);
+    EXPECT_TRUE(selection.pool_full) << detail;
+    EXPECT_EQ(selection.lod.missing, 0u);
+    EXPECT_GT(selection.lod.bound_px, 0.02f);
+    for (const DrawItem& item : terrain.items()) EXPECT_LE(item.level, terrain.pool().level(item.patch));
+    // And it falls again where less is wanted.
+    view.lod.error_px = 50;
+    for (int frame = 0; frame < 4000; ++frame) {
+      terrain.begin_frame();
+      ASSERT_TRUE(terrain.select(view, selection).ok());
+      PatchUpload upload;
+      Status status;
+      while (terrain.generate_next(false, upload, status)) {
+      }
+    }
+    EXPECT_EQ(selection.error_scale, 1.0f);
+    EXPECT_FALSE(selection.pool_full);
+    EXPECT_FLOAT_EQ(selection.lod.bound_px, 50.0f);
+  }
+}
+
+// Whatever way a patch became resident, by steps or at once, its vertices are those of the full level.
+TEST(Terrain, UploadsAddUpToTheSlot) {
+  const test::TestWorld world = hilly_world();
+  LoadedTerrain loaded(world, 60);
+  Terrain& terrain = loaded.terrain;
+  const std::vector<std::byte> file = world.file();
+  ASSERT_TRUE(terrain.load(file).ok());
+  std::vector<std::vector<GpuVertex>> gpu(terrain.patch_count());
+  std::vector<std::vector<std::uint16_t>> rows(terrain.config().max_resident_patches);
+  int raised = 0;
+  for (int frame = 0; frame < 300; ++frame) {
+    terrain.begin_frame();
+    const Camera camera =
+        camera_at({10 + 8 * std::cos(frame * 0.1), 10, 9 + 8 * std::sin(frame * 0.1)}, frame * 3);
+    TerrainView view;
+    view.camera = &camera;
+    view.lod.error_px = frame % 50 < 25 ? 0.3 : 3.0;
+    Terrain::Selection selection;
+    ASSERT_TRUE(terrain.select(view, selection).ok());
+    PatchUpload upload;
+    Status status;
+    for (int i = 0; i < 5 && terrain.generate_next(true, upload, status); ++i) {
+      std::vector<GpuVertex>& slot = gpu[upload.patch];
+      ASSERT_LE(static_cast<std::size_t>(upload.first_vertex), slot.size());
+      raised += upload.first_vertex > 0 ? 1 : 0;
+      slot.resize(static_cast<std::size_t>(upload.first_vertex));
+      slot.insert(slot.end(), upload.vertices.begin(), upload.vertices.end());
+      EXPECT_EQ(upload.row, terrain.pool().row(upload.patch));
+    }
+    const MorphRows changed = terrain.take_morph_rows();
+    for (std::size_t at = 0; at < changed.halves.size(); at += kMorphRow) {
+      const auto row = changed.halves.subspan(at, kMorphRow);
+      rows[changed.first_row + at / kMorphRow].assign(row.begin(), row.end());
+    }
+  }
+  EXPECT_GT(raised, 10);
+  for (PatchId p = 0; p < terrain.patch_count(); ++p) {
+    const int level = terrain.pool().level(p);
+    if (level == 0) continue;
+    std::vector<GpuVertex> expected = world.vertices(p, kLevel);
+    expected.resize(static_cast<std::size_t>(patch_vertices(level)));
+    gpu[p].resize(expected.size());
+    ASSERT_EQ(gpu[p], expected) << p;
+    std::uint16_t row[kMorphRow];
+    make_morph_row(terrain.surface(), terrain.lods(), p, row);
+    ASSERT_TRUE(std::equal(rows[terrain.pool().row(p)].begin(), rows[terrain.pool().row(p)].end(), row)) << p;
+  }
+}
+
+// Heights that do not fit memory are read from the file when vertices are made, and change nothing.
+TEST(Terrain, HeightsComeThroughABoundedCache) {
+  const test::TestWorld world = hilly_world();
+  const std::vector<std::byte> file = world.file();
+  Config config = Terrain::config_for(world.info(), kLevel);
+  config.max_height_blocks = HeightCache::kLeastGroups * kHeightGroup;
+  ASSERT_GT(world.info().height_blocks, config.max_height_blocks);
+  const AlignedBytes memory(Terrain::budget(config).cpu_bytes());
+  Terrain terrain;
+  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
+  ASSERT_TRUE(terrain.load(file).ok());
+  EXPECT_FALSE(terrain.holds_all_heights());
+  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
+  for (PatchId p = 0; p < terrain.patch_count(); ++p) {
+    ASSERT_TRUE(terrain.generate(p, kLevel, kLevel, vertices).ok());
+    ASSERT_EQ(vertices, world.vertices(p, kLevel));
+  }
+  const std::uint64_t in_order = terrain.height_groups_read();
+  EXPECT_GT(in_order, height_groups(world.info().height_blocks));
+  test::Random random{7};
+  for (int i = 0; i < 500; ++i) {
+    const auto p = static_cast<PatchId>(random.below(static_cast<int>(terrain.patch_count())));
+    ASSERT_TRUE(terrain.generate(p, kLevel, kLevel, vertices).ok());
+    ASSERT_EQ(vertices, world.vertices(p, kLevel));
+  }
+  EXPECT_GT(terrain.height_groups_read(), in_order);
+}
+
+TEST(Terrain, AFileThatCannotBeReadAnyMoreIsReported) {
+  const test::TestWorld world = hilly_world();
+  std::vector<std::byte> file = world.file();
+  Config config = Terrain::config_for(world.info(), kLevel);
+  config.max_height_blocks = HeightCache::kLeastGroups * kHeightGroup;
+  const AlignedBytes memory(Terrain::budget(config).cpu_bytes());
+  Terrain terrain;
+  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
+  ASSERT_TRUE(terrain.load(file).ok());
+  // Heights are the largest section: all of it is damaged now.
+  for (std::size_t at = file.size() / 4; at < file.size() * 3 / 4; ++at) file[at] ^= std::byte{0x55};
+  terrain.begin_frame();
+  const Camera camera = camera_at({10, 14, 18}, 0);
+  TerrainView view;
+  view.camera = &camera;
+  Terrain::Selection selection;
+  ASSERT_TRUE(terrain.select(view, selection).ok());
+  PatchUpload upload;
+  Status status;
+  const std::uint32_t pages = terrain.pool().free_pages();
+  while (terrain.generate_next(false, upload, status)) {
+  }
+  EXPECT_EQ(status.code(), StatusCode::corrupt);
+  EXPECT_STREQ(status.field(), "height samples");
+  EXPECT_LE(terrain.pool().free_pages(), pages);
 }
 
 TEST(Terrain, LoadsAgainAfterAFailure) {
@@ -193,7 +385,9 @@ TEST(Terrain, RefusesCountsThatContradictTheVoxels) {
   std::size_t written = 0;
   std::vector<std::uint16_t> errors = world.level_errors();
   errors.resize(info.patches * level_error_values(info.level));
-  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors}, file, written).ok());
+  std::vector<PatchBounds> bounds = world.bounds();
+  bounds.resize(info.patches);
+  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors, bounds}, file, written).ok());
   LoadedTerrain loaded(world);
   const Status status = loaded.terrain.load(file);
   EXPECT_EQ(status.code(), StatusCode::corrupt);

@@ -227,7 +227,7 @@ TEST(WorldFile, NothingButAWorldFileIsOne) {
   EXPECT_STREQ(read_world_info(text, info).field(), "magic");
 
   std::vector<std::byte> file = TestWorld(3, 1, 8).bytes();
-  store_at(file, kVersion, std::uint32_t{2});
+  store_at(file, kVersion, std::uint32_t{3});
   fix_checksums(file);
   const Status status = read_world_info(file, info);
   EXPECT_EQ(status.code(), StatusCode::unsupported);
