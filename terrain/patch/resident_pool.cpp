@@ -117,30 +117,30 @@ void ResidentPool::lower(PatchId patch, int level) {
   give_back(patch, storage_.row_of_patch[patch], taken);
 }
 
-int ResidentPool::yields_to(std::uint32_t index, int floor_level, PatchId spared) const {
+int ResidentPool::yields_to(std::uint32_t index, const Claim& claim) const {
   const Row& row = storage_.rows[index];
-  if (!row.used || row.patch == spared) return kMaxLevel + 1;
+  if (!row.used || row.patch == claim.spared) return kMaxLevel + 1;
   const int level = storage_.levels[row.patch];
-  const int target =
-      row.last_seen == frame_ ? std::max(floor_level, std::max<int>(row.needed, 1)) : floor_level;
+  int target = claim.unseen;
+  if (row.last_seen == frame_) target = claim.holes ? base_level_ : std::max<int>(row.needed, base_level_);
   // Levels that share a page with the one below make no room.
   return target < level && pages_at(target) < pages_at(level) ? target : kMaxLevel + 1;
 }
 
 // One choice: of the rows in a window, the one unseen for longest. Goes on until a window holds a candidate.
-bool ResidentPool::take_oldest(int floor_level, PatchId spared) {
+bool ResidentPool::take_oldest(const Claim& claim) {
   for (std::uint32_t looked = 0; looked < row_end_;) {
     std::uint32_t best = kNoRow;
     const std::uint32_t window = std::min(kWindow, row_end_ - looked);
     for (std::uint32_t i = 0; i < window; ++i, ++looked) {
       if (hand_ >= row_end_) hand_ = 0;
       const std::uint32_t index = hand_++;
-      if (yields_to(index, floor_level, spared) > kMaxLevel) continue;
+      if (yields_to(index, claim) > kMaxLevel) continue;
       const auto age = [&](std::uint32_t r) { return frame_ - storage_.rows[r].last_seen; };
       if (best == kNoRow || age(index) > age(best)) best = index;
     }
     if (best == kNoRow) continue;
-    lower(storage_.rows[best].patch, yields_to(best, floor_level, spared));
+    lower(storage_.rows[best].patch, yields_to(best, claim));
     return true;
   }
   return false;
@@ -149,13 +149,15 @@ bool ResidentPool::take_oldest(int floor_level, PatchId spared) {
 bool ResidentPool::make_room(PatchId patch, int level) {
   const std::uint32_t wanted = pages_at(level) - std::min(pages_at(level), pages_at(storage_.levels[patch]));
   // What is kept back comes free soon: taking more for the same need would empty the pool.
-  const auto coming = [&] { return free_.count + kept_back(); };
-  while (coming() < wanted && take_oldest(base_level_, patch)) {
-  }
-  while (coming() < wanted && take_oldest(0, patch)) {
-  }
+  const auto take = [&](int unseen, bool holes) {
+    while (free_.count + kept_back() < wanted && take_oldest({patch, unseen, holes})) {
+    }
+  };
+  take(base_level_, false);
+  take(0, false);
+  if (storage_.levels[patch] == 0 && level <= base_level_) take(0, true);
   if (storage_.row_of_patch[patch] == kNoRow && free_row_ == kNoRow && row_end_ == storage_.rows.size()) {
-    take_oldest(0, patch);
+    take_oldest({patch, 0, false});
   }
   return has_room(patch, level);
 }

@@ -83,8 +83,9 @@ class ResidentPool {
   void lower(PatchId patch, int level);
 
   // Makes room for raising a patch to a level: takes from patches that the frame does not see, longest unseen
-  // first by and large, then from those that are finer than the frame needs. Whether there is room now; some
-  // of what it took may be kept back for the next frames. Never touches `patch`.
+  // first by and large, then from those that are finer than the frame needs; for the base level of a patch
+  // that is not resident, which is a hole, even from those that the frame needs finer. Whether there is room
+  // now; some of what it took may be kept back for the next frames. Never touches `patch`.
   bool make_room(PatchId patch, int level);
 
  private:
@@ -98,9 +99,16 @@ class ResidentPool {
   void give_back(PatchId patch, std::uint32_t row, const List& pages);
   static std::uint32_t pages_at(int level) { return level <= 0 ? 0 : slot_pages(level); }
   bool has_room(PatchId patch, int level) const;
-  // What a row may be lowered to; its own level where nothing can be taken.
-  int yields_to(std::uint32_t row, int floor_level, PatchId spared) const;
-  bool take_oldest(int floor_level, PatchId spared);
+  // What is asked of patches: those out of view go down to `unseen`, those in view to what is needed of them,
+  // or with `holes` to the base level.
+  struct Claim {
+    PatchId spared;
+    int unseen;
+    bool holes;
+  };
+  // What a row may be lowered to; above kMaxLevel where nothing can be taken.
+  int yields_to(std::uint32_t row, const Claim& claim) const;
+  bool take_oldest(const Claim& claim);
 
   Storage storage_;
   std::uint32_t patches_ = 0;

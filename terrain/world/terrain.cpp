@@ -41,6 +41,9 @@ constexpr float kAheadDistance = 0.85f;
 constexpr std::uint32_t kCalmFrames = 8;
 constexpr float kMostErrorScale = 65'536.0f;
 
+// Holes are worse than any lack of detail.
+constexpr float kHolePx = 1e9f;
+
 bool less_urgent(const LackingPatch& a, const LackingPatch& b) {
   return a.px != b.px ? a.px < b.px : a.patch > b.patch;
 }
@@ -305,7 +308,7 @@ LatticeBox Terrain::box() const {
 }
 
 void Terrain::forget_resident() {
-  pool_.reset(info_.patches, std::min(info_.level, 2));
+  pool_.reset(info_.patches, base_level());
   lacking_count_ = 0;
   ahead_left_ = 0;
   dirty_begin_ = dirty_end_ = 0;
@@ -417,16 +420,22 @@ void Terrain::govern(Selection& selection) {
   selection.wanted_pages = pages;
   selection.error_scale = pool_scale_;
   selection.pool_full = pages > pool_.page_count();
+  pool_full_ = selection.pool_full;
   if (!morphing_) return;
   const float use = static_cast<float>(pages) / static_cast<float>(pool_.page_count());
+  // One page a patch is taken whatever the error is.
+  const std::uint32_t seen = selection.list.drawn + selection.lod.missing;
+  const std::uint32_t detail = pages - std::min(pages, seen);
+  const std::uint32_t room = pool_.page_count() - std::min(pool_.page_count(), seen);
   if (selection.pool_full) {
     pool_scale_ = std::min(pool_scale_ * std::clamp(use * 1.05f, 1.1f, 2.0f), kMostErrorScale);
     calm_frames_ = 0;
-  } else if (pool_scale_ > 1.0f && use < 0.8f && ++calm_frames_ >= kCalmFrames) {
+  } else if (pool_scale_ > 1.0f && detail * 4 <= room * 3 && ++calm_frames_ >= kCalmFrames) {
     pool_scale_ = std::max(pool_scale_ * 0.93f, 1.0f);
     calm_frames_ = 0;
   }
   selection.pool_full = selection.pool_full || pool_scale_ > 1.0f;
+  pool_full_ = selection.pool_full;
 }
 
 bool Terrain::make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
@@ -452,13 +461,21 @@ bool Terrain::make_resident(PatchId patch, int level, PatchUpload& upload, Statu
 bool Terrain::generate_next(bool ahead, PatchUpload& upload, Status& status) {
   status = {};
   LackingPatch* const first = lacking_.data();
-  if (!lacking_is_heap_) std::make_heap(first, first + lacking_count_, less_urgent);
-  lacking_is_heap_ = true;
+  if (!lacking_is_heap_) {
+    for (LackingPatch& patch : lacking_.first(lacking_count_)) {
+      if (pool_.level(patch.patch) == 0) patch.px += kHolePx;
+    }
+    std::make_heap(first, first + lacking_count_, less_urgent);
+    lacking_is_heap_ = true;
+  }
   while (lacking_count_ > 0) {
     std::pop_heap(first, first + lacking_count_, less_urgent);
     const LackingPatch next = first[--lacking_count_];
-    // Where the whole need finds no room, a part of it may.
-    for (int level = next.wanted; level > pool_.level(next.patch); --level) {
+    // Where the whole need finds no room, a part of it may; in a full pool holes get the least that fills
+    // them.
+    const bool least = pool_full_ && pool_.level(next.patch) == 0;
+    for (int level = least ? std::min(base_level(), int{next.wanted}) : next.wanted;
+         level > pool_.level(next.patch); --level) {
       if (!pool_.make_room(next.patch, level)) continue;
       if (make_resident(next.patch, level, upload, status)) return true;
       if (!status.ok()) return false;
@@ -475,7 +492,7 @@ bool Terrain::generate_ahead(PatchUpload& upload, Status& status) {
     if (ahead_ >= info_.patches) ahead_ = 0;
     const PatchId patch = ahead_++;
     const PatchLod& lod = lods_[patch];
-    const int base = std::min(info_.level, 2);
+    const int base = base_level();
     const int wanted = std::max(base, level_at(lod, least_apparent_distance(lod, eye_) * kAheadDistance));
     const int held = pool_.level(patch);
     if (wanted <= held) continue;

@@ -150,6 +150,8 @@ class Terrain {
 
  private:
   std::size_t level_error_count() const;
+  // All that fits the first page of a patch.
+  int base_level() const { return info_.level < 2 ? info_.level : 2; }
   HeightSource height_source() const;
   Status hold_heights(PatchId patch, int level);
   Status set_thresholds(const LodSettings& lod, const ErrorScale& scale);
@@ -188,6 +190,7 @@ class Terrain {
   std::size_t lacking_count_ = 0;  // a heap by px, once generate_next() was called
   bool lacking_is_heap_ = false;
   float pool_scale_ = 1.0f;  // times error_px
+  bool pool_full_ = false;
   std::uint32_t calm_frames_ = 0;
   PatchId ahead_ = 0;             // where looking ahead goes on
   std::uint32_t ahead_left_ = 0;  // patches to look at in this frame

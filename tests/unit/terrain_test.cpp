@@ -224,6 +224,8 @@ TEST(Terrain, AFullPoolRaisesTheBound) {
     EXPECT_GT(selection.lod.bound_px, 0.02f);
     for (const DrawItem& item : terrain.items()) EXPECT_LE(item.level, terrain.pool().level(item.patch));
     // And it falls again where less is wanted.
+    const Camera far_away = camera_at({10, 10, 300}, 0);
+    view.camera = &far_away;
     view.lod.error_px = 50;
     for (int frame = 0; frame < 4000; ++frame) {
       terrain.begin_frame();
