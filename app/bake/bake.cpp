@@ -11,6 +11,7 @@
 #include "terrain/base/config.h"
 #include "terrain/patch/fit_heights.h"
 #include "terrain/patch/generate_vertices.h"
+#include "terrain/patch/normal_cone.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/voxel/voxelize.h"
 
@@ -374,6 +375,16 @@ class Baker {
     return boxes;
   }
 
+  std::vector<NormalCone> normal_cones() const {
+    std::vector<NormalCone> cones(patches_.size());
+    const MeasureNormalCones measure{{volumes_, patches_}, {level_, heights_}, cones};
+    check(measure.validate(), "normal cones");
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      measure.run(static_cast<PatchId>(first), static_cast<PatchId>(last));
+    });
+    return cones;
+  }
+
   std::vector<std::byte> write() {
     WorldInfo& info = report_.info;
     info.voxel_size_m = grid_.voxel_m;
@@ -391,7 +402,8 @@ class Baker {
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
     const std::vector<std::uint16_t> errors = level_errors();
     const std::vector<PatchBounds> boxes = bounds();
-    const WorldPatches world_patches{mask, heights_, errors, boxes};
+    const std::vector<NormalCone> cones = normal_cones();
+    const WorldPatches world_patches{mask, heights_, errors, boxes, cones};
     std::vector<std::byte> file(world_file_bytes(info));
     std::size_t written = 0;
     check(write_world(info, voxels_.octree, world_patches, file, written), "world");

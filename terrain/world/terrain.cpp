@@ -80,6 +80,7 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::heights, Arena::bytes_for<std::uint32_t>(held_groups(config)));
   b.add(Consumer::heights, Arena::bytes_for<std::uint32_t>(held_groups(config)));
   b.add(Consumer::bounds, Arena::bytes_for<PatchBounds>(config.max_patches));
+  b.add(Consumer::bounds, Arena::bytes_for<NormalCone>(config.max_patches));
   b.add(Consumer::bounds, Arena::bytes_for<LatticeBox>(BoundsTree::node_count(config.max_patches)));
   b.add(Consumer::level_errors, Arena::bytes_for<std::uint16_t>(max_level_errors(config)));
   b.add(Consumer::thresholds, Arena::bytes_for<PatchLod>(config.max_patches));
@@ -129,6 +130,7 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   take(heights.used, Consumer::heights, held_groups(config));
   cache_.create(heights);
   take(bounds_, Consumer::bounds, config.max_patches);
+  take(cones_, Consumer::bounds, config.max_patches);
   take(boxes_, Consumer::bounds, BoundsTree::node_count(config.max_patches));
   take(level_errors_, Consumer::level_errors, max_level_errors(config));
   take(lods_, Consumer::thresholds, config.max_patches);
@@ -235,7 +237,8 @@ Status Terrain::load_patches() {
   if (const Status status = reader_.read_height_crcs(height_crcs_.first(groups)); !status.ok()) return status;
   if (const Status status = reader_.read_level_errors(level_errors_.first(level_error_count())); !status.ok())
     return status;
-  return reader_.read_bounds(bounds_.first(info_.patches));
+  if (const Status status = reader_.read_bounds(bounds_.first(info_.patches)); !status.ok()) return status;
+  return reader_.read_cones(cones_.first(info_.patches));
 }
 
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at
@@ -394,6 +397,7 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   list.surface = surface();
   list.bounds = bounds();
   list.tree = &tree_;
+  if (view.backface_culling) list.cones = cones();
   list.levels = levels();
   list.scratch = list_scratch_.first(info_.patches);
   list.items = items_;

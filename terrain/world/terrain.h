@@ -39,6 +39,7 @@ struct TerrainView {
   LodSettings lod;      // max_level and resident_level are cut to the world's level
   int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
   bool frustum_culling = true;
+  bool backface_culling = true;
 };
 
 // Vertices of one patch for the GPU; valid until the next call of the Terrain.
@@ -95,6 +96,7 @@ class Terrain {
   std::span<const std::uint16_t> index_table() const { return index_table_; }
   std::uint32_t patch_count() const { return info_.patches; }
   std::span<const PatchBounds> bounds() const { return bounds_.first(info_.patches); }
+  std::span<const NormalCone> cones() const { return cones_.first(info_.patches); }
   const BoundsTree& tree() const { return tree_; }
   // Box of everything, lattice steps. Precondition: there is a patch.
   LatticeBox box() const;
@@ -174,6 +176,7 @@ class Terrain {
   HeightCache cache_;
   std::span<std::uint32_t> height_crcs_;  // by group
   std::span<PatchBounds> bounds_;
+  std::span<NormalCone> cones_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
   std::span<std::uint16_t> level_errors_;

@@ -99,6 +99,8 @@ Status check_patches(const WorldInfo& info, const WorldPatches& patches) {
   }
   if (patches.bounds.size_bytes() != section_bytes(WorldSection::bounds, info))
     return invalid("the boxes do not fit the patches", "bounds");
+  if (patches.cones.size_bytes() != section_bytes(WorldSection::cones, info))
+    return invalid("the cones do not fit the patches", "cones");
   const PatchesFault fault = find_patches_fault(info, patches);
   return fault.what == nullptr ? Status() : invalid(fault.what, fault.field);
 }
@@ -188,7 +190,8 @@ WorldPatches read_patches(std::span<const std::byte> file, const WorldInfo& info
   return {bytes_of(file, table, WorldSection::mask),
           as<std::int16_t>(bytes_of(file, table, WorldSection::samples)),
           as<std::uint16_t>(bytes_of(file, table, WorldSection::level_errors)),
-          as<PatchBounds>(bytes_of(file, table, WorldSection::bounds))};
+          as<PatchBounds>(bytes_of(file, table, WorldSection::bounds)),
+          as<NormalCone>(bytes_of(file, table, WorldSection::cones))};
 }
 
 std::size_t world_file_bytes(const WorldInfo& info) {
@@ -222,6 +225,7 @@ Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches
   copy(WorldSection::samples, std::as_bytes(patches.samples));
   copy(WorldSection::level_errors, std::as_bytes(patches.level_errors));
   copy(WorldSection::bounds, std::as_bytes(patches.bounds));
+  copy(WorldSection::cones, std::as_bytes(patches.cones));
   const std::span<std::byte> crcs = place_of(file, sections, WorldSection::sample_crcs);
   for (std::uint32_t group = 0; group < height_groups(info.height_blocks); ++group) {
     store(crcs, group * sizeof(std::uint32_t), group_crc(patches.samples, info.level, group));

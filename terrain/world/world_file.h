@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The .karst world file over bytes that the caller reads, maps and writes; docs/formats.md has it byte by
-// byte. It holds the octree, and of patches the heights, the errors of their coarser levels and the boxes.
-// Patches are not stored: extraction makes them again, in the same order, and their counts tell whether it
-// did.
+// byte. It holds the octree, and of patches the heights, the errors of their coarser levels, the boxes and
+// the cones of normals. Patches are not stored: extraction makes them again, in the same order, and their
+// counts tell whether it did.
 //
 // These functions have the whole file in memory: for writing, and for checking all of it. What draws reads it
 // piece by piece (world_reader.h).
@@ -16,6 +16,7 @@
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
 #include "terrain/patch/level_error.h"
+#include "terrain/patch/normal_cone.h"
 #include "terrain/voxel/octree.h"
 
 #include <glm/vec3.hpp>
@@ -46,8 +47,8 @@ struct WorldInfo {
 };
 
 // The sections, in the order in which they are written.
-enum class WorldSection : std::uint8_t { octree, mask, samples, sample_crcs, level_errors, bounds };
-inline constexpr std::size_t kWorldSections = 6;
+enum class WorldSection : std::uint8_t { octree, mask, samples, sample_crcs, level_errors, bounds, cones };
+inline constexpr std::size_t kWorldSections = 7;
 
 struct WorldSectionPlace {
   std::uint64_t offset = 0;  // bytes from the start of the file
@@ -72,6 +73,7 @@ struct WorldPatches {
   std::span<const std::uint16_t> level_errors =
       {};                                    // of all patches, with heights or without: LevelErrors::values
   std::span<const PatchBounds> bounds = {};  // of all patches
+  std::span<const NormalCone> cones = {};    // of all patches
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

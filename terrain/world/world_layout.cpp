@@ -206,6 +206,8 @@ std::uint64_t section_bytes(WorldSection section, const WorldInfo& info) {
       return std::uint64_t{info.patches} * level_error_values(info.level) * sizeof(std::uint16_t);
     case WorldSection::bounds:
       return std::uint64_t{info.patches} * sizeof(PatchBounds);
+    case WorldSection::cones:
+      return std::uint64_t{info.patches} * sizeof(NormalCone);
   }
   return 0;
 }

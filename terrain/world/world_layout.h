@@ -66,10 +66,11 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
 }
 
 inline constexpr std::array<std::uint32_t, kWorldSections> kKinds = {
-    four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"),
-    four_letters("HCRC"), four_letters("LERR"), four_letters("PBND")};
+    four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"), four_letters("HCRC"),
+    four_letters("LERR"), four_letters("PBND"), four_letters("CONE")};
 inline constexpr std::array<const char*, kWorldSections> kSectionNames = {
-    "octree", "height mask", "height samples", "height checksums", "level errors", "patch bounds"};
+    "octree",       "height mask",  "height samples", "height checksums",
+    "level errors", "patch bounds", "normal cones"};
 
 template <class T>
 T load(std::span<const std::byte> bytes, std::size_t offset) {

@@ -95,6 +95,10 @@ Status WorldReader::read_bounds(std::span<PatchBounds> bounds) const {
                  {"patch bounds", static_cast<std::size_t>(offset) + at * sizeof(PatchBounds)});
 }
 
+Status WorldReader::read_cones(std::span<NormalCone> cones) const {
+  return read_section(WorldSection::cones, std::as_writable_bytes(cones));
+}
+
 Status WorldReader::read_height_crcs(std::span<std::uint32_t> crcs) const {
   return read_section(WorldSection::sample_crcs, std::as_writable_bytes(crcs));
 }

@@ -28,6 +28,7 @@ class WorldReader {
   Status read_mask(std::span<std::byte> mask) const;
   Status read_level_errors(std::span<std::uint16_t> values) const;
   Status read_bounds(std::span<PatchBounds> bounds) const;
+  Status read_cones(std::span<NormalCone> cones) const;
   Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
 
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be

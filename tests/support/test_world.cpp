@@ -153,6 +153,14 @@ std::vector<PatchBounds> TestWorld::bounds() const {
   return boxes;
 }
 
+std::vector<NormalCone> TestWorld::cones() const {
+  std::vector<NormalCone> cones(patches_.size());
+  const MeasureNormalCones measure{surface(), heights(), cones};
+  require(measure.validate());
+  measure.run(0, static_cast<PatchId>(patches_.size()));
+  return cones;
+}
+
 std::vector<std::byte> TestWorld::file() const {
   const WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
@@ -161,7 +169,7 @@ std::vector<std::byte> TestWorld::file() const {
   std::size_t written = 0;
   const std::vector<std::uint16_t> errors = level_errors();
   const std::vector<PatchBounds> boxes = bounds();
-  require(write_world(i, octree_, {mask, heights_, errors, boxes}, out, written));
+  require(write_world(i, octree_, {mask, heights_, errors, boxes, cones()}, out, written));
   return out;
 }
 

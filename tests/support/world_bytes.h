@@ -25,6 +25,7 @@ struct TestWorld {
   std::vector<std::int16_t> samples;
   std::vector<std::uint16_t> errors;
   std::vector<PatchBounds> bounds;
+  std::vector<NormalCone> cones;
 
   TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
     TestRandom random(seed);
@@ -57,6 +58,8 @@ struct TestWorld {
       const bool starts = i % static_cast<std::size_t>(level - 1) == 0;
       errors[i] = static_cast<std::uint16_t>(random.below(starts ? 65'536u : errors[i - 1] + 1u));
     }
+    cones.resize(info.patches);
+    for (NormalCone& cone : cones) cone.sine = static_cast<std::uint8_t>(random.below(256));
     bounds.resize(info.patches);
     for (PatchBounds& box : bounds) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -70,7 +73,8 @@ struct TestWorld {
   std::vector<std::byte> bytes() const {
     std::vector<std::byte> out(world_file_bytes(info));
     std::size_t written = 0;
-    const Status status = write_world(info, memory.tree, {mask, samples, errors, bounds}, out, written);
+    const Status status =
+        write_world(info, memory.tree, {mask, samples, errors, bounds, cones}, out, written);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     EXPECT_EQ(written, out.size());
     return out;

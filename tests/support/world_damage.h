@@ -63,7 +63,8 @@ inline void fix_group_checksums(std::span<std::byte> file, std::uint64_t section
     const auto bytes = load_at<std::uint64_t>(file, entry + kEntryBytes);
     if (offset > file.size() || bytes > file.size() - offset) continue;
     if (std::memcmp(file.data() + entry, "HGTS", 4) == 0) samples = file.subspan(offset, bytes);
-    if (std::memcmp(file.data() + entry, "HCRC", 4) == 0 && offset >= kTable) crcs = file.subspan(offset, bytes);
+    if (std::memcmp(file.data() + entry, "HCRC", 4) == 0 && offset >= kTable)
+      crcs = file.subspan(offset, bytes);
   }
   const std::size_t side = (std::size_t{1} << level) + 1;
   for (std::size_t at = 0; at + 4 <= crcs.size() && !samples.empty(); at += 4) {

@@ -389,7 +389,9 @@ TEST(Terrain, RefusesCountsThatContradictTheVoxels) {
   errors.resize(info.patches * level_error_values(info.level));
   std::vector<PatchBounds> bounds = world.bounds();
   bounds.resize(info.patches);
-  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors, bounds}, file, written).ok());
+  std::vector<NormalCone> cones = world.cones();
+  cones.resize(info.patches);
+  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors, bounds, cones}, file, written).ok());
   LoadedTerrain loaded(world);
   const Status status = loaded.terrain.load(file);
   EXPECT_EQ(status.code(), StatusCode::corrupt);

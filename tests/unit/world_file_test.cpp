@@ -69,9 +69,9 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   const std::vector<std::byte> file = world.bytes();
   EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
   EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 2u);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 6 * 32);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 7 * 32);
   EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
-  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 6u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 7u);
   EXPECT_EQ(load_at<double>(file, kVoxelSize), world.info.voxel_size_m);
   EXPECT_EQ(load_at<double>(file, kOrigin + 16), world.info.origin_m[2]);
   EXPECT_EQ(load_at<std::int32_t>(file, kExtent + 8), world.info.extent.z);
@@ -82,12 +82,16 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   EXPECT_EQ(load_at<std::uint32_t>(file, kPatches), world.info.patches);
   EXPECT_EQ(load_at<std::uint32_t>(file, kHeightBlocks), world.info.height_blocks);
   EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + kName), "world 5");
-  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "HCRC", "LERR", "PBND"};
-  const std::size_t bytes[] = {2u * world.info.octets + 1,          (world.info.patches + 7) / 8,
-                               world.info.height_blocks * 81u * 2u, (world.info.height_blocks + 7) / 8 * 4u,
-                               world.info.patches * 4u * 2u,        world.info.patches * 12u};
-  std::size_t end = 192 + 6 * 32;
-  for (std::size_t i = 0; i < 6; ++i) {
+  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "HCRC", "LERR", "PBND", "CONE"};
+  const std::size_t bytes[] = {2u * world.info.octets + 1,
+                               (world.info.patches + 7) / 8,
+                               world.info.height_blocks * 81u * 2u,
+                               (world.info.height_blocks + 7) / 8 * 4u,
+                               world.info.patches * 4u * 2u,
+                               world.info.patches * 12u,
+                               world.info.patches * 4u};
+  std::size_t end = 192 + 7 * 32;
+  for (std::size_t i = 0; i < 7; ++i) {
     const std::size_t entry = kTable + i * kEntry;
     EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
     EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 1u);
@@ -400,8 +404,9 @@ TEST(WorldFile, ErrorsThatRiseAreNamed) {
     const Status status = read_world_info(damaged, info);
     std::vector<std::byte> out(file.size());
     std::size_t written = 0;
-    const Status refused = write_world(world.info, world.memory.tree,
-                                       {world.mask, world.samples, errors, world.bounds}, out, written);
+    const Status refused =
+        write_world(world.info, world.memory.tree,
+                    {world.mask, world.samples, errors, world.bounds, world.cones}, out, written);
     EXPECT_EQ(refused.ok(), at % 2 == 0);
     if (at % 2 == 0) {
       EXPECT_TRUE(status.ok()) << at;
@@ -504,7 +509,7 @@ TEST(WorldFile, OctreeFaultsAreNamedAndLeaveItEmpty) {
 
 TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
   const TestWorld world(4, 2, 6);
-  const WorldPatches heights{world.mask, world.samples, world.errors, world.bounds};
+  const WorldPatches heights{world.mask, world.samples, world.errors, world.bounds, world.cones};
   std::vector<std::byte> out(world_file_bytes(world.info));
   const auto field_of = [&](const WorldInfo& info, const Octree& tree, const WorldPatches& h) {
     std::size_t written = 1;
@@ -536,17 +541,20 @@ TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
             "samples");
   std::vector<std::byte> mask = world.mask;
   mask[0] ^= std::byte{1};
-  EXPECT_EQ(field_of(world.info, tree, {mask, heights.samples, heights.level_errors, heights.bounds}),
+  EXPECT_EQ(field_of(world.info, tree,
+                     {mask, heights.samples, heights.level_errors, heights.bounds, heights.cones}),
             "mask");
   std::vector<std::int16_t> samples = world.samples;
   samples.back() = -28'001;
-  EXPECT_EQ(field_of(world.info, tree, {heights.mask, samples, heights.level_errors, heights.bounds}),
+  EXPECT_EQ(field_of(world.info, tree,
+                     {heights.mask, samples, heights.level_errors, heights.bounds, heights.cones}),
             "samples");
   EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples}), "level_errors");
   EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples, heights.level_errors}), "bounds");
   std::vector<PatchBounds> bounds = world.bounds;
   std::swap(bounds.back().min[1], bounds.back().max[1]);
-  EXPECT_EQ(field_of(world.info, tree, {heights.mask, heights.samples, heights.level_errors, bounds}),
+  EXPECT_EQ(field_of(world.info, tree,
+                     {heights.mask, heights.samples, heights.level_errors, bounds, heights.cones}),
             "bounds");
 
   out.pop_back();
