@@ -58,6 +58,7 @@ WorldBudget default_budget(const BudgetOptions& options) {
   result.renderer.width = options.width;
   result.renderer.height = options.height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
+  result.renderer.morph_rows = result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = glm::ivec3(1 << result.config.max_depth);
   result.budget = Terrain::budget(result.config);

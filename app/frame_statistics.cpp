@@ -44,7 +44,7 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
       .end_object();
   json.key("cpu_ms").begin_object();
   json.field("cull_lod", median_of(frames, [](const FrameRecord& f) { return f.cull_lod_ms; }));
-  json.field("generate", 0);  // all vertices were made before the first frame
+  json.field("generate", median_of(frames, [](const FrameRecord& f) { return f.generate_ms; }));
   json.field("upload", median_of(frames, [](const FrameRecord& f) { return f.upload_ms; }));
   json.field("submit", median_of(frames, [](const FrameRecord& f) { return f.submit_ms; })).end_object();
   json.key("gpu_ms").begin_object().key("shadow").null();
@@ -54,13 +54,21 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
 
 void write_patches(JsonWriter& json, Scene& scene, const std::vector<FrameRecord>& frames) {
   json.key("patches").begin_object();
-  json.field("total", scene.terrain().patch_count()).field("resident", scene.terrain().patch_count());
+  json.field("total", scene.terrain().patch_count()).field("resident", frames.back().resident);
   json.field("drawn", mean_of(frames, [](const FrameRecord& f) { return f.selection.list.drawn; }));
   json.field("culled_frustum",
              mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_frustum; }));
-  json.key("culled_backface").null().key("culled_occluded").null();
+  json.field("culled_backface",
+             mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_backface; }));
+  json.key("culled_occluded").null();
+  json.field("coarser_than_wanted",
+             mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.capped; }));
+  json.field("missing", mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.missing; }));
+  json.field("wanted_pages", mean_of(frames, [](const FrameRecord& f) { return f.selection.wanted_pages; }));
+  json.field("error_scale", mean_of(frames, [](const FrameRecord& f) { return f.selection.error_scale; }));
+  json.field("generated", mean_of(frames, [](const FrameRecord& f) { return f.generated; }));
   json.key("at_level").begin_array();
-  for (int level = 1; level <= scene.resident_level(); ++level) {
+  for (int level = 1; level <= scene.terrain().info().level; ++level) {
     json.value(mean_of(frames, [level](const FrameRecord& f) { return f.selection.list.at_level[level]; }));
   }
   json.end_array().end_object();
@@ -71,7 +79,8 @@ void write_flags(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   for (const FrameRecord& frame : frames) flags |= frame.flags;
   json.key("flags").begin_array();
   if ((flags & kFlagDrawItems) != 0) json.value("max_draw_items");
-  if ((flags & kFlagNotResident) != 0) json.value("gpu_vertex_pages");
+  if ((flags & kFlagPool) != 0) json.value("gpu_vertex_pages");
+  if ((flags & kFlagGenerate) != 0) json.value("generate_ms");
   json.end_array();
 }
 

@@ -16,16 +16,23 @@ class Scene;
 struct FrameRecord {
   double frame_ms = 0;        // all of it, the GPU's work included
   double cull_lod_ms = 0;     // choosing levels and listing patches
+  double generate_ms = 0;     // making vertices
   double upload_ms = 0;       // of vertices and thresholds
   double submit_ms = 0;       // GL calls
   double gpu_terrain_ms = 0;  // NaN: not known
   FrameCounts counts;
   Terrain::Selection selection;
-  std::uint32_t flags = 0;  // bits of FrameFlag
+  std::uint32_t generated = 0;  // patches whose vertices were made
+  std::uint32_t resident = 0;   // patches with vertices on the GPU
+  std::uint32_t flags = 0;      // bits of FrameFlag
 };
 
 // Limits that a frame hit; the picture is valid and lacks detail or distant parts.
-enum FrameFlag : std::uint32_t { kFlagDrawItems = 1, kFlagNotResident = 2 };
+enum FrameFlag : std::uint32_t {
+  kFlagDrawItems = 1,  // max_draw_items
+  kFlagPool = 2,       // gpu_vertex_pages: a coarser error was aimed at
+  kFlagGenerate = 4,   // generate_ms: drawn coarser until more vertices are made
+};
 
 // NaN for no values. Reorders values.
 double median(std::vector<double>& values);

@@ -52,7 +52,7 @@ std::optional<double> Ground::below(const glm::dvec3& place, double step) {
 }
 
 std::optional<double> Ground::on_patch(PatchId patch, const glm::dvec3& place, double highest) {
-  terrain_.generate(patch, level_, vertices_);
+  if (!terrain_.generate(patch, level_, level_, vertices_).ok()) return std::nullopt;
   const Volume& volume = terrain_.surface().volume_of(patch);
   const auto vertex = [&](std::uint16_t index) {
     const GpuVertex& v = vertices_[index];

@@ -46,8 +46,12 @@ Draws a world that karst-bake made, without a screen.
       --drape IMAGE.png     lays an image over the world from above, north up, in place of its materials;
                             sky and light are plain
       --drape-repeat N      covers the world N times on each axis (1)
-      --no-skip NAME        draws what could be skipped; NAME: frustum
-      --max-memory MIB      CPU and GPU together (512); larger worlds are drawn at a coarser level, or refused
+      --generate-ms MS      time a frame to make vertices; frames that would take longer are drawn coarser than
+                            --error-px and say so (all frames are complete)
+      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, all
+      --vertex-memory MIB   of the GPU (what a coarse version of the whole world takes, and 1.3 MiB); where it
+                            is too little, frames are coarser than --error-px and say so
+      --max-memory MIB      CPU and GPU together (512); heights that find no room are read when needed
       --stats FILE.json     what the frames cost and drew; - prints it
       --help                this text
 
@@ -72,6 +76,8 @@ constexpr Option kOptions[] = {{"output", 'o'},
                                {"no-skip"},
                                {"max-memory"},
                                {"stats"},
+                               {"generate-ms"},
+                               {"vertex-memory"},
                                {"help", 'h', false}};
 
 struct RenderOptions {
@@ -85,6 +91,8 @@ struct RenderOptions {
   double fov_y_deg = 60.0;
   LodSettings lod;
   bool frustum_culling = true;
+  bool backface_culling = true;
+  double generate_ms = SceneView::kComplete;
 };
 
 // The options whose text alone decides whether they are right.
@@ -106,6 +114,12 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);
   number("drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
   number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
+  number("generate-ms", 0, 1e6, options.generate_ms);
+  if (arguments.has("vertex-memory")) {
+    double mib = 0;
+    number("vertex-memory", 0, 1024, mib);
+    options.scene.vertex_bytes = static_cast<std::uint64_t>(mib * (1 << 20));
+  }
   std::int64_t level = options.scene.level;
   integer("level", 1, kMaxLevel, level);
   options.scene.level = static_cast<int>(level);
@@ -137,8 +151,11 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
     }
   }
   if (const auto text = arguments.value("no-skip"); text && error.empty()) {
-    options.frustum_culling = false;
-    if (*text != "frustum") error = "--no-skip: '" + std::string(*text) + "' is not frustum";
+    const bool all = *text == "all";
+    if (all || *text == "frustum") options.frustum_culling = false;
+    if (all || *text == "backface") options.backface_culling = false;
+    if (options.frustum_culling && options.backface_culling)
+      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface or all";
   }
   return error;
 }
@@ -240,47 +257,15 @@ class Render {
   }
 
   std::string draw_frame(const Camera& camera) {
-    FrameRecord& record = records_.emplace_back();
-    Terrain& terrain = scene_.terrain();
-    Renderer& renderer = scene_.renderer();
-    const std::int64_t start = now_ns();
-    TerrainView view;
-    view.camera = &camera;
+    SceneView view;
+    view.camera = camera;
+    view.light = options_.light;
     view.lod = options_.lod;
-    view.lod.max_level = scene_.resident_level();
-    view.lod.resident_level = scene_.resident_level();
-    view.height_px = options_.scene.height;
+    view.lod.max_level = kMaxLevel;
     view.frustum_culling = options_.frustum_culling;
-    const Status selected = terrain.select(view, record.selection);
-    if (selected.code() == StatusCode::limit_reached) {
-      record.flags |= kFlagDrawItems;
-    } else if (!selected.ok()) {
-      return status_text(options_.scene.world, selected);
-    }
-    const std::int64_t listed = now_ns();
-    if (const Status status = scene_.upload_thresholds(); !status.ok())
-      return status_text(options_.scene.world, status);
-    const std::int64_t uploaded = now_ns();
-    FrameInput input;
-    input.camera = camera;
-    input.light = options_.light;
-    input.items = terrain.items();
-    input.least_cos2 = terrain.error_scale().least_cos2;
-    input.pages = scene_.pages();
-    input.index_table = terrain.index_table();
-    input.max_level = terrain.info().level;
-    const Status drawn = renderer.draw(input, record.counts);
-    if (!drawn.ok()) return status_text(options_.scene.world, drawn);
-    const std::int64_t submitted = now_ns();
-    renderer.finish();
-    const std::int64_t end = now_ns();
-    if (record.counts.left_out > 0 || scene_.level_cut()) record.flags |= kFlagNotResident;
-    record.cull_lod_ms = ms_between(start, listed);
-    record.upload_ms = ms_between(listed, uploaded);
-    record.submit_ms = ms_between(uploaded, submitted);
-    record.frame_ms = ms_between(start, end);
-    record.gpu_terrain_ms = renderer.terrain_gpu_ms();
-    return {};
+    view.backface_culling = options_.backface_culling;
+    view.generate_ms = options_.generate_ms;
+    return scene_.draw(view, records_.emplace_back());
   }
 
   std::string write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {

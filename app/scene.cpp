@@ -12,19 +12,10 @@
 namespace karst::app {
 namespace {
 
-double mebibytes(std::size_t bytes) {
-  return static_cast<double>(bytes) / (1 << 20);
-}
-
 std::string format_mebibytes(std::size_t bytes) {
   char text[64];
-  std::snprintf(text, sizeof text, "%.1f MiB", mebibytes(bytes));
+  std::snprintf(text, sizeof text, "%.1f MiB", static_cast<double>(bytes) / (1 << 20));
   return text;
-}
-
-bool fits(const WorldBudget& needs, std::size_t max_memory) {
-  const std::size_t cpu = needs.budget.cpu_bytes();
-  return needs.config.validate().ok() && cpu <= max_memory && needs.budget.gpu_bytes() <= max_memory - cpu;
 }
 
 // Adds the time since `start` to `total` and starts anew.
@@ -34,15 +25,41 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
+// Holds fewer heights until the budget fits; the rest is read when it is needed.
+void fit_heights(WorldBudget& needs, std::uint64_t max_memory) {
+  const auto total = [&] { return std::uint64_t{needs.budget.cpu_bytes()} + needs.budget.gpu_bytes(); };
+  if (total() <= max_memory) return;
+  const std::uint64_t over = total() - max_memory;
+  const std::uint64_t group =
+      std::uint64_t{kHeightGroup} * sizeof(std::int16_t) *
+      static_cast<std::uint64_t>(patch_vertices(static_cast<int>(needs.config.max_level)));
+  const std::uint64_t groups = height_groups(needs.config.max_height_blocks);
+  const std::uint64_t fewer = std::min(groups, over / group + 1);
+  const std::uint64_t held = std::max<std::uint64_t>(groups - fewer, HeightCache::kLeastGroups);
+  if (held >= groups) return;
+  needs.config.max_height_blocks = static_cast<std::uint32_t>(held * kHeightGroup);
+  needs.budget = Terrain::budget(needs.config);
+  needs.renderer.add_to(needs.budget);
+}
+
 }  // namespace
 
-WorldBudget budget_of(const WorldInfo& info, int resident_level, int width, int height) {
+WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, std::uint64_t vertex_bytes) {
   WorldBudget result;
-  result.config = Terrain::config_for(info, resident_level);
+  result.config = Terrain::config_for(info, finest);
+  if (vertex_bytes > 0) {
+    const std::uint64_t pages =
+        std::max<std::uint64_t>(vertex_bytes / (kPageVertices * sizeof(GpuVertex)), 1);
+    Config& config = result.config;
+    const std::uint64_t all = std::uint64_t{config.max_patches} * slot_pages(finest);
+    config.gpu_vertex_pages = static_cast<std::uint32_t>(std::min<std::uint64_t>({pages, all, kMostPages}));
+    config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
+    config.max_resident_patches = config.max_draw_items;
+  }
   result.renderer.width = width;
   result.renderer.height = height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
-  result.renderer.morph_rows = result.config.max_patches;
+  result.renderer.morph_rows = result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = info.extent;
   result.budget = Terrain::budget(result.config);
@@ -65,93 +82,90 @@ std::string Scene::open(const SceneOptions& options) {
 std::string Scene::load(const SceneOptions& options) {
   options_ = options;
   std::int64_t start = now_ns();
-  std::string error = load_drape(options);
-  if (error.empty()) error = load_world(options);
+  std::string error = load_drape();
+  if (error.empty()) error = load_world();
   lap(start, times_.read);
   return error;
+}
+
+std::string Scene::load_world() {
+  if (std::string error = file_.open(options_.world); !error.empty()) return error;
+  WorldReader reader;
+  if (const Status status = reader.open(file_.source()); !status.ok())
+    return status_text(options_.world, status);
+  const WorldInfo& info = reader.info();
+  const int finest = std::min(options_.level, info.level);
+  WorldBudget needs = budget_of(info, finest, options_.width, options_.height, options_.vertex_bytes);
+  needs.renderer = renderer_settings(needs.config);
+  needs.renderer.extent = info.extent;
+  needs.budget = Terrain::budget(needs.config);
+  needs.renderer.add_to(needs.budget);
+  fit_heights(needs, options_.max_memory);
+  budget_ = needs.budget;
+  if (std::string error = check_memory(); !error.empty()) return error;
+  if (const Status status = needs.config.validate(); !status.ok()) return status_text(options_.world, status);
+
+  const std::size_t cpu = budget_.cpu_bytes();
+  memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));
+  if (memory_ == nullptr) return options_.world + ": cannot get " + format_mebibytes(cpu) + " of memory";
+  if (const Status status = terrain_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
+    return status_text(options_.world, status);
+  }
+  if (const Status status = terrain_.load(file_.source()); !status.ok())
+    return status_text(options_.world, status);
+  if (terrain_.patch_count() == 0) return options_.world + ": the world has no surface";
+  return {};
+}
+
+std::string Scene::load_drape() {
+  if (options_.drape.empty()) return {};
+  MappedFile file;
+  if (std::string error = file.open(options_.drape); !error.empty()) return error;
+  const std::string error = decode_png(file.bytes(), RendererSettings::kMaxPicture, drape_);
+  return error.empty() ? error : options_.drape + ": " + error;
+}
+
+RendererSettings Scene::renderer_settings(const Config& config) const {
+  RendererSettings settings;
+  settings.width = options_.width;
+  settings.height = options_.height;
+  settings.vertex_pages = config.gpu_vertex_pages;
+  settings.morph_rows = config.max_resident_patches;
+  settings.stream_indices = config.stream_indices;
+  settings.extent = terrain_.info().extent;
+  settings.keep_depth = options_.keep_depth;
+  settings.rgb565 = options_.rgb565;
+  settings.drape_width = drape_.width;
+  settings.drape_height = drape_.height;
+  settings.drape_repeat = options_.drape_repeat;
+  return settings;
+}
+
+std::string Scene::check_memory() const {
+  const std::size_t cpu = budget_.cpu_bytes();
+  const std::size_t gpu = budget_.gpu_bytes();
+  if (cpu <= options_.max_memory && gpu <= options_.max_memory - cpu) return {};
+  return options_.world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
+         " of GPU memory, more than --max-memory " + format_mebibytes(options_.max_memory) + "; raise it";
 }
 
 std::string Scene::attach(Display& display, int width, int height) {
   times_.context = times_.generate = times_.upload = 0;
   std::int64_t start = now_ns();
-  const WorldBudget needs = needs_at(terrain_.info(), resident_level_, width, height);
-  budget_ = needs.budget;
-  renderer_settings_ = needs.renderer;
-  if (std::string error = check_memory(options_.world); !error.empty()) return error;
-  if (std::string error = open_renderer(display); !error.empty()) return error;
+  options_.width = width;
+  options_.height = height;
+  std::string error = open_renderer(display);
   lap(start, times_.context);
-  return upload_patches(options_.world);
-}
-
-std::string Scene::check_memory(const std::string& world) const {
-  const std::size_t cpu = budget_.cpu_bytes();
-  const std::size_t gpu = budget_.gpu_bytes();
-  if (cpu <= options_.max_memory && gpu <= options_.max_memory - cpu) return {};
-  return world + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
-         " of GPU memory, more than --max-memory " + format_mebibytes(options_.max_memory) + "; raise it";
-}
-
-WorldFrame Scene::frame() const {
-  const WorldInfo& info = terrain_.info();
-  return {{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
-}
-
-std::string Scene::load_drape(const SceneOptions& options) {
-  if (options.drape.empty()) return {};
-  MappedFile file;
-  if (std::string error = file.open(options.drape); !error.empty()) return error;
-  const std::string error = decode_png(file.bytes(), RendererSettings::kMaxPicture, drape_);
-  return error.empty() ? error : options.drape + ": " + error;
-}
-
-WorldBudget Scene::needs_at(const WorldInfo& info, int resident_level, int width, int height) const {
-  WorldBudget needs = budget_of(info, resident_level, width, height);
-  needs.renderer.rgb565 = options_.rgb565;
-  needs.renderer.drape_width = drape_.width;
-  needs.renderer.drape_height = drape_.height;
-  needs.renderer.drape_repeat = options_.drape_repeat;
-  needs.budget = Terrain::budget(needs.config);
-  needs.renderer.add_to(needs.budget);
-  return needs;
-}
-
-std::string Scene::load_world(const SceneOptions& options) {
-  MappedFile file;
-  if (std::string error = file.open(options.world); !error.empty()) return error;
-  WorldInfo info;
-  if (const Status status = read_world_info(file.bytes(), info); !status.ok()) {
-    return status_text(options.world, status);
-  }
-  // A world that is too large at its finest level is drawn coarser, and says so.
-  const int finest = std::min(options.level, info.level);
-  resident_level_ = finest;
-  WorldBudget needs = needs_at(info, finest, options.width, options.height);
-  while (resident_level_ > 1 && !fits(needs, options.max_memory)) {
-    needs = needs_at(info, --resident_level_, options.width, options.height);
-  }
-  budget_ = needs.budget;
-  level_cut_ = resident_level_ < finest;
-
-  const std::size_t cpu = budget_.cpu_bytes();
-  if (std::string error = check_memory(options.world); !error.empty()) return error;
-  if (const Status status = needs.config.validate(); !status.ok()) return status_text(options.world, status);
-  if (level_cut_) {
-    std::fprintf(stderr,
-                 "%s: drawn at level %d of %d, which is what --max-memory and the limit of GPU pages hold\n",
-                 options.world.c_str(), resident_level_, finest);
-  }
-  memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));
-  if (memory_ == nullptr) return options.world + ": cannot get " + format_mebibytes(cpu) + " of memory";
-  if (const Status status = terrain_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
-    return status_text(options.world, status);
-  }
-  if (const Status status = terrain_.load(file.bytes()); !status.ok())
-    return status_text(options.world, status);
-  if (terrain_.patch_count() == 0) return options.world + ": the world has no surface";
-  return {};
+  return error;
 }
 
 std::string Scene::open_renderer(Display& display) {
+  const Config& config = terrain_.config();
+  const RendererSettings settings = renderer_settings(config);
+  budget_ = Terrain::budget(config);
+  settings.add_to(budget_);
+  if (std::string error = check_memory(); !error.empty()) return error;
+
   GlLoader loader;
   loader.context = &display;
   loader.load = [](const void* context, const char* name) {
@@ -159,7 +173,7 @@ std::string Scene::open_renderer(Display& display) {
   };
   Gl gl;
   if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display.name(), status);
-  if (const Status status = renderer_.create(gl, renderer_settings_); !status.ok()) {
+  if (const Status status = renderer_.create(gl, settings); !status.ok()) {
     std::string error = status_text(display.name(), status);
     if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
     return error;
@@ -169,48 +183,127 @@ std::string Scene::open_renderer(Display& display) {
       return status_text(options_.drape, status);
   }
   renderer_.upload_sky_line(terrain_.octree());
-  first_page_.assign(terrain_.patch_count(), kNoPage);
-  next_page_.assign(renderer_settings_.vertex_pages, kNoPage);
-  texels_.resize(renderer_settings_.vertex_pages);
-  morph_rows_.resize(std::size_t{terrain_.patch_count()} * kMorphRow);
-  thresholds_version_ = 0;  // the renderer has none yet
+  terrain_.forget_resident();
+  first_frame_ = true;
   return {};
 }
 
-// Slots lie one behind the other, all of the resident level's size. Vertices are made at the world's level,
-// which the boxes of patches need; those of a coarser level are the first of them (gpu_vertex.h).
-std::string Scene::upload_patches(const std::string& world) {
-  const Surface surface = terrain_.surface();
-  const std::uint32_t slot = slot_pages(resident_level_);
-  const auto resident = static_cast<std::size_t>(patch_vertices(resident_level_));
-  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(terrain_.info().level)));
-  std::int64_t start = now_ns();
-  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
-    terrain_.generate(patch, terrain_.info().level, vertices);
-    lap(start, times_.generate);
-    const Volume& volume = surface.volume_of(patch);
-    first_page_[patch] = patch * slot;
-    for (std::uint32_t n = 1; n < slot; ++n) next_page_[patch * slot + n - 1] = patch * slot + n;
-    const Status status =
-        renderer_.upload_vertices(pages(), patch, 0, std::span(vertices).first(resident),
-                                  {volume.corner[0], volume.corner[1], volume.corner[2]}, patch);
-    if (!status.ok()) return status_text(world, status);
-    lap(start, times_.upload);
+WorldFrame Scene::frame() const {
+  const WorldInfo& info = terrain_.info();
+  return {{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
+}
+
+std::string Scene::draw(const SceneView& view, FrameRecord& record) {
+  const std::int64_t start = now_ns();
+  TerrainView terrain_view;
+  terrain_view.camera = &view.camera;
+  terrain_view.lod = view.lod;
+  terrain_view.lod.max_level = std::min(view.lod.max_level, options_.level);
+  terrain_view.lod.resident_level = terrain_view.lod.max_level;
+  terrain_view.height_px = (view.quarter_turns & 1) != 0 ? options_.width : options_.height;
+  terrain_view.frustum_culling = view.frustum_culling;
+  terrain_view.backface_culling = view.backface_culling;
+  terrain_.begin_frame();
+  Status status = select(terrain_view, record);
+  const bool is_complete = first_frame_ || view.generate_ms == SceneView::kComplete;
+  if (status.ok() && is_complete) status = complete(terrain_view, record);
+  if (first_frame_) {
+    times_.generate = record.generate_ms;
+    times_.upload = record.upload_ms;
+    first_frame_ = false;
   }
-  if (const Status status = terrain_.finish_bounds(); !status.ok()) return status_text(world, status);
-  lap(start, times_.generate);
+  if (status.ok()) status = draw_selected(view, record);
+  // What the next frames need is made while the GPU draws this one.
+  bool made = false;
+  if (status.ok() && !is_complete) status = generate(view.generate_ms, record, made);
+  if (!status.ok()) return status_text(options_.world, status);
+  if (view.wait) renderer_.finish();
+  record.frame_ms = ms_between(start, now_ns());
+  record.gpu_terrain_ms = renderer_.terrain_gpu_ms();
+  record.resident = terrain_.pool().resident();
+  if (record.selection.pool_full) record.flags |= kFlagPool;
+  if (record.selection.lod.capped > 0 && !record.selection.pool_full) record.flags |= kFlagGenerate;
   return {};
 }
 
-Status Scene::upload_thresholds() {
-  if (thresholds_version_ == terrain_.thresholds_version()) return {};
-  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
-    std::uint16_t* row = morph_rows_.data() + std::size_t{patch} * kMorphRow;
-    make_morph_row(terrain_.surface(), terrain_.lods(), patch,
-                   std::span<std::uint16_t, kMorphRow>(row, kMorphRow));
+Status Scene::select(const TerrainView& view, FrameRecord& record) {
+  const std::int64_t start = now_ns();
+  Status status = terrain_.select(view, record.selection);
+  record.cull_lod_ms += ms_between(start, now_ns());
+  if (status.code() == StatusCode::limit_reached) {
+    record.flags |= kFlagDrawItems;
+    status = {};
   }
-  thresholds_version_ = terrain_.thresholds_version();
-  return renderer_.upload_morph_rows(0, morph_rows_);
+  return status;
+}
+
+// Makes vertices for so many milliseconds, or until nothing is to be made.
+Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
+  const std::int64_t start = now_ns();
+  std::int64_t at = start;
+  PatchUpload upload;
+  Status status;
+  const bool ahead = until_ms != SceneView::kComplete;
+  while (ms_between(start, at) < until_ms && terrain_.generate_next(ahead, upload, status)) {
+    lap(at, record.generate_ms);
+    status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
+                                       static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                       upload.origin, upload.row);
+    lap(at, record.upload_ms);
+    if (!status.ok()) return status;
+    made = true;
+    ++record.generated;
+  }
+  lap(at, record.generate_ms);
+  return status;
+}
+
+// Until the frame lacks nothing that can be made: what is made changes what neighbours may show, and a pool
+// that is full changes the error that is aimed at.
+Status Scene::complete(const TerrainView& view, FrameRecord& record) {
+  constexpr int kMostRounds = 64;
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool made = false;
+    const float scale = record.selection.error_scale;
+    const bool full = record.selection.pool_full;
+    if (const Status status = generate(SceneView::kComplete, record, made); !status.ok()) return status;
+    if (!made && !full) return {};
+    const bool kept_back = terrain_.pool().kept_back() > 0;
+    if (kept_back) {
+      // With nothing in flight, what patches gave up is free at once.
+      renderer_.finish();
+      for (std::uint32_t i = 0; i < ResidentPool::kFramesInFlight; ++i) terrain_.begin_frame();
+    }
+    if (const Status status = select(view, record); !status.ok()) return status;
+    if (!made && !kept_back && record.selection.error_scale == scale) return {};
+  }
+  return {};
+}
+
+Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
+  std::int64_t at = now_ns();
+  const MorphRows rows = terrain_.take_morph_rows();
+  if (!rows.halves.empty()) {
+    if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
+      return status;
+  }
+  lap(at, record.upload_ms);
+  FrameInput input;
+  input.camera = view.camera;
+  input.light = view.light;
+  input.quarter_turns = view.quarter_turns;
+  input.items = terrain_.items();
+  input.least_cos2 = terrain_.error_scale().least_cos2;
+  input.pages = terrain_.pages();
+  input.index_table = terrain_.index_table();
+  input.max_level = terrain_.info().level;
+  const Status status = renderer_.draw(input, record.counts);
+  lap(at, record.submit_ms);
+  if (record.counts.vertices_lost) {
+    terrain_.forget_resident();
+    first_frame_ = true;
+  }
+  return status;
 }
 
 }  // namespace karst::app

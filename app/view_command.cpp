@@ -358,35 +358,19 @@ std::string View::draw() {
 }
 
 std::string View::draw_scene(const Camera& camera) {
-  Terrain& terrain = scene_.terrain();
-  TerrainView view;
-  view.camera = &camera;
+  SceneView view;
+  view.camera = camera;
+  view.light = options_.light;
   view.lod = options_.lod;
-  view.lod.max_level = scene_.resident_level();
-  view.lod.resident_level = scene_.resident_level();
-  const RendererSettings& settings = scene_.renderer().settings();
-  view.height_px = (display_->quarter_turns() & 1) != 0 ? settings.width : settings.height;
-  Terrain::Selection selection;
-  const Status selected = terrain.select(view, selection);
-  if (!selected.ok() && selected.code() != StatusCode::limit_reached) {
-    return status_text(options_.scene.world, selected);
-  }
-  if (const Status status = scene_.upload_thresholds(); !status.ok()) {
-    return status_text(options_.scene.world, status);
-  }
-  FrameInput input;
-  input.camera = camera;
-  input.light = options_.light;
-  input.items = terrain.items();
-  input.least_cos2 = terrain.error_scale().least_cos2;
-  input.pages = scene_.pages();
-  input.index_table = terrain.index_table();
-  input.max_level = terrain.info().level;
-  input.quarter_turns = display_->quarter_turns();
-  FrameCounts counts;
-  const Status drawn = scene_.renderer().draw(input, counts);
-  vertices_lost_ = counts.vertices_lost;
-  return drawn.ok() ? std::string() : status_text(options_.scene.world, drawn);
+  view.quarter_turns = display_->quarter_turns();
+  view.generate_ms = options_.generate_ms;
+  view.wait = false;
+  FrameRecord record;
+  std::string error = scene_.draw(view, record);
+  vertices_lost_ = record.counts.vertices_lost;
+  // Drawn coarser than wanted, or more was made meanwhile: the next picture is better.
+  if ((record.flags & kFlagGenerate) != 0) scheduler_.changed();
+  return error;
 }
 
 bool View::context_is_lost() {

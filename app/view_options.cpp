@@ -46,7 +46,8 @@ view
       --seconds S           ends after S seconds
       --stats FILE.json     what the frames cost; - prints it; at the end and at SIGHUP
       --sun AZ,EL  --fov DEG  --haze VOXELS  --level N  --lod NAME  --error-px E
-      --lod-distance V  --max-memory MIB
+      --lod-distance V  --max-memory MIB  --vertex-memory MIB
+      --generate-ms MS          time a frame to make vertices (4); until they are there frames are coarser
                             as for karst render
       --help                this text
 
@@ -91,6 +92,8 @@ constexpr Option kOptions[] = {{"card"},
                                {"lod"},
                                {"error-px"},
                                {"lod-distance"},
+                               {"generate-ms"},
+                               {"vertex-memory"},
                                {"max-memory"},
                                {"help", 'h', false}};
 
@@ -207,6 +210,10 @@ void read_picture(Reader& read, ViewOptions& options) {
       read.word("lod", {"error", "distance", "full"}, static_cast<std::size_t>(options.lod.mode)));
   read.number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);
   read.number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
+  read.number("generate-ms", 0, 1e6, options.generate_ms);
+  double vertex_mib = 0;
+  read.number("vertex-memory", 0, 1024, vertex_mib);
+  options.scene.vertex_bytes = static_cast<std::uint64_t>(vertex_mib * (1 << 20));
   std::uint64_t mebibytes = options.scene.max_memory >> 20;
   read.integer("max-memory", 1, 1 << 20, mebibytes);
   options.scene.max_memory = mebibytes << 20;

@@ -46,6 +46,7 @@ struct ViewOptions {
   bool default_haze = true;
   double fov_y_deg = 60;
   LodSettings lod;
+  double generate_ms = 4;  // time a frame to make vertices
 };
 
 extern const char* const kViewHelp;

@@ -15,6 +15,7 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/base/status.h"
+#include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
 #include "terrain/surface/surface.h"
 
@@ -54,6 +55,14 @@ inline bool is_back_facing(const NormalCone& cone, glm::vec3 centre, glm::vec3 h
   const float length = std::sqrt(centre.x * centre.x + centre.y * centre.y + centre.z * centre.z) +
                        std::sqrt(half.x * half.x + half.y * half.y + half.z * half.z);
   return least > sine * length;
+}
+
+// The same for a patch whose box is given; eye: lattice steps from the octree's minimum corner.
+inline bool is_back_facing(const NormalCone& cone, const PatchBounds& box, glm::ivec3 origin, glm::vec3 eye,
+                           float slack) {
+  const glm::vec3 low(box.min[0], box.min[1], box.min[2]);
+  const glm::vec3 high(box.max[0], box.max[1], box.max[2]);
+  return is_back_facing(cone, glm::vec3(origin) - eye + 0.5f * (low + high), 0.5f * (high - low), slack);
 }
 
 // Of one patch; heights.level is the full one. Needs nothing of its neighbours.

@@ -38,6 +38,7 @@ void ResidentPool::begin_frame() {
   List& list = kept_[frame_ % kFramesInFlight];
   append(free_, list);
   list = {};
+  promised_ = 0;
 }
 
 std::uint32_t ResidentPool::kept_back() const {
@@ -148,9 +149,10 @@ bool ResidentPool::take_oldest(const Claim& claim) {
 
 bool ResidentPool::make_room(PatchId patch, int level) {
   const std::uint32_t wanted = pages_at(level) - std::min(pages_at(level), pages_at(storage_.levels[patch]));
-  // What is kept back comes free soon: taking more for the same need would empty the pool.
+  // What is kept back comes free soon, and is promised to whoever made room first: taking more for the same
+  // need would empty the pool.
   const auto take = [&](int unseen, bool holes) {
-    while (free_.count + kept_back() < wanted && take_oldest({patch, unseen, holes})) {
+    while (free_.count + kept_back() < wanted + promised_ && take_oldest({patch, unseen, holes})) {
     }
   };
   take(base_level_, false);
@@ -159,7 +161,9 @@ bool ResidentPool::make_room(PatchId patch, int level) {
   if (storage_.row_of_patch[patch] == kNoRow && free_row_ == kNoRow && row_end_ == storage_.rows.size()) {
     take_oldest({patch, 0, false});
   }
-  return has_room(patch, level);
+  if (has_room(patch, level)) return true;
+  if (free_.count + kept_back() >= wanted + promised_) promised_ += wanted;
+  return false;
 }
 
 }  // namespace karst

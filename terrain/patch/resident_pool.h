@@ -120,6 +120,7 @@ class ResidentPool {
   std::uint32_t row_end_ = 0;
   std::uint32_t resident_ = 0;
   std::uint32_t hand_ = 0;
+  std::uint32_t promised_ = 0;  // of the pages kept back, in this frame
 };
 
 }  // namespace karst

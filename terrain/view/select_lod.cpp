@@ -196,8 +196,13 @@ struct PixelBound {
     return stage.scale.pixels * steps / std::max(least_apparent - steps, least_depth);
   }
   bool in_view(PatchId id) const {
-    return stage.frustum == nullptr ||
-           classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) != kOutside;
+    if (stage.frustum != nullptr &&
+        classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) == kOutside) {
+      return false;
+    }
+    return stage.cones.empty() ||
+           !is_back_facing(stage.cones[id], stage.bounds[id], patch_origin(stage.surface.volume_of(id)),
+                           view.eye, back_facing_slack(view.eye));
   }
 
   // Raises most to the patch's bound where it is in view.
@@ -348,6 +353,9 @@ Status SelectLod::validate() const {
   }
   if (!resident.empty() && resident.size() != surface.patches.size()) {
     return refuse("must hold one byte a patch", "resident");
+  }
+  if (!cones.empty() && cones.size() != surface.patches.size()) {
+    return refuse("must hold one cone a patch", "cones");
   }
   if (levels.size() != surface.patches.size()) return refuse("must hold one byte a patch", "levels");
   return {};

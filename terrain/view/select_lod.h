@@ -9,6 +9,7 @@
 #include "terrain/base/status.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/level_error.h"
+#include "terrain/patch/normal_cone.h"
 #include "terrain/surface/surface.h"
 #include "terrain/view/bounds_tree.h"
 #include "terrain/view/camera.h"
@@ -62,6 +63,8 @@ struct SelectLod {
   // Where not null, bound_px is that of what it shows; and by error, patches that it culls and that no patch
   // in view has for a neighbour may keep whatever level they have.
   const Frustum* frustum = nullptr;
+  // By patch; empty, or what is drawn leaves out back-facing patches: then they are not in view, either.
+  std::span<const NormalCone> cones;
   LevelErrors errors;  // for bound_px; without values it is infinite where it depends on them
   // By patch: the level that its vertices are held at, 0 where there are none. Empty: all are held at
   // settings.resident_level. A patch is not drawn finer than it is held, and finer ones in view are lowered

@@ -378,6 +378,7 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   lod.frustum = view.frustum_culling ? &frustum : nullptr;
   lod.scale = make_error_scale(*view.camera, view.height_px, lod.settings.error_px);
   lod.lods = lods();
+  if (view.backface_culling) lod.cones = cones();
   lod.errors = level_errors();
   lod.resident = pool_.levels();
   lod.levels = levels_.first(info_.patches);

@@ -115,7 +115,7 @@ struct World {
   Octree octree;
   std::vector<Volume> volumes;
   std::vector<Patch> patches;
-  WorldHeights heights;
+  WorldPatches heights;
 
   explicit World(const std::vector<std::byte>& file) {
     EXPECT_TRUE(read_world_info(file, info).ok());
@@ -127,7 +127,7 @@ struct World {
     Arena arena({static_cast<std::byte*>(aligned), bytes});
     EXPECT_TRUE(octree.create(arena, info.depth, info.octets).ok());
     EXPECT_TRUE(read_octree(file, info, octree).ok());
-    heights = read_heights(file, info);
+    heights = read_patches(file, info);
     volumes.resize(info.volumes);
     patches.resize(info.patches);
     std::vector<std::uint32_t> scratch(ExtractSurface::scratch_size(info.volumes));

@@ -44,40 +44,57 @@ void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
   set(patch, chain);
 }
 
+namespace {
+
+// Room for all of it at its full level.
+Config config_of(const TestWorld& world) {
+  return Terrain::config_for(world.info(), world.info().level, kMostPages);
+}
+
+}  // namespace
+
 DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings)
-    : memory_(Terrain::budget(Terrain::config_for(world.info(), world.info().level)).cpu_bytes()) {
-  const Config config = Terrain::config_for(world.info(), world.info().level);
+    : memory_(Terrain::budget(config_of(world)).cpu_bytes()) {
+  const Config config = config_of(world);
   EXPECT_TRUE(terrain_.create(config, memory_.bytes()).ok());
   const Status loaded = terrain_.load(world.file());
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
   settings.vertex_pages = config.gpu_vertex_pages;
-  settings.morph_rows = config.max_patches;
+  settings.morph_rows = config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
   settings.extent = world.info().extent;
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
   renderer_.upload_sky_line(terrain_.octree());
-
-  const Surface surface = terrain_.surface();
-  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level())));
-  const std::uint32_t slot = slot_pages(level());
-  pages_ = TestPages(terrain_.patch_count(), settings.vertex_pages);
-  rows_.resize(terrain_.patch_count() * std::size_t{kMorphRow});
-  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
-    terrain_.generate(patch, level(), vertices);
-    const Volume& v = surface.volume_of(patch);
-    pages_.set(patch, patch * slot, slot);
-    EXPECT_TRUE(renderer_
-                    .upload_vertices(pages_.table(), patch, 0, vertices,
-                                     {v.corner[0], v.corner[1], v.corner[2]}, patch)
-                    .ok());
-  }
-  EXPECT_TRUE(terrain_.finish_bounds().ok());
+  upload_all();
   lod.max_level = level();
   lod.resident_level = level();
   lod.mode = LodMode::distance;
   lod.distance_voxels = 30;
+}
+
+void DrawnWorld::upload_all() {
+  Camera camera;
+  EXPECT_TRUE(make_camera({}, camera).ok());
+  TerrainView view;
+  view.camera = &camera;
+  view.lod.mode = LodMode::full;
+  view.lod.max_level = view.lod.resident_level = level();
+  view.frustum_culling = view.backface_culling = false;
+  terrain_.begin_frame();
+  EXPECT_TRUE(terrain_.select(view, selection).ok());
+  PatchUpload upload;
+  Status status;
+  while (terrain_.generate_next(false, upload, status)) {
+    EXPECT_TRUE(renderer_
+                    .upload_vertices(terrain_.pages(), upload.patch,
+                                     static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                     upload.origin, upload.row)
+                    .ok());
+  }
+  EXPECT_TRUE(status.ok()) << status.what();
+  EXPECT_EQ(terrain_.pool().resident(), terrain_.patch_count());
 }
 
 Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
@@ -87,19 +104,15 @@ Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
   view.lod = lod;
   view.height_px = renderer_.settings().height;
   if (const Status status = terrain_.select(view, selection); !status.ok()) return status;
-  if (thresholds_version_ != terrain_.thresholds_version()) {
-    thresholds_version_ = terrain_.thresholds_version();
-    for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
-      std::uint16_t* row = rows_.data() + std::size_t{patch} * kMorphRow;
-      make_morph_row(terrain_.surface(), terrain_.lods(), patch,
-                     std::span<std::uint16_t, kMorphRow>(row, kMorphRow));
-    }
-    if (const Status status = renderer_.upload_morph_rows(0, rows_); !status.ok()) return status;
+  const MorphRows rows = terrain_.take_morph_rows();
+  if (!rows.halves.empty()) {
+    if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
+      return status;
   }
   input.light = light;
   input.least_cos2 = terrain_.error_scale().least_cos2;
   input.items = terrain_.items();
-  input.pages = pages_.table();
+  input.pages = terrain_.pages();
   input.index_table = terrain_.index_table();
   input.max_level = level();
   return {};

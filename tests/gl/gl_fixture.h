@@ -73,7 +73,7 @@ class DrawnWorld {
 
   Terrain& terrain() { return terrain_; }
   Renderer& renderer() { return renderer_; }
-  PageTable pages() { return pages_.table(); }
+  PageTable pages() { return terrain_.pages(); }
   int level() const { return terrain_.info().level; }
   Terrain::Selection selection;  // of the last frame
   // Of the last frame; changes made here hold for the next.
@@ -81,12 +81,11 @@ class DrawnWorld {
   LodSettings lod;
 
  private:
+  void upload_all();
+
   AlignedBytes memory_;
   Terrain terrain_;
   Renderer renderer_;
-  TestPages pages_{0, 0};
-  std::vector<std::uint16_t> rows_;
-  std::uint32_t thresholds_version_ = 0;
 };
 
 // Hills with a cave: all kinds of patches, about 20 voxels across.
