@@ -36,6 +36,16 @@ Status WorldReader::open(const ByteSource& source) {
   WorldInfo info;
   Table table;
   if (const Status status = read_head(head, source.bytes, info, table); !status.ok()) return status;
+  for (std::size_t i = 0; i < table.count; ++i) {
+    const Entry& entry = table.entries[i];
+    std::array<std::byte, kWorldSectionAlignment> zeros;
+    const std::span<std::byte> gap =
+        std::span(zeros).first(static_cast<std::size_t>(entry.offset - entry.gap));
+    if (!source.read(source.context, entry.gap, gap)) return unreadable(entry.gap);
+    if (!all_zero(gap)) {
+      return corrupt("bytes between sections are not 0", {"padding", static_cast<std::size_t>(entry.gap)});
+    }
+  }
   info_ = info;
   sections_ = table.sections;
   return {};
