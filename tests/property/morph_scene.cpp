@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "tests/property/morph_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace karst {
+
+double between(Random& random, double low, double high) {
+  return low + (high - low) * random.unit();
+}
+
+glm::dvec3 direction(Random& random) {
+  for (;;) {
+    const glm::dvec3 d(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));
+    const double length = glm::length(d);
+    if (length > 0.1 && length < 1) return d / length;
+  }
+}
+
+// A terraced canyon that winds through a plateau, under a natural bridge; walls with ledges, and a rough
+// floor.
+TestWorld make_canyon(Random& random, int level) {
+  const std::uint64_t seed = random.next();
+  const double bend = 6.28 * random.unit();
+  const auto wall = [=](glm::dvec3 p) { return std::abs(p.x - 9.0 - 3.0 * std::sin(0.5 * p.z + bend)); };
+  TestWorld world({18, 14, 18}, [=](glm::ivec3 v) {
+    const glm::dvec3 p(v);
+    const double terrace = std::floor(0.8 * wall(p) + 0.6 * test::value_noise(seed, 0.3 * p)) * 2.0;
+    const bool bridge = v.z >= 8 && v.z <= 10 && v.y >= 8 && v.y <= 9;
+    return v.y < std::min(3.0 + terrace, 10.0) || bridge;
+  });
+  world.set_heights(level, [=](glm::dvec3 p) {
+    const double ledges = 700 * std::sin(7.0 * p.y) * test::value_noise(seed + 1, 0.6 * p);
+    const double floor_ = wall(p) < 1.5 ? 600 * test::value_noise(seed + 2, 9.0 * p) : 0.0;
+    return ledges + floor_ + 1200 * test::value_noise(seed + 3, 1.1 * p);
+  });
+  return world;
+}
+
+TestWorld make_world(Random& random, int level, Roughness roughness) {
+  if (roughness == Roughness::canyon) return make_canyon(random, level);
+  const double wavelength = roughness == Roughness::rough ? 0.0 : between(random, 2.5, 5.0);
+  TestWorld world =
+      TestWorld::noise(random.next(), {11, 10, 11}, between(random, 0.35, 0.65), wavelength, true);
+  const std::uint64_t seed = random.next();
+  switch (roughness) {
+    case Roughness::flat:
+      world.set_heights(level, [](glm::dvec3) { return 0.0; });
+      break;
+    case Roughness::smooth:
+      world.set_heights(level, [=](glm::dvec3 p) { return 1500 * test::value_noise(seed, p * 0.7); });
+      break;
+    case Roughness::mixed:  // patches that need every level beside patches that need none
+      world.set_heights(level, [=](glm::dvec3 p) {
+        const double where = test::value_noise(seed, p * 0.35);
+        return 900 * test::value_noise(seed, p) +
+               (where > 0 ? 2500 * where * test::value_noise(~seed, p * 14.0) : 0.0);
+      });
+      break;
+    case Roughness::rough:
+      world.roughen(level, seed, 1500);
+      break;
+    case Roughness::canyon:
+      break;
+  }
+  return world;
+}
+
+Pose random_pose(Random& random, Scene& scene) {
+  Pose pose;
+  pose.height_px = 200 + random.below(2000);
+  pose.error_px = std::exp2(between(random, -2, 6));
+  pose.camera.fov_y_deg = between(random, 15, 110);
+  pose.camera.aspect = between(random, 0.4, 2.6);
+  pose.camera.near_voxels = std::exp2(between(random, -9, -2));
+  const PatchId patch = static_cast<PatchId>(random.below(static_cast<int>(scene.drawn.patches())));
+  const auto& vertices = scene.drawn.vertices(patch);
+  const GpuVertex& v = vertices[static_cast<std::size_t>(random.below(static_cast<int>(vertices.size())))];
+  const glm::dvec3 target = (glm::dvec3(patch_origin(scene.drawn.surface().volume_of(patch))) +
+                             glm::dvec3(v.position[0], v.position[1], v.position[2])) /
+                            double{kStepsPerVoxel};
+  double distance = std::exp2(between(random, -4, 5));
+  const int kind = random.below(3);
+  if (kind == 0 && scene.drawn.level() > 1) {
+    Camera camera;
+    EXPECT_TRUE(make_camera(pose.camera, camera).ok());
+    scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+    const int m = 2 + random.below(scene.drawn.level() - 1);
+    const double threshold = threshold_steps(scene.lods()[patch].threshold[m]) / kStepsPerVoxel;
+    distance = std::clamp(threshold * between(random, 0.6, 1.05), 0.02, 60.0);
+  }
+  pose.camera.position = target + distance * direction(random);
+  const glm::dvec3 aside = kind == 1 ? 0.7 * distance * direction(random) : glm::dvec3(0.0);
+  EXPECT_TRUE(look_at(pose.camera.position, target + aside, pose.camera.yaw_deg, pose.camera.pitch_deg).ok());
+  return pose;
+}
+
+Camera camera_of(const CameraSettings& settings) {
+  Camera camera;
+  EXPECT_TRUE(make_camera(settings, camera).ok());
+  return camera;
+}
+
+std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double missing) {
+  std::vector<std::uint8_t> held(scene.drawn.patches());
+  const double all = random.unit();
+  const std::uint64_t seed = random.next();
+  for (PatchId p = 0; p < held.size(); ++p) {
+    const glm::dvec3 at = glm::dvec3(patch_origin(scene.drawn.surface().volume_of(p))) / 8192.0;
+    const int level =
+        random.unit() < all
+            ? scene.drawn.level()
+            : 1 + static_cast<int>((0.5 + 0.5 * test::value_noise(seed, 0.3 * at)) * scene.drawn.level());
+    held[p] = random.unit() < missing ? 0 : static_cast<std::uint8_t>(std::min(level, scene.drawn.level()));
+  }
+  return held;
+}
+
+}  // namespace karst
