@@ -2,8 +2,10 @@
 // karst bench: what a world costs.
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "app/bench_core.h"
+#include "app/bench_pareto.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
@@ -14,47 +16,141 @@ namespace karst::app {
 namespace {
 
 constexpr const char* kHelp =
-    R"(usage: karst bench WORLD [--suite core] [--rounds N] [--json]
+    R"(usage: karst bench WORLD [--suite NAME] [options]
 
-Measures the core on a world and prints the results beside those of the paper it follows.
+Measures a world and prints the results beside those of the paper it follows.
 
-      --suite core  extraction, adjacency, vertices and packing of all patches, on one core
-      --rounds N    medians are over so many rounds, 1 to 1000 (9)
-      --json        for programs
+      --suite core      extraction, adjacency, vertices and packing of all patches, on one core (the default)
+      --suite pareto    frames against their error: a sweep of error targets and of distances, on flights
+      --rounds N        core: medians are over so many rounds, 1 to 1000 (9); pareto: measured laps (1)
+      --json FILE       for programs; - prints it instead of the table (core)
+
+Of pareto:
+      --path FILE       this flight, as of karst render, in place of the standard ones
+      --frames N        of each standard flight, 1 to 100000 (120)
+      --size WxH        of the pictures in pixels (1280x720)
+      --targets LIST    error targets in pixels (0.25,0.5,1,2,4,8,16)
+      --distances LIST  of K's scheme, in voxels (16,32,64,128); either list may be 'none'
+      --full            measures the full level too
+      --no-errors       times and memory alone
+      --elevation PNG   measures errors against this elevation, else against pictures of the full level
+      --pixel-size M, --z-scale S
+                        of the elevation, as given to karst-bake
+      --max-memory MIB  CPU and GPU together (512)
+      --csv FILE        the table
+      --svg FILE        plots of it
+      --peers CSV       other programs' results, drawn beside ours (docs/run-time-against-error.md)
 
   karst bench canyon.karst
+  karst bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg
 )";
 
-constexpr Option kOptions[] = {{"suite"}, {"rounds"}, {"json", 0, false}, {"help", 'h', false}};
+constexpr Option kOptions[] = {{"suite"},
+                               {"rounds"},
+                               {"json"},
+                               {"path"},
+                               {"frames"},
+                               {"size"},
+                               {"targets"},
+                               {"distances"},
+                               {"full", 0, false},
+                               {"no-errors", 0, false},
+                               {"elevation"},
+                               {"pixel-size"},
+                               {"z-scale"},
+                               {"max-memory"},
+                               {"csv"},
+                               {"svg"},
+                               {"peers"},
+                               {"help", 'h', false}};
 
-std::string parse(std::span<const char* const> words, Arguments& arguments, std::int64_t& rounds) {
-  if (std::string error = arguments.parse(words, kOptions); !error.empty()) return error;
-  if (arguments.has("help")) return {};
-  if (arguments.positional().size() != 1) return "takes one WORLD";
-  if (const auto suite = arguments.value("suite").value_or("core"); suite != "core") {
-    return "--suite: '" + std::string(suite) + "' is not core";
+struct Command {
+  bool pareto = false;
+  CoreSuiteOptions core;
+  ParetoOptions options;
+};
+
+// "1,2,4" or "none".
+std::string parse_list(const Arguments& arguments, const char* name, double min, double max,
+                       std::vector<double>& out) {
+  const auto given = arguments.value(name);
+  if (!given) return {};
+  out.clear();
+  if (*given == "none") return {};
+  for (std::string_view rest = *given;;) {
+    const std::size_t comma = rest.find(',');
+    if (std::string error =
+            parse_number(rest.substr(0, comma), std::string("--") + name, min, max, out.emplace_back());
+        !error.empty()) {
+      return error;
+    }
+    if (comma == std::string_view::npos) return {};
+    rest.remove_prefix(comma + 1);
   }
-  if (const auto text = arguments.value("rounds")) return parse_integer(*text, "--rounds", 1, 1000, rounds);
+}
+
+std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
+  std::string error;
+  const auto text = [&](const char* name) { return std::string(arguments.value(name).value_or("")); };
+  const auto integer = [&](const char* name, std::int64_t max, std::int64_t otherwise) {
+    if (const auto given = arguments.value(name); given && error.empty()) {
+      error = parse_integer(*given, std::string("--") + name, 1, max, otherwise);
+    }
+    return otherwise;
+  };
+  options.path_file = text("path");
+  options.elevation = text("elevation");
+  options.csv = text("csv");
+  options.svg = text("svg");
+  options.json = text("json");
+  options.peers = text("peers");
+  options.full = arguments.has("full");
+  options.errors = !arguments.has("no-errors");
+  options.targets = {0.25, 0.5, 1, 2, 4, 8, 16};
+  options.distances = {16, 32, 64, 128};
+  options.rounds = static_cast<int>(integer("rounds", 1000, options.rounds));
+  options.frames = static_cast<int>(integer("frames", 100'000, options.frames));
+  options.scene.max_memory = static_cast<std::uint64_t>(integer("max-memory", 1 << 20, 512)) << 20;
+  if (error.empty()) error = parse_list(arguments, "targets", kLeastErrorPx, kMostErrorPx, options.targets);
+  if (error.empty()) error = parse_list(arguments, "distances", 0, kCameraReach, options.distances);
+  if (const auto given = arguments.value("size"); given && error.empty()) {
+    error = parse_size(*given, "--size", RendererSettings::kMaxPicture, options.scene.width,
+                       options.scene.height);
+  }
+  if (const auto given = arguments.value("pixel-size"); given && error.empty()) {
+    error = parse_number(*given, "--pixel-size", 1e-4, 1e6, options.pixel_size_m);
+  }
+  if (const auto given = arguments.value("z-scale"); given && error.empty()) {
+    error = parse_number(*given, "--z-scale", 1e-9, 1e9, options.z_scale);
+  }
+  if (!error.empty()) return error;
+  if (!options.elevation.empty() && options.pixel_size_m == 0) return "--elevation: needs --pixel-size";
+  if (options.targets.empty() && options.distances.empty() && !options.full) return "nothing to measure";
   return {};
 }
 
-}  // namespace
+// What a wrong command line is told; empty where it is right.
+std::string parse(std::span<const char* const> words, Arguments& arguments, Command& command) {
+  if (std::string error = arguments.parse(words, kOptions); !error.empty()) return error;
+  if (arguments.has("help")) return {};
+  if (arguments.positional().size() != 1) return "takes one WORLD";
+  const auto suite = arguments.value("suite").value_or("core");
+  command.pareto = suite == "pareto";
+  if (command.pareto) {
+    command.options.scene.world = arguments.positional()[0];
+    return parse_pareto(arguments, command.options);
+  }
+  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core or pareto";
+  std::int64_t rounds = command.core.rounds;
+  if (const auto text = arguments.value("rounds")) {
+    if (std::string error = parse_integer(*text, "--rounds", 1, 1000, rounds); !error.empty()) return error;
+  }
+  command.core.rounds = static_cast<int>(rounds);
+  command.core.json = arguments.value("json").value_or("");
+  return {};
+}
 
-int run_bench(std::span<const char* const> words) {
-  Arguments arguments;
-  CoreSuiteOptions options;
-  std::int64_t rounds = options.rounds;
-  if (const std::string usage = parse(words, arguments, rounds); !usage.empty()) {
-    print_error("karst bench", usage);
-    return kExitUsage;
-  }
-  if (arguments.has("help")) {
-    std::fputs(kHelp, stdout);
-    return kExitOk;
-  }
-  options.rounds = static_cast<int>(rounds);
-  options.json = arguments.has("json");
-  const std::string path(arguments.positional()[0]);
+int run_core(const std::string& path, const CoreSuiteOptions& options) {
   MappedFile file;
   std::string error = file.open(path);
   WorldInfo info;
@@ -67,6 +163,23 @@ int run_bench(std::span<const char* const> words) {
     return kExitFailure;
   }
   return run_core_suite(file.bytes(), options);
+}
+
+}  // namespace
+
+int run_bench(std::span<const char* const> words) {
+  Arguments arguments;
+  Command command;
+  if (const std::string usage = parse(words, arguments, command); !usage.empty()) {
+    print_error("karst bench", usage);
+    return kExitUsage;
+  }
+  if (arguments.has("help")) {
+    std::fputs(kHelp, stdout);
+    return kExitOk;
+  }
+  if (command.pareto) return run_pareto_suite(command.options);
+  return run_core(std::string(arguments.positional()[0]), command.core);
 }
 
 }  // namespace karst::app

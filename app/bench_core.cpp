@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "terrain/patch/index_batches.h"
 #include "terrain/world/terrain.h"
@@ -89,7 +90,8 @@ void print_text(const Terrain& terrain, const Series& extract, const std::vector
               static_cast<double>(budget.cpu_bytes()) / (1 << 20));
 }
 
-void print_json(const Terrain& terrain, const Series& extract, const std::vector<LevelFigures>& levels) {
+std::string json_text(const Terrain& terrain, const Series& extract,
+                      const std::vector<LevelFigures>& levels) {
   const Budget budget = Terrain::budget(terrain.config());
   JsonWriter json;
   json.begin_object();
@@ -106,7 +108,7 @@ void print_json(const Terrain& terrain, const Series& extract, const std::vector
   json.field("index_table_bytes", std::uint64_t{index_count(kMaxLevel) * sizeof(std::uint16_t)});
   json.field("core_bytes", std::uint64_t{budget.cpu_bytes()});
   json.end_object();
-  std::fputs(json.text().c_str(), stdout);
+  return json.text();
 }
 
 int fail(const Status& status) {
@@ -168,10 +170,17 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
       l.stream_write.time([&] { std::memset(vertex_memory.get(), round, l.vertices * sizeof(GpuVertex)); });
     }
   }
-  if (options.json) {
-    print_json(terrain, extraction, levels);
-  } else {
-    print_text(terrain, extraction, levels);
+  if (options.json == "-") {
+    std::fputs(json_text(terrain, extraction, levels).c_str(), stdout);
+    return 0;
+  }
+  print_text(terrain, extraction, levels);
+  if (options.json.empty()) return 0;
+  const std::string text = json_text(terrain, extraction, levels);
+  if (const std::string error = write_file_atomic(options.json, std::as_bytes(std::span(text)));
+      !error.empty()) {
+    std::fprintf(stderr, "karst bench: %s\n", error.c_str());
+    return 1;
   }
   return 0;
 }

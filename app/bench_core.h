@@ -4,12 +4,13 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 
 namespace karst::app {
 
 struct CoreSuiteOptions {
-  int rounds = 9;  // medians are over these; at least 1
-  bool json = false;
+  int rounds = 9;    // medians are over these; at least 1
+  std::string json;  // file for programs, "-": printed in place of the table; empty: none
 };
 
 // Prints to stdout. file: a valid world file (read_world_info has accepted it).

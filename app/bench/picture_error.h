@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// How far the surface in a picture is from what it stands for, in pixels, from the picture's depth.
+//
+// Against elevation: every covered pixel is brought back to its world point P; its error is the distance in
+// pixels between P and the point of the elevation above or below it, both projected. Either way to cut a cell
+// of the elevation into triangles is accepted. Points in the outer two cells are left out: the border of a
+// world is not the border of its elevation.
+//
+// Against a reference picture from the same place (the full level): the distance from P to the reference
+// surface, times what a length covers there on the screen at most: pixels per radian over the apparent
+// distance of terrain/view/morph.h, the measure that error_px bounds. The reference surface is a disc for
+// each pixel of the reference, large enough to meet its neighbours; all pixels that could hold the nearest
+// one are looked at, so that a ridge's outline that moved by a few pixels counts as those few pixels and not
+// as the distance to the hill behind it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "app/bench/elevation_grid.h"
+#include "terrain/view/camera.h"
+
+namespace karst::app {
+
+struct ErrorSummary {
+  std::uint64_t pixels = 0;
+  double mean = 0, rms = 0, p50 = 0, p95 = 0, p99 = 0, p999 = 0, max = 0;  // pixels; NaN where there are none
+};
+
+// Sorts px.
+ErrorSummary summarise_errors(std::vector<float>& px);
+
+struct DepthPicture {
+  Camera camera;
+  int width = 0, height = 0;
+  std::span<const float> depth;  // as Renderer::read_depth leaves it: row 0 at the top, 0 near, 1 far or sky
+};
+
+// Both append a value for each pixel that is measured.
+void errors_against_elevation(const DepthPicture& picture, const WorldFrame& frame, const ElevationGrid& grid,
+                              std::vector<float>& px);
+// reference: same camera and size.
+void errors_against_picture(const DepthPicture& picture, std::span<const float> reference,
+                            std::vector<float>& px);
+
+}  // namespace karst::app

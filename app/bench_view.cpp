@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "app/bench_view.h"
+
+#include <ctime>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+#include "app/camera_path.h"
+#include "app/status_text.h"
+#include "platform/clock.h"
+
+namespace karst::app {
+namespace {
+
+double clock_ms(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+}
+
+// Since this process was started; 0 where the system does not tell.
+double process_age_ms() {
+  char text[1024];
+  std::FILE* file = std::fopen("/proc/self/stat", "r");
+  if (file == nullptr) return 0;
+  const std::size_t length = std::fread(text, 1, sizeof text - 1, file);
+  std::fclose(file);
+  text[length] = '\0';
+  // Field 22, counted from behind the program's name, which may hold blanks and brackets.
+  const char* field = std::strrchr(text, ')');
+  for (int n = 2; field != nullptr && n < 22; ++n) field = std::strchr(field + 1, ' ');
+  if (field == nullptr) return 0;
+  unsigned long long ticks = 0;
+  if (std::sscanf(field, "%llu", &ticks) != 1) return 0;
+  const double start_ms = static_cast<double>(ticks) * 1e3 / static_cast<double>(sysconf(_SC_CLK_TCK));
+  return clock_ms(CLOCK_BOOTTIME) - start_ms;
+}
+
+std::uint64_t working_set(const Terrain::Selection& selection, const FrameCounts& counts,
+                          const RendererSettings& settings) {
+  std::uint64_t bytes = counts.triangles * 3 * sizeof(std::uint32_t);
+  for (int level = 1; level <= kMaxLevel; ++level) {
+    bytes +=
+        std::uint64_t{selection.list.at_level[level]} * slot_pages(level) * kPageVertices * sizeof(GpuVertex);
+  }
+  return bytes + static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) * 8;
+}
+
+}  // namespace
+
+std::uint64_t resident_bytes() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (file == nullptr) return 0;
+  unsigned long long pages = 0;
+  const bool read = std::fscanf(file, "%*u %llu", &pages) == 1;
+  std::fclose(file);
+  return read ? pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+std::string BenchView::open(const SceneOptions& options) {
+  world_ = options.world;
+  if (std::string error = scene_.open(options); !error.empty()) return error;
+  const LatticeBox box = scene_.terrain().box();
+  const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
+  light_.haze_voxels = std::max(1.0, 6.0 * std::max(size.x, size.z));
+  return {};
+}
+
+std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame) {
+  frame = {};
+  FrameRecord& record = frame.record;
+  Terrain& terrain = scene_.terrain();
+  Renderer& renderer = scene_.renderer();
+  const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
+  const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
+  const std::int64_t start = now_ns();
+  TerrainView view;
+  view.camera = &camera;
+  view.lod = lod;
+  view.lod.max_level = view.lod.resident_level = scene_.resident_level();
+  view.height_px = renderer.settings().height;
+  const Status selected = terrain.select(view, record.selection);
+  if (selected.code() == StatusCode::limit_reached) {
+    record.flags |= kFlagDrawItems;
+  } else if (!selected.ok()) {
+    return status_text(world_, selected);
+  }
+  const std::int64_t listed = now_ns();
+  if (const Status status = scene_.upload_thresholds(); !status.ok()) return status_text(world_, status);
+  const std::int64_t uploaded = now_ns();
+  FrameInput input;
+  input.camera = camera;
+  input.light = light_;
+  input.items = terrain.items();
+  input.least_cos2 = terrain.error_scale().least_cos2;
+  input.pages = scene_.pages();
+  input.index_table = terrain.index_table();
+  input.max_level = terrain.info().level;
+  if (const Status drawn = renderer.draw(input, record.counts); !drawn.ok())
+    return status_text(world_, drawn);
+  const std::int64_t submitted = now_ns();
+  renderer.finish();
+  const std::int64_t end = now_ns();
+  record.cull_lod_ms = ms_between(start, listed);
+  record.upload_ms = ms_between(listed, uploaded);
+  record.submit_ms = ms_between(uploaded, submitted);
+  record.frame_ms = ms_between(start, end);
+  frame.main_cpu_ms = clock_ms(CLOCK_THREAD_CPUTIME_ID) - main_start;
+  frame.all_cpu_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - all_start;
+  frame.working_set_bytes = working_set(record.selection, record.counts, renderer.settings());
+  if (first_frame_ms_ == 0) first_frame_ms_ = process_age_ms();
+  return {};
+}
+
+std::string BenchView::read_depth(std::vector<float>& depth) {
+  const RendererSettings& settings = scene_.renderer().settings();
+  depth.resize(static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height));
+  const Status status = scene_.renderer().read_depth(depth);
+  return status.ok() ? std::string() : status_text("depth", status);
+}
+
+GroundHeights BenchView::ground() {
+  const Terrain& terrain = scene_.terrain();
+  GroundHeights ground({terrain.info().extent.x, terrain.info().extent.z});
+  const Surface surface = terrain.surface();
+  for (PatchId patch = 0; patch < terrain.patch_count(); ++patch) {
+    ground.add(patch_box(surface, terrain.bounds(), patch));
+  }
+  return ground;
+}
+
+std::string BenchView::place(std::span<const CameraSettings> path, std::vector<Camera>& cameras) {
+  const WorldFrame frame = scene_.frame();
+  const RendererSettings& settings = scene_.renderer().settings();
+  const double aspect = static_cast<double>(settings.width) / settings.height;
+  cameras.clear();
+  for (const CameraSettings& settings_of_frame : path) {
+    CameraPlace place;
+    place.position_m = frame.origin_m + settings_of_frame.position * frame.voxel_size_m;
+    place.yaw_deg = settings_of_frame.yaw_deg;
+    place.pitch_deg = settings_of_frame.pitch_deg;
+    const Status status = place_camera(place, frame, scene_.terrain().box(), settings_of_frame.fov_y_deg,
+                                       aspect, cameras.emplace_back());
+    if (!status.ok()) return status_text("camera", status);
+  }
+  return {};
+}
+
+}  // namespace karst::app

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// A world that benchmarks draw: one call a frame, with what the frame cost.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/bench/standard_path.h"
+#include "app/frame_statistics.h"
+#include "app/scene.h"
+
+namespace karst::app {
+
+struct BenchFrame {
+  FrameRecord record;
+  double main_cpu_ms = 0;               // of this thread, the driver's share included
+  double all_cpu_ms = 0;                // of all threads
+  std::uint64_t working_set_bytes = 0;  // GPU: vertices of what is drawn at its level, indices, targets
+};
+
+class BenchView {
+ public:
+  // Empty on success, else one line for the user. To be called once.
+  [[nodiscard]] std::string open(const SceneOptions& options);
+
+  // Draws one picture and waits for it.
+  [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame);
+  // Depth of the last picture; the next call that reads or draws ends it.
+  [[nodiscard]] std::string read_depth(std::vector<float>& depth);
+
+  Scene& scene() { return scene_; }
+  GroundHeights ground();
+  // Cameras of a flight over this world, near and far fitted to its box.
+  [[nodiscard]] std::string place(std::span<const CameraSettings> path, std::vector<Camera>& cameras);
+
+  // Milliseconds from the start of the process to the end of the first frame; 0 before it. The kernel tells
+  // the start in steps of 10 ms.
+  double first_frame_ms() const { return first_frame_ms_; }
+
+ private:
+  std::string world_;
+  Scene scene_;
+  FrameLight light_;
+  double first_frame_ms_ = 0;
+};
+
+// Bytes of this process in memory now.
+std::uint64_t resident_bytes();
+
+}  // namespace karst::app
