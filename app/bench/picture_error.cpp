@@ -140,11 +140,7 @@ double nearest_disc(const Discs& discs, const Projection& projection, int x, int
 ErrorSummary summarise_errors(std::vector<float>& px) {
   ErrorSummary result;
   result.pixels = px.size();
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  if (px.empty()) {
-    result.mean = result.rms = result.p50 = result.p95 = result.p99 = result.p999 = result.max = none;
-    return result;
-  }
+  if (px.empty()) return result;
   std::sort(px.begin(), px.end());
   double sum = 0, squares = 0;
   for (const float e : px) {

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,9 +24,11 @@
 
 namespace karst::app {
 
+// Pixels; NaN where nothing was measured.
 struct ErrorSummary {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t pixels = 0;
-  double mean = 0, rms = 0, p50 = 0, p95 = 0, p99 = 0, p999 = 0, max = 0;  // pixels; NaN where there are none
+  double mean = kNone, rms = kNone, p50 = kNone, p95 = kNone, p99 = kNone, p999 = kNone, max = kNone;
 };
 
 // Sorts px.

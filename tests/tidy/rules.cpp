@@ -165,7 +165,7 @@ void check_known(const Source& source, Findings& out) {
   } else if (top == "boards") {
     known = is_cmake(path) || one_of(ext, {".json", ".md"});
   } else if (top == "docs") {
-    known = one_of(ext, {".md", ".png"});
+    known = one_of(ext, {".md", ".png", ".svg", ".csv"});
   } else if (top == "tests") {
     known = is_cpp(path) || is_cmake(path) || one_of(ext, {".json", ".md", ".png", ".sh"});
   }
@@ -178,7 +178,7 @@ void check_known(const Source& source, Findings& out) {
 }
 
 bool is_text(string_view path) {
-  return extension(path) != ".png";
+  return !one_of(extension(path), {".png", ".svg", ".csv"});  // pictures and tables are made by programs
 }
 
 void check_text(const Source& source, Findings& out) {

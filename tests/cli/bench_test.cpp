@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// karst bench from outside, on a world of a few patches.
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/process.h"
+#include "tests/support/test_world.h"
+
+namespace karst {
+namespace {
+
+using test::ProcessResult;
+
+class Bench : public testing::Test {
+ protected:
+  void SetUp() override {
+    test::TestWorld world({24, 12, 20}, [](glm::ivec3 v) {
+      return v.y + 0.5 < 5 + 3 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
+    });
+    world.roughen(3, 9, 700);
+    world_ = folder_.write("world.karst", world.file());
+  }
+  ProcessResult bench(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"bench", world_});
+    return test::run_process(KARST_APP_PATH, arguments);
+  }
+  std::string file(const std::string& name) const { return folder_.path(name); }
+
+  // Lines of a CSV file, by the names in its first.
+  static std::vector<std::map<std::string, std::string>> rows(const std::string& path) {
+    std::vector<std::map<std::string, std::string>> result;
+    std::vector<std::string> names;
+    std::istringstream text(test::read_text(path));
+    for (std::string line; std::getline(text, line);) {
+      std::vector<std::string> fields;
+      std::istringstream cells(line + ",");
+      for (std::string cell; std::getline(cells, cell, ',');) fields.push_back(cell);
+      if (names.empty()) {
+        names = fields;
+        continue;
+      }
+      EXPECT_EQ(fields.size(), names.size()) << line;
+      for (std::size_t i = 0; i < std::min(fields.size(), names.size()); ++i) {
+        if (i == 0) result.emplace_back();
+        result.back()[names[i]] = fields[i];
+      }
+    }
+    return result;
+  }
+
+  test::Folder folder_;
+  std::string world_;
+};
+
+TEST_F(Bench, ParetoMeasuresEverySettingOnEveryFlight) {
+  const ProcessResult result =
+      bench({"--suite", "pareto", "--size", "160x90", "--frames", "6", "--targets", "0.5,4", "--distances",
+             "16", "--full", "--csv", file("a.csv"), "--json", file("a.json"), "--svg", file("a.svg")});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("teleport"), std::string::npos);
+  const auto table = rows(file("a.csv"));
+  ASSERT_EQ(table.size(), 16u);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    auto row = table[i];
+    const double max = std::stod(row["error_max_px"]);
+    EXPECT_GT(std::stod(row["error_pixels"]), 1000) << row["path"];
+    EXPECT_GT(std::stod(row["frame_median_ms"]), 0);
+    // A picture of the full level is its own reference; by error, the bound that is stated holds. The
+    // reference surface between two of its pixels is known to a fraction of one.
+    if (row["mode"] == "full") {
+      EXPECT_EQ(max, 0) << row["path"];
+    } else if (row["mode"] == "error") {
+      EXPECT_LE(std::stod(row["bound_px"]), std::stod(row["target"]) * 1.001) << row["path"];
+      EXPECT_LE(std::stod(row["error_p999_px"]), std::stod(row["target"]) + 0.25) << row["path"];
+    }
+    if (i % 4 == 1) {
+      EXPECT_LE(std::stod(row["triangles"]), std::stod(table[i - 1].at("triangles")));
+    }
+  }
+  EXPECT_EQ(test::read_text(file("a.svg")).rfind("<svg", 0), 0u);
+  EXPECT_NE(test::read_text(file("a.json")).find("\"first_frame_ms\""), std::string::npos);
+}
+
+TEST_F(Bench, ParetoFliesAPathAndDrawsPeers) {
+  const std::string path = folder_.write("mine.txt", "12 12 18 0 -20\n12 12 16 10 -20\n");
+  const std::string peers =
+      folder_.write("peers.csv", "peer,setting,frame_median_ms,error_p99_px\nOther & son,1,20,3\n");
+  const std::vector<std::string> words = {"--suite", "pareto",      "--size", "64x36",       "--path",
+                                          path,      "--targets",   "1",      "--distances", "none",
+                                          "--svg",   file("a.svg"), "--csv",  file("a.csv")};
+  auto with_peers = words;
+  with_peers.insert(with_peers.end(), {"--peers", peers});
+  ASSERT_EQ(bench(with_peers).code, 0);
+  EXPECT_EQ(rows(file("a.csv")).size(), 1u);
+  EXPECT_EQ(rows(file("a.csv"))[0]["path"], "mine");
+  EXPECT_NE(test::read_text(file("a.svg")).find("Other &amp; son"), std::string::npos);
+  auto without_errors = words;
+  without_errors.emplace_back("--no-errors");
+  ASSERT_EQ(bench(without_errors).code, 0);
+  EXPECT_EQ(rows(file("a.csv"))[0]["error_max_px"], "");
+}
+
+TEST_F(Bench, ParetoNamesTheFileAtFault) {
+  const std::string bad = folder_.write("bad.csv", "peer,frame_median_ms\nA,1,2\n");
+  const ProcessResult peers =
+      bench({"--suite", "pareto", "--size", "64x36", "--frames", "1", "--targets", "8", "--distances", "none",
+             "--no-errors", "--svg", file("a.svg"), "--peers", bad});
+  EXPECT_EQ(peers.code, 1);
+  EXPECT_NE(peers.err.find(bad + ": a line has not as many values"), std::string::npos) << peers.err;
+  const ProcessResult elevation = bench({"--suite", "pareto", "--elevation", bad, "--pixel-size", "1"});
+  EXPECT_EQ(elevation.code, 1);
+  EXPECT_NE(elevation.err.find(bad + ": not a PNG file"), std::string::npos) << elevation.err;
+  EXPECT_EQ(bench({"--suite", "pareto", "--svg", file("none/a.svg")}).code, 1);
+}
+
+TEST_F(Bench, CoreWritesJson) {
+  const ProcessResult result = bench({"--rounds", "1", "--json", "-"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.rfind("{\n", 0), 0u);
+  ASSERT_EQ(bench({"--rounds", "1", "--json", file("core.json")}).code, 0);
+  EXPECT_NE(test::read_text(file("core.json")).find("\"patches\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace karst
