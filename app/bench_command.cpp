@@ -36,6 +36,8 @@ Of pareto:
       --elevation PNG   measures errors against this elevation, else against pictures of the full level
       --pixel-size M, --z-scale S
                         of the elevation, as given to karst-bake
+      --drape IMAGE.png, --drape-repeat N
+                        one image in place of the materials, as of karst render
       --max-memory MIB  CPU and GPU together (512)
       --csv FILE        the table
       --svg FILE        plots of it
@@ -45,24 +47,11 @@ Of pareto:
   karst bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg
 )";
 
-constexpr Option kOptions[] = {{"suite"},
-                               {"rounds"},
-                               {"json"},
-                               {"path"},
-                               {"frames"},
-                               {"size"},
-                               {"targets"},
-                               {"distances"},
-                               {"full", 0, false},
-                               {"no-errors", 0, false},
-                               {"elevation"},
-                               {"pixel-size"},
-                               {"z-scale"},
-                               {"max-memory"},
-                               {"csv"},
-                               {"svg"},
-                               {"peers"},
-                               {"help", 'h', false}};
+constexpr Option kOptions[] = {
+    {"suite"},      {"rounds"},     {"json"},      {"path"},           {"frames"},
+    {"size"},       {"targets"},    {"distances"}, {"full", 0, false}, {"no-errors", 0, false},
+    {"elevation"},  {"pixel-size"}, {"z-scale"},   {"drape"},          {"drape-repeat"},
+    {"max-memory"}, {"csv"},        {"svg"},       {"peers"},          {"help", 'h', false}};
 
 struct Command {
   bool pareto = false;
@@ -99,6 +88,7 @@ std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
     return otherwise;
   };
   options.path_file = text("path");
+  options.scene.drape = text("drape");
   options.elevation = text("elevation");
   options.csv = text("csv");
   options.svg = text("svg");
@@ -122,6 +112,9 @@ std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
   }
   if (const auto given = arguments.value("z-scale"); given && error.empty()) {
     error = parse_number(*given, "--z-scale", 1e-9, 1e9, options.z_scale);
+  }
+  if (const auto given = arguments.value("drape-repeat"); given && error.empty()) {
+    error = parse_number(*given, "--drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
   }
   if (!error.empty()) return error;
   if (!options.elevation.empty() && options.pixel_size_m == 0) return "--elevation: needs --pixel-size";
