@@ -38,6 +38,8 @@ Of pareto:
                         of the elevation, as given to karst-bake
       --drape IMAGE.png, --drape-repeat N
                         one image in place of the materials, as of karst render
+      --generate-ms MS, --vertex-memory MIB
+                        as of karst render; errors are always of complete frames
       --max-memory MIB  CPU and GPU together (512)
       --csv FILE        the table
       --svg FILE        plots of it
@@ -47,11 +49,28 @@ Of pareto:
   karst bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg
 )";
 
-constexpr Option kOptions[] = {
-    {"suite"},      {"rounds"},     {"json"},      {"path"},           {"frames"},
-    {"size"},       {"targets"},    {"distances"}, {"full", 0, false}, {"no-errors", 0, false},
-    {"elevation"},  {"pixel-size"}, {"z-scale"},   {"drape"},          {"drape-repeat"},
-    {"max-memory"}, {"csv"},        {"svg"},       {"peers"},          {"help", 'h', false}};
+constexpr Option kOptions[] = {{"suite"},
+                               {"rounds"},
+                               {"json"},
+                               {"path"},
+                               {"frames"},
+                               {"size"},
+                               {"targets"},
+                               {"distances"},
+                               {"full", 0, false},
+                               {"no-errors", 0, false},
+                               {"elevation"},
+                               {"pixel-size"},
+                               {"z-scale"},
+                               {"drape"},
+                               {"drape-repeat"},
+                               {"generate-ms"},
+                               {"vertex-memory"},
+                               {"max-memory"},
+                               {"csv"},
+                               {"svg"},
+                               {"peers"},
+                               {"help", 'h', false}};
 
 struct Command {
   bool pareto = false;
@@ -107,15 +126,18 @@ std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
     error = parse_size(*given, "--size", RendererSettings::kMaxPicture, options.scene.width,
                        options.scene.height);
   }
-  if (const auto given = arguments.value("pixel-size"); given && error.empty()) {
-    error = parse_number(*given, "--pixel-size", 1e-4, 1e6, options.pixel_size_m);
-  }
-  if (const auto given = arguments.value("z-scale"); given && error.empty()) {
-    error = parse_number(*given, "--z-scale", 1e-9, 1e9, options.z_scale);
-  }
-  if (const auto given = arguments.value("drape-repeat"); given && error.empty()) {
-    error = parse_number(*given, "--drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
-  }
+  const auto number = [&](const char* name, double min, double max, double& out) {
+    if (const auto given = arguments.value(name); given && error.empty()) {
+      error = parse_number(*given, std::string("--") + name, min, max, out);
+    }
+  };
+  double vertex_mib = 0;
+  number("pixel-size", 1e-4, 1e6, options.pixel_size_m);
+  number("z-scale", 1e-9, 1e9, options.z_scale);
+  number("drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
+  number("generate-ms", 0, 1e6, options.generate_ms);
+  number("vertex-memory", 0, 1024, vertex_mib);
+  options.scene.vertex_bytes = static_cast<std::uint64_t>(vertex_mib * (1 << 20));
   if (!error.empty()) return error;
   if (!options.elevation.empty() && options.pixel_size_m == 0) return "--elevation: needs --pixel-size";
   if (options.targets.empty() && options.distances.empty() && !options.full) return "nothing to measure";

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <memory>
 
 #include "app/bench_view.h"
 #include "app/camera_path.h"
@@ -22,6 +24,9 @@ namespace {
 constexpr int kErrorFrames = 6;
 
 constexpr double kMebibyte = 1 << 20;
+
+// For pictures that others are compared with: far above any world's full level.
+constexpr std::uint64_t kReferenceMemory = std::uint64_t{1} << 34;  // bytes
 
 struct Setting {
   std::string mode;
@@ -129,39 +134,49 @@ class Measure {
         return error;
       }
     }
-    SceneOptions scene = options_.scene;
-    scene.keep_depth = options_.errors;
-    if (std::string error = view_.open(scene); !error.empty()) return error;
-    if (std::string error = make_flights(view_, options_, flights_); !error.empty()) return error;
-    result_.world = view_.scene().terrain().info().name;
-    result_.renderer = view_.scene().renderer().caps().renderer;
-    result_.width = scene.width;
-    result_.height = scene.height;
-    Progress progress("measuring", flights_.size() * settings_.size() * (options_.errors ? 2 : 1));
-    std::uint64_t done = 0;
-    for (const Flight& flight : flights_) {
-      if (std::string error = time_flight(flight); !error.empty()) return error;
-      progress.update(done += settings_.size());
+    if (std::string error = time_flights(); !error.empty() || !options_.errors) return error;
+    if (options_.elevation.empty()) {
+      if (std::string error = draw_references(); !error.empty()) return error;
     }
-    result_.first_frame_ms = view_.first_frame_ms();
-    for (std::size_t f = 0; options_.errors && f < flights_.size(); ++f) {
-      if (std::string error = measure_flight(f); !error.empty()) return error;
-      progress.update(done += settings_.size());
-    }
-    return {};
+    return measure_errors();
   }
 
  private:
   std::string lap(const Flight& flight, const Setting& setting, std::vector<BenchFrame>* frames) {
     BenchFrame frame;
     for (const Camera& camera : flight.cameras) {
-      if (std::string error = view_.draw(camera, setting.lod, frame); !error.empty()) return error;
+      if (std::string error = view_->draw(camera, setting.lod, frame, options_.generate_ms); !error.empty()) {
+        return error;
+      }
       if (frames != nullptr) frames->push_back(frame);
     }
     return {};
   }
 
-  std::string time_flight(const Flight& flight) {
+  // Opens the world anew: what an earlier part of the work took is given back first.
+  std::string open(const SceneOptions& scene) {
+    view_ = nullptr;
+    view_ = std::make_unique<BenchView>();
+    return view_->open(scene);
+  }
+
+  std::string time_flights() {
+    if (std::string error = open(options_.scene); !error.empty()) return error;
+    if (std::string error = make_flights(*view_, options_, flights_); !error.empty()) return error;
+    result_.world = view_->scene().terrain().info().name;
+    result_.renderer = view_->scene().renderer().caps().renderer;
+    result_.width = options_.scene.width;
+    result_.height = options_.scene.height;
+    Progress progress("timing",
+                      flights_.size() * static_cast<std::size_t>(options_.rounds) * settings_.size());
+    for (const Flight& flight : flights_) {
+      if (std::string error = time_flight(flight, progress); !error.empty()) return error;
+    }
+    result_.first_frame_ms = view_->first_frame_ms();
+    return {};
+  }
+
+  std::string time_flight(const Flight& flight, Progress& progress) {
     std::vector<std::vector<BenchFrame>> frames(settings_.size());
     std::vector<double> resident(settings_.size());
     for (int round = 0; round < options_.rounds; ++round) {
@@ -171,6 +186,7 @@ class Measure {
             return error;
         }
         resident[s] = static_cast<double>(resident_bytes()) / kMebibyte;
+        progress.update(++laps_);
       }
     }
     for (std::size_t s = 0; s < settings_.size(); ++s) {
@@ -184,41 +200,74 @@ class Measure {
     return {};
   }
 
-  std::string depth_of(const Camera& camera, const LodSettings& lod, std::vector<float>& depth) {
-    BenchFrame frame;
-    if (std::string error = view_.draw(camera, lod, frame); !error.empty()) return error;
-    return view_.read_depth(depth);
+  // The frames of a flight whose error is measured.
+  static std::vector<Camera> error_frames(const Flight& flight) {
+    std::vector<Camera> cameras;
+    const std::size_t stride = std::max<std::size_t>(1, flight.cameras.size() / kErrorFrames);
+    for (std::size_t i = 0; i < flight.cameras.size(); i += stride) cameras.push_back(flight.cameras[i]);
+    return cameras;
   }
 
-  std::string measure_flight(std::size_t f) {
-    const Flight& flight = flights_[f];
-    std::vector<std::vector<float>> px(settings_.size());
-    const std::size_t stride = std::max<std::size_t>(1, flight.cameras.size() / kErrorFrames);
+  std::string depth_of(const Camera& camera, const LodSettings& lod, std::vector<float>& depth) {
+    BenchFrame frame;
+    if (std::string error = view_->draw(camera, lod, frame); !error.empty()) return error;
+    return view_->read_depth(depth);
+  }
+
+  // Everything at the full level, whatever memory that takes.
+  std::string draw_references() {
+    SceneOptions scene = options_.scene;
+    scene.keep_depth = true;
+    scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
+    scene.max_memory = kReferenceMemory;
+    if (std::string error = open(scene); !error.empty()) return error;
     LodSettings full;
     full.mode = LodMode::full;
+    for (const Flight& flight : flights_) {
+      for (const Camera& camera : error_frames(flight)) {
+        if (std::string error = depth_of(camera, full, references_.emplace_back()); !error.empty())
+          return error;
+      }
+    }
+    return {};
+  }
+
+  std::string measure_errors() {
+    SceneOptions scene = options_.scene;
+    scene.keep_depth = true;
+    if (std::string error = open(scene); !error.empty()) return error;
+    Progress progress("measuring", flights_.size() * settings_.size());
+    std::size_t reference = 0;
+    for (std::size_t f = 0; f < flights_.size(); ++f) {
+      const std::vector<Camera> cameras = error_frames(flights_[f]);
+      for (std::size_t s = 0; s < settings_.size(); ++s) {
+        ParetoRow& row = result_.rows[f * settings_.size() + s];
+        if (std::string error = measure(cameras, reference, settings_[s].lod, row.errors); !error.empty())
+          return error;
+        progress.update(f * settings_.size() + s + 1);
+      }
+      reference += cameras.size();
+    }
+    return {};
+  }
+
+  std::string measure(std::span<const Camera> cameras, std::size_t first_reference, const LodSettings& lod,
+                      ErrorSummary& summary) {
+    std::vector<float> px, depth;
     DepthPicture picture;
     picture.width = result_.width;
     picture.height = result_.height;
-    std::vector<float> depth, reference;
-    for (std::size_t i = 0; i < flight.cameras.size(); i += stride) {
-      picture.camera = flight.cameras[i];
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      picture.camera = cameras[i];
+      if (std::string error = depth_of(picture.camera, lod, depth); !error.empty()) return error;
+      picture.depth = depth;
       if (options_.elevation.empty()) {
-        if (std::string error = depth_of(picture.camera, full, reference); !error.empty()) return error;
-      }
-      for (std::size_t s = 0; s < settings_.size(); ++s) {
-        if (std::string error = depth_of(picture.camera, settings_[s].lod, depth); !error.empty())
-          return error;
-        picture.depth = depth;
-        if (options_.elevation.empty()) {
-          errors_against_picture(picture, reference, px[s]);
-        } else {
-          errors_against_elevation(picture, view_.scene().frame(), grid_, px[s]);
-        }
+        errors_against_picture(picture, references_[first_reference + i], px);
+      } else {
+        errors_against_elevation(picture, view_->scene().frame(), grid_, px);
       }
     }
-    for (std::size_t s = 0; s < settings_.size(); ++s) {
-      result_.rows[f * settings_.size() + s].errors = summarise_errors(px[s]);
-    }
+    summary = summarise_errors(px);
     return {};
   }
 
@@ -227,7 +276,9 @@ class Measure {
   std::vector<Setting> settings_;
   std::vector<Flight> flights_;
   ElevationGrid grid_;
-  BenchView view_;
+  std::vector<std::vector<float>> references_;  // depths, flight by flight
+  std::uint64_t laps_ = 0;
+  std::unique_ptr<BenchView> view_;
 };
 
 std::string write_text(const std::string& path, const std::string& text) {

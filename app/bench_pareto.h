@@ -14,14 +14,15 @@ namespace karst::app {
 
 struct ParetoOptions {
   SceneOptions scene;
-  std::string path_file;          // empty: the standard flights
-  int frames = 120;               // of each standard flight
-  int rounds = 1;                 // measured laps of each setting, in turns with all others of the flight
-  bool errors = true;             // false: times and memory alone
-  std::vector<double> targets;    // pixels; mode error
-  std::vector<double> distances;  // voxels; mode distance
-  bool full = false;              // measures the full level too
-  std::string elevation;          // PNG; empty: pictures are compared with those of the full level
+  std::string path_file;  // empty: the standard flights
+  int frames = 120;       // of each standard flight
+  int rounds = 1;         // measured laps of each setting, in turns with all others of the flight
+  bool errors = true;     // false: times and memory alone
+  double generate_ms = SceneView::kComplete;  // of timed frames; errors are of complete ones
+  std::vector<double> targets;                // pixels; mode error
+  std::vector<double> distances;              // voxels; mode distance
+  bool full = false;                          // measures the full level too
+  std::string elevation;  // PNG; empty: pictures are compared with those of the full level
   double pixel_size_m = 0;
   double z_scale = 1;
   std::string json, csv, svg, peers;  // files; empty: none. peers is read

@@ -11,7 +11,6 @@
 
 #include "app/camera_path.h"
 #include "app/status_text.h"
-#include "platform/clock.h"
 
 namespace karst::app {
 namespace {
@@ -62,7 +61,6 @@ std::uint64_t resident_bytes() {
 }
 
 std::string BenchView::open(const SceneOptions& options) {
-  world_ = options.world;
   if (std::string error = scene_.open(options); !error.empty()) return error;
   const LatticeBox box = scene_.terrain().box();
   const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
@@ -70,48 +68,21 @@ std::string BenchView::open(const SceneOptions& options) {
   return {};
 }
 
-std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame) {
+std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
+                            double generate_ms) {
   frame = {};
-  FrameRecord& record = frame.record;
-  Terrain& terrain = scene_.terrain();
-  Renderer& renderer = scene_.renderer();
+  SceneView view;
+  view.camera = camera;
+  view.light = light_;
+  view.lod = lod;
+  view.generate_ms = generate_ms;
   const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
   const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
-  const std::int64_t start = now_ns();
-  TerrainView view;
-  view.camera = &camera;
-  view.lod = lod;
-  view.lod.max_level = view.lod.resident_level = scene_.resident_level();
-  view.height_px = renderer.settings().height;
-  const Status selected = terrain.select(view, record.selection);
-  if (selected.code() == StatusCode::limit_reached) {
-    record.flags |= kFlagDrawItems;
-  } else if (!selected.ok()) {
-    return status_text(world_, selected);
-  }
-  const std::int64_t listed = now_ns();
-  if (const Status status = scene_.upload_thresholds(); !status.ok()) return status_text(world_, status);
-  const std::int64_t uploaded = now_ns();
-  FrameInput input;
-  input.camera = camera;
-  input.light = light_;
-  input.items = terrain.items();
-  input.least_cos2 = terrain.error_scale().least_cos2;
-  input.pages = scene_.pages();
-  input.index_table = terrain.index_table();
-  input.max_level = terrain.info().level;
-  if (const Status drawn = renderer.draw(input, record.counts); !drawn.ok())
-    return status_text(world_, drawn);
-  const std::int64_t submitted = now_ns();
-  renderer.finish();
-  const std::int64_t end = now_ns();
-  record.cull_lod_ms = ms_between(start, listed);
-  record.upload_ms = ms_between(listed, uploaded);
-  record.submit_ms = ms_between(uploaded, submitted);
-  record.frame_ms = ms_between(start, end);
+  if (std::string error = scene_.draw(view, frame.record); !error.empty()) return error;
   frame.main_cpu_ms = clock_ms(CLOCK_THREAD_CPUTIME_ID) - main_start;
   frame.all_cpu_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - all_start;
-  frame.working_set_bytes = working_set(record.selection, record.counts, renderer.settings());
+  frame.working_set_bytes =
+      working_set(frame.record.selection, frame.record.counts, scene_.renderer().settings());
   if (first_frame_ms_ == 0) first_frame_ms_ = process_age_ms();
   return {};
 }

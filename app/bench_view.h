@@ -26,7 +26,9 @@ class BenchView {
   [[nodiscard]] std::string open(const SceneOptions& options);
 
   // Draws one picture and waits for it.
-  [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame);
+  // generate_ms: SceneView's.
+  [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
+                                 double generate_ms = SceneView::kComplete);
   // Depth of the last picture; the next call that reads or draws ends it.
   [[nodiscard]] std::string read_depth(std::vector<float>& depth);
 
@@ -40,7 +42,6 @@ class BenchView {
   double first_frame_ms() const { return first_frame_ms_; }
 
  private:
-  std::string world_;
   Scene scene_;
   FrameLight light_;
   double first_frame_ms_ = 0;
