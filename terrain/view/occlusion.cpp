@@ -15,6 +15,10 @@ namespace {
 constexpr std::uint32_t kLeastSearches = 8;
 constexpr std::uint32_t kSearchesPerFind = 16;
 
+// After so many frames with nothing hidden, all but one frame in kQuietPeriod leave it at that.
+constexpr std::uint32_t kQuietFrames = 64;
+constexpr std::uint32_t kQuietPeriod = 16;
+
 // How rarely the siblings of a box that was found hidden are searched for, at most: one frame in 2.
 constexpr std::uint16_t kWoken = 1;
 
@@ -110,28 +114,31 @@ void Occlusion::reset() {
   std::fill(entries_.begin(), entries_.end(), std::uint16_t{0});
   active_ = false;
   fresh_ = true;
-  searched_ = found_ = 0;
+  searched_ = found_ = hidden_ = quiet_ = 0;
 }
 
 void Occlusion::begin(const Occluders& occluders, const Octree& octree, const BoundsTree& tree,
                       const Surface& surface, std::span<const PatchBounds> bounds, const Camera& camera,
                       std::uint32_t searches) {
+  active_ = false;
+  ++frame_;
+  if (occluders.empty() || (quiet_ >= kQuietFrames && frame_ % kQuietPeriod != 0)) return;
   const glm::dvec3 eye = eye_lattice(camera);
   const double height = 1.0 / projection_scale(camera);
   const double corner = std::sqrt(1.0 + height * height * (1.0 + camera.aspect * camera.aspect));
   const double near_steps = camera.near_voxels * kStepsPerVoxel;
-  active_ = !occluders.empty() &&
-            occluders.is_outside(octree, tree, surface, bounds, eye, near_steps * corner + 1.0);
+  active_ = occluders.is_outside(octree, tree, surface, bounds, eye, near_steps * corner + 1.0);
   if (!active_) return;
   occluders_ = &occluders;
   const float cell = 1.0f / occluders.cell_steps();
   eye_ = glm::vec3(eye) * cell;
   reach_ = static_cast<float>(reach_of_depth(camera.near_voxels)) * cell;
-  ++frame_;
+  quiet_ = hidden_ > 0 || fresh_ ? 0 : quiet_ + 1;
   allowed_ = fresh_ ? searches : std::min(searches, kLeastSearches + kSearchesPerFind * found_);
   fresh_ = false;
   searched_ = 0;
   found_ = 0;
+  hidden_ = 0;
 }
 
 bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& box) {
@@ -147,6 +154,7 @@ bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& 
     const int layer = state & kLayerMask;
     if (shaft.aim(state >> kAxisShift & 3) && shaft.is_between(layer) &&
         shaft.is_covered(*occluders_, layer)) {
+      ++hidden_;
       return true;
     }
     entries_[entry] = state = 0;
@@ -161,6 +169,7 @@ bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& 
       if (!shaft.is_covered(*occluders_, layer)) continue;
       entries_[entry] = static_cast<std::uint16_t>(kHidden | axis << kAxisShift | layer);
       ++found_;
+      ++hidden_;
       wake_siblings(entry);
       return true;
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Which boxes are hidden by rock (occluders.h), found a few a frame and remembered: a box that was hidden is
 // asked about the same layer of cells again, one that was not is searched for again ever more rarely, and a
-// frame that found little lets the next one search little. So a frame's work is bounded, and next to nothing
-// where nothing is hidden; what is not found costs time alone.
+// frame that found little lets the next one search little. After a second with nothing hidden, most frames do
+// not ask at all. So a frame's work is bounded, and next to nothing where nothing is hidden; what is not
+// found costs time alone.
 //
 // Same frames in the same order give the same answers: nothing depends on time.
 #pragma once
@@ -89,7 +90,9 @@ class Occlusion {
   std::uint32_t allowed_ = 0;  // searches
   std::uint32_t searched_ = 0;
   std::uint32_t found_ = 0;
-  bool fresh_ = true;  // nothing was asked since reset()
+  std::uint32_t hidden_ = 0;  // boxes
+  std::uint32_t quiet_ = 0;   // active frames in a row with nothing hidden
+  bool fresh_ = true;         // nothing was asked since reset()
 };
 
 }  // namespace karst
