@@ -60,7 +60,8 @@ void write_patches(JsonWriter& json, Scene& scene, const std::vector<FrameRecord
              mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_frustum; }));
   json.field("culled_backface",
              mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_backface; }));
-  json.key("culled_occluded").null();
+  json.field("culled_occluded",
+             mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_occluded; }));
   json.field("coarser_than_wanted",
              mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.capped; }));
   json.field("missing", mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.missing; }));

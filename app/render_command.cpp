@@ -48,7 +48,8 @@ Draws a world that karst-bake made, without a screen.
       --drape-repeat N      covers the world N times on each axis (1)
       --generate-ms MS      time a frame to make vertices; frames that would take longer are drawn coarser than
                             --error-px and say so (all frames are complete)
-      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, all
+      --no-skip NAME        draws what could be skipped; NAME: frustum, backface,
+                            occlusion, all
       --vertex-memory MIB   of the GPU (what a coarse version of the whole world takes, and 1.3 MiB); where it
                             is too little, frames are coarser than --error-px and say so
       --max-memory MIB      CPU and GPU together (512); heights that find no room are read when needed
@@ -92,6 +93,7 @@ struct RenderOptions {
   LodSettings lod;
   bool frustum_culling = true;
   bool backface_culling = true;
+  bool occlusion_culling = true;
   double generate_ms = SceneView::kComplete;
 };
 
@@ -154,8 +156,9 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
     const bool all = *text == "all";
     if (all || *text == "frustum") options.frustum_culling = false;
     if (all || *text == "backface") options.backface_culling = false;
-    if (options.frustum_culling && options.backface_culling)
-      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface or all";
+    if (all || *text == "occlusion") options.occlusion_culling = false;
+    if (options.frustum_culling && options.backface_culling && options.occlusion_culling)
+      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface, occlusion or all";
   }
   return error;
 }
@@ -264,6 +267,7 @@ class Render {
     view.lod.max_level = kMaxLevel;
     view.frustum_culling = options_.frustum_culling;
     view.backface_culling = options_.backface_culling;
+    view.occlusion_culling = options_.occlusion_culling;
     view.generate_ms = options_.generate_ms;
     return scene_.draw(view, records_.emplace_back());
   }

@@ -75,6 +75,7 @@ std::string Scene::open(const SceneOptions& options) {
   if (display_ == nullptr) return error;
   const double opened = ms_between(start, now_ns());
   error = attach(*display_, options.width, options.height);
+  drape_.rgba = {};  // on the GPU now, and not to be attached again
   times_.context += opened;
   return error;
 }
@@ -203,6 +204,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   terrain_view.height_px = (view.quarter_turns & 1) != 0 ? options_.width : options_.height;
   terrain_view.frustum_culling = view.frustum_culling;
   terrain_view.backface_culling = view.backface_culling;
+  terrain_view.occlusion_culling = view.occlusion_culling;
   terrain_.begin_frame();
   Status status = select(terrain_view, record);
   const bool is_complete = first_frame_ || view.generate_ms == SceneView::kComplete;
@@ -264,18 +266,17 @@ Status Scene::complete(const TerrainView& view, FrameRecord& record) {
   constexpr int kMostRounds = 64;
   for (int round = 0; round < kMostRounds; ++round) {
     bool made = false;
-    const float scale = record.selection.error_scale;
-    const bool full = record.selection.pool_full;
     if (const Status status = generate(SceneView::kComplete, record, made); !status.ok()) return status;
-    if (!made && !full) return {};
-    const bool kept_back = terrain_.pool().kept_back() > 0;
-    if (kept_back) {
+    const Terrain::Selection& last = record.selection;
+    const bool waiting = last.lod.capped > 0 && terrain_.pool().kept_back() > 0;
+    // A scale that falls can wait for the next frame.
+    if (!made && !waiting && last.next_error_scale <= last.error_scale) return {};
+    if (waiting) {
       // With nothing in flight, what patches gave up is free at once.
       renderer_.finish();
       for (std::uint32_t i = 0; i < ResidentPool::kFramesInFlight; ++i) terrain_.begin_frame();
     }
     if (const Status status = select(view, record); !status.ok()) return status;
-    if (!made && !kept_back && record.selection.error_scale == scale) return {};
   }
   return {};
 }

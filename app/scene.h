@@ -52,6 +52,7 @@ struct SceneView {
   LodSettings lod;
   bool frustum_culling = true;
   bool backface_culling = true;
+  bool occlusion_culling = true;
   double generate_ms = kComplete;
   int quarter_turns = 0;  // FrameInput
   bool wait = true;       // until the GPU is done, so that frame_ms holds its work

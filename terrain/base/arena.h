@@ -23,14 +23,15 @@ enum class Consumer : std::uint8_t {
   level_errors,
   thresholds,
   residency,
+  occlusion,
   index_tables,
   draw_list,
   scratch
 };
-inline constexpr std::size_t kConsumerCount = 11;
+inline constexpr std::size_t kConsumerCount = 12;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
-    "octets",     "volumes",   "patches",      "heights",   "bounds", "level_errors",
-    "thresholds", "residency", "index_tables", "draw_list", "scratch"};
+    "octets",     "volumes",   "patches",   "heights",      "bounds",    "level_errors",
+    "thresholds", "residency", "occlusion", "index_tables", "draw_list", "scratch"};
 
 class Arena {
  public:

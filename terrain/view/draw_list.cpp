@@ -8,6 +8,8 @@
 #include <bit>
 #include <cmath>
 
+#include <glm/geometric.hpp>
+
 #include "terrain/patch/index_batches.h"
 
 namespace karst {
@@ -64,7 +66,8 @@ struct Collector {
       const glm::vec3 d = glm::vec3(origin) - eye;
       if constexpr (kCones) {
         const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
-        if (is_back_facing(cones[id], centre, 0.5f * glm::vec3(high - low), slack)) {
+        const float snap = snap_sine(glm::length(centre), levels[id], stage.pixels_per_radian);
+        if (is_back_facing(cones[id], centre, 0.5f * glm::vec3(high - low), slack, snap)) {
           ++back_facing;
           continue;
         }

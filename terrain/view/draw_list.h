@@ -42,6 +42,7 @@ struct BuildDrawList {
   const BoundsTree* tree = nullptr;      // over these patches and bounds
   std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
   std::span<const NormalCone> cones;     // by patch; empty: back-facing patches are listed
+  float pixels_per_radian = 0;  // ErrorScale's, for cones; 0: of exact geometry, without a grid of pixels
 
   // Begun for the eye's camera, or null. Nothing in view may be missing, or what it would hide could hide
   // something itself.

@@ -200,9 +200,24 @@ struct PixelBound {
         classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) == kOutside) {
       return false;
     }
-    return stage.cones.empty() ||
-           !is_back_facing(stage.cones[id], stage.bounds[id], patch_origin(stage.surface.volume_of(id)),
-                           view.eye, back_facing_slack(view.eye));
+    const glm::ivec3 origin = patch_origin(stage.surface.volume_of(id));
+    if (!stage.cones.empty()) {
+      // At the finest level, so that all that may be drawn is in view.
+      const float snap = snap_sine(glm::length(glm::vec3(origin) - view.eye), stage.settings.top_level(),
+                                   stage.scale.pixels);
+      if (is_back_facing(stage.cones[id], stage.bounds[id], origin, view.eye, back_facing_slack(view.eye),
+                         snap))
+        return false;
+    }
+    return stage.occlusion == nullptr || !is_hidden(id);
+  }
+
+  bool is_hidden(PatchId id) const {
+    Occlusion& occlusion = *stage.occlusion;
+    for (int row = std::min(Occlusion::kRows, stage.tree->rows()) - 1; row >= 0; --row) {
+      if (occlusion.hides_node(*stage.tree, row, id >> (BoundsTree::kFanOutLog2 * (row + 1)))) return true;
+    }
+    return occlusion.hides_patch(id, patch_box(stage.surface, stage.bounds, id));
   }
 
   // Raises most to the patch's bound where it is in view.
@@ -285,13 +300,17 @@ void raise_capped_bound(const SelectLod& stage, const PixelBound& bound, float& 
     for (PatchId id = first; id < first + count; ++id) {
       const int level = stage.levels[id];
       const float apparent = least_apparent_distance(stage.lods[id], bound.view);
-      int j = level < level_at(stage.lods[id], apparent) ? level : kMaxLevel;
+      const bool cut = level < level_at(stage.lods[id], apparent);
+      if (cut) bound.raise(most, id, std::max(level, 1), apparent);
       for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
-        if (!is_drawn_lower(edge, stage.levels[id], stage.levels)) continue;
-        // The border vertices that are left out have arrived, unless one of the two patches was cut.
-        if (j == level || wanted(edge.patch()) >= level) j = level - 1;
+        if (!is_drawn_lower(edge, level, stage.levels)) continue;
+        // The border vertices that are left out have arrived, unless one of the two patches was cut; and they
+        // are seen where both patches are.
+        if ((cut || wanted(edge.patch()) >= level) && bound(id, level - 1, apparent) > most &&
+            bound.in_view(edge.patch())) {
+          bound.raise(most, id, level - 1, apparent);
+        }
       }
-      if (j < kMaxLevel) bound.raise(most, id, std::max(j, 1), apparent);
     }
   });
 }

@@ -15,6 +15,7 @@
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
 #include "terrain/view/morph.h"
+#include "terrain/view/occlusion.h"
 
 namespace karst {
 
@@ -65,6 +66,9 @@ struct SelectLod {
   const Frustum* frustum = nullptr;
   // By patch; empty, or what is drawn leaves out back-facing patches: then they are not in view, either.
   std::span<const NormalCone> cones;
+  // Begun for the camera, or null: what it hides is not in view, either. Not to be drawn with where `missing`
+  // is above 0, because what hides may be missing.
+  Occlusion* occlusion = nullptr;
   LevelErrors errors;  // for bound_px; without values it is infinite where it depends on them
   // By patch: the level that its vertices are held at, 0 where there are none. Empty: all are held at
   // settings.resident_level. A patch is not drawn finer than it is held, and finer ones in view are lowered

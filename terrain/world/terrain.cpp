@@ -33,6 +33,9 @@ std::size_t max_level_errors(const Config& config) {
   return config.max_patches * level_error_values(static_cast<int>(config.max_level));
 }
 
+// Of worlds that would take more: 1 MiB. Their cells are larger than voxels.
+constexpr std::size_t kMostOccluderWords = 131'072;
+
 // Patches a frame that generate_next() looks at beyond what the view lacks.
 constexpr std::uint32_t kAheadPatches = 256;
 // Nearer by this factor, a patch is about to be needed: the camera gets there within a second or so.
@@ -59,6 +62,8 @@ Config Terrain::config_for(const WorldInfo& info, int finest, std::uint32_t deta
   config.max_patches = limit(info.patches);
   config.max_level = static_cast<std::uint32_t>(info.level);
   config.max_height_blocks = info.height_blocks;
+  config.occluder_words = static_cast<std::uint32_t>(
+      std::min<std::size_t>(Occluders::word_count(info.extent, 0), kMostOccluderWords));
   config.max_draw_items = limit(std::min(info.patches, kMostPages));
   config.max_resident_patches = config.max_draw_items;
   const std::uint64_t all = std::uint64_t{config.max_draw_items} * slot_pages(finest);
@@ -93,6 +98,8 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::residency, Arena::bytes_for<PageTexel>(config.gpu_vertex_pages));
   b.add(Consumer::residency, Arena::bytes_for<ResidentPool::Row>(config.max_resident_patches));
   b.add(Consumer::residency, Arena::bytes_for<LackingPatch>(config.max_draw_items));
+  b.add(Consumer::occlusion, Arena::bytes_for<std::uint64_t>(config.occluder_words));
+  b.add(Consumer::occlusion, Arena::bytes_for<std::uint16_t>(Occlusion::entry_count(config.max_patches)));
   b.add(Consumer::index_tables,
         Arena::bytes_for<std::uint16_t>(index_count(static_cast<int>(config.max_level))));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
@@ -144,6 +151,12 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   take(pool.rows, Consumer::residency, config.max_resident_patches);
   pool_.create(pool);
   take(lacking_, Consumer::residency, config.max_draw_items);
+  std::span<std::uint64_t> words;
+  take(words, Consumer::occlusion, config.occluder_words);
+  occluders_.create(words);
+  std::span<std::uint16_t> entries;
+  take(entries, Consumer::occlusion, Occlusion::entry_count(config.max_patches));
+  occlusion_.create(entries, config.max_patches);
   take(index_table_, Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   take(levels_, Consumer::draw_list, config.max_patches);
   take(items_, Consumer::draw_list, config.max_draw_items);
@@ -195,6 +208,8 @@ Status Terrain::load_world() {
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
+  occluders_.build(octree_, info_.extent, surface(), bounds());
+  occlusion_.reset();
   if (const Status status = cache_.reset(info_.level, info_.height_blocks); !status.ok()) return status;
   if (!holds_all_heights()) return {};
   for (std::uint32_t block = 0; block < info_.height_blocks; block += kHeightGroup) {
@@ -379,6 +394,11 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   lod.scale = make_error_scale(*view.camera, view.height_px, lod.settings.error_px);
   lod.lods = lods();
   if (view.backface_culling) lod.cones = cones();
+  occlusion_.end();
+  if (view.occlusion_culling && !occluders_.empty()) {
+    occlusion_.begin(occluders_, octree_, tree_, surface(), bounds(), *view.camera, view.occlusion_searches);
+    lod.occlusion = &occlusion_;
+  }
   lod.errors = level_errors();
   lod.resident = pool_.levels();
   lod.levels = levels_.first(info_.patches);
@@ -399,6 +419,8 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   list.bounds = bounds();
   list.tree = &tree_;
   if (view.backface_culling) list.cones = cones();
+  list.pixels_per_radian = lod.scale.pixels;
+  if (selection.lod.missing == 0) list.occlusion = lod.occlusion;
   list.levels = levels();
   list.scratch = list_scratch_.first(info_.patches);
   list.items = items_;
@@ -425,6 +447,7 @@ void Terrain::govern(Selection& selection) {
   selection.wanted_pages = pages;
   selection.error_scale = pool_scale_;
   selection.pool_full = pages > pool_.page_count();
+  selection.next_error_scale = pool_scale_;
   pool_full_ = selection.pool_full;
   if (!morphing_) return;
   const float use = static_cast<float>(pages) / static_cast<float>(pool_.page_count());
@@ -439,6 +462,7 @@ void Terrain::govern(Selection& selection) {
     pool_scale_ = std::max(pool_scale_ * 0.93f, 1.0f);
     calm_frames_ = 0;
   }
+  selection.next_error_scale = pool_scale_;
   selection.pool_full = selection.pool_full || pool_scale_ > 1.0f;
   pool_full_ = selection.pool_full;
 }

@@ -27,6 +27,7 @@
 #include "terrain/surface/extract_surface.h"
 #include "terrain/view/draw_list.h"
 #include "terrain/view/morph.h"
+#include "terrain/view/occlusion.h"
 #include "terrain/view/select_lod.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/world_file.h"
@@ -40,6 +41,8 @@ struct TerrainView {
   int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
   bool frustum_culling = true;
   bool backface_culling = true;
+  bool occlusion_culling = true;
+  std::uint32_t occlusion_searches = 256;  // boxes a frame for which hiding rock is searched, about 1 us each
 };
 
 // Vertices of one patch for the GPU; valid until the next call of the Terrain.
@@ -122,6 +125,7 @@ class Terrain {
     // The pages do not hold what error_px wants: error_scale times as much is aimed at until they do.
     bool pool_full = false;
     float error_scale = 1.0f;
+    float next_error_scale = 1.0f;  // of the next select()
   };
   // Chooses levels, no finer than what is resident, and lists what the camera sees. May be called several
   // times a frame. limit_reached ("max_draw_items") leaves a valid, shorter list.
@@ -179,6 +183,8 @@ class Terrain {
   std::span<NormalCone> cones_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
+  Occluders occluders_;
+  Occlusion occlusion_;
   std::span<std::uint16_t> level_errors_;
   std::span<PatchLod> lods_;
   ErrorScale scale_;  // what lods_ are for, with the next two
