@@ -40,16 +40,15 @@ Draws a world that karst-bake made, without a screen.
       --level N             draws no finer than level N, 1 to 6; saves GPU memory
       --lod NAME            error: the coarsest levels within --error-px; distance: by distance alone,
                             nothing morphs; full: the finest level everywhere (error)
-      --error-px E          no drawn point is further than E pixels from the full surface: 0.01 to 1000 (1)
+      --error-px E          no drawn point is further than E pixels from the full surface: 0.01 to 1000 (4)
       --lod-distance V      of --lod distance, in voxels: from here on level 1 is drawn, a level finer for
                             each halving (64)
       --drape IMAGE.png     lays an image over the world from above, north up, in place of its materials;
                             sky and light are plain
       --drape-repeat N      covers the world N times on each axis (1)
-      --generate-ms MS      time a frame to make vertices; frames that would take longer are drawn coarser than
+      --generate-ms MS      time a frame to make vertices; frames that would take longer are coarser than
                             --error-px and say so (all frames are complete)
-      --no-skip NAME        draws what could be skipped; NAME: frustum, backface,
-                            occlusion, all
+      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, all
       --vertex-memory MIB   of the GPU (what a coarse version of the whole world takes, and 1.3 MiB); where it
                             is too little, frames are coarser than --error-px and say so
       --max-memory MIB      CPU and GPU together (512); heights that find no room are read when needed

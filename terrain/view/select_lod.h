@@ -30,9 +30,9 @@ struct LodSettings {
   int max_level = 5;  // 1..kMaxLevel; no patch is drawn finer
   int resident_level =
       5;  // 1..kMaxLevel; finest level that vertices are held at. The lesser of the two counts
-  // Mode error: no drawn point is further than this from the full-level surface. 0.01..1000 pixels. At 1 the
-  // largest deviation is about as wide as a triangle's edge line; means are some ten times smaller.
-  double error_px = 1.0;
+  // Mode error: no drawn point is further than this from the full-level surface. 0.01..1000 pixels. Means are
+  // some ten times smaller (docs/run-time-against-error.md).
+  double error_px = 4.0;
   // Mode distance, K's d_max: patches from here on are drawn at level 1, at half of it at level 2, at a
   // quarter at level 3, and so on. 0..kCameraReach voxels. At 64 a triangle's edge covers 5 to 10 of 720
   // pixels at 60 degrees.

@@ -254,6 +254,7 @@ TEST(SelectLod, ByErrorNeedsThresholdsAndErrors) {
   std::vector<PatchLod> lods(25);
   SelectLod good = stage_over(grid, camera, levels);
   good.settings.mode = LodMode::error;
+  good.settings.error_px = 1.0;
   good.scale = make_error_scale(camera, 720, 1.0);
   good.errors = {3, errors};
   SetThresholds set{.scale = good.scale,
