@@ -5,7 +5,6 @@
 // all edges "same" is one contiguous range. Edges are numbered as in Patch (surface.h).
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -58,8 +57,10 @@ Status build_index_tables(int max_level, std::span<std::uint16_t> out);
 constexpr std::uint32_t patch_index_count(int level, unsigned lower_edges, unsigned skipped_edges) {
   const auto cells = static_cast<std::uint32_t>(patch_cells(level));
   const unsigned lower = level > 1 ? lower_edges & ~skipped_edges & 15u : 0u;
-  const auto lower_count = static_cast<std::uint32_t>(std::popcount(lower));
-  const auto skipped_count = static_cast<std::uint32_t>(std::popcount(skipped_edges & 15u));
+  // A table: without special flags compilers call a library function for std::popcount.
+  constexpr std::uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+  const std::uint32_t lower_count = kBits[lower];
+  const std::uint32_t skipped_count = kBits[skipped_edges & 15u];
   return 3 * (2 * cells * cells - lower_count * (cells / 2) - skipped_count * cells);
 }
 

@@ -247,9 +247,18 @@ float bound_of_levels(const SelectLod& stage) {
 
 // --- what is held
 
-// Cuts the levels of a run of patches to what is held; true where that changed any.
+bool is_held(const SelectLod& stage, PatchId first, std::uint32_t count) {
+  const std::uint8_t* const wanted = stage.levels.data() + first;
+  const std::uint8_t* const held = stage.resident.data() + first;
+  unsigned lacking = 0;
+  for (std::uint32_t i = 0; i < count; ++i) lacking |= wanted[i] > held[i] ? 1u : 0u;
+  return lacking == 0;
+}
+
+// Cuts the levels of a run of patches to what is held; true where that changed any that is in view.
 bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std::uint32_t count,
              SelectLod::Result& result) {
+  if (is_held(stage, first, count)) return false;
   const bool known = bound_is_known(stage);
   bool changed = false;
   for (PatchId id = first; id < first + count; ++id) {
@@ -257,8 +266,8 @@ bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std
     const std::uint8_t held = stage.resident[id];
     if (wanted <= held) continue;
     stage.levels[id] = held;
-    changed = true;
     if (!bound.in_view(id)) continue;
+    changed = true;
     if (result.capped < stage.lacking.size()) {
       const float px =
           known ? bound(id, std::max<int>(held, 1), least_apparent_distance(stage.lods[id], bound.view))
