@@ -156,7 +156,7 @@ bool ResidentPool::make_room(PatchId patch, int level) {
     }
   };
   take(base_level_, false);
-  take(0, false);
+  if (!keeps_base()) take(0, false);
   if (storage_.levels[patch] == 0 && level <= base_level_) take(0, true);
   if (storage_.row_of_patch[patch] == kNoRow && free_row_ == kNoRow && row_end_ == storage_.rows.size()) {
     take_oldest({patch, 0, false});

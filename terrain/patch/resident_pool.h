@@ -44,8 +44,9 @@ class ResidentPool {
   };
   void create(const Storage& storage);
 
-  // Empties the pool for a world of so many patches, at most as many as storage has room for. base_level:
-  // what patches out of view are lowered to first, as long as that makes room.
+  // Empties the pool for a world of so many patches, at most as many as storage has room for. base_level: one
+  // page, what patches out of view are lowered to first. Where pages and rows suffice for all patches at it,
+  // they are never lowered further: what comes into view is not a hole.
   void reset(std::uint32_t patches, int base_level);
 
   // A new frame: what was kept back long enough becomes free. frame() counts from 1.
@@ -71,6 +72,7 @@ class ResidentPool {
     storage_.rows[row].needed = static_cast<std::uint8_t>(needed);
   }
 
+  bool keeps_base() const { return page_count() >= patches_ && storage_.rows.size() >= patches_; }
   std::uint32_t page_count() const { return static_cast<std::uint32_t>(storage_.next_page.size()); }
   std::uint32_t free_pages() const { return free_.count; }
   std::uint32_t kept_back() const;

@@ -444,6 +444,10 @@ void Terrain::govern(Selection& selection) {
     const int drawn = levels_[patch.patch];
     pages += slot_pages(patch.wanted) - (drawn == 0 ? 0 : slot_pages(drawn));
   }
+  // One page a patch is taken whatever the error is.
+  const std::uint32_t seen = selection.list.drawn + selection.lod.missing;
+  const std::uint32_t base = pool_.keeps_base() ? info_.patches : seen;
+  pages += base - std::min(base, seen);
   selection.wanted_pages = pages;
   selection.error_scale = pool_scale_;
   selection.pool_full = pages > pool_.page_count();
@@ -451,10 +455,8 @@ void Terrain::govern(Selection& selection) {
   pool_full_ = selection.pool_full;
   if (!morphing_) return;
   const float use = static_cast<float>(pages) / static_cast<float>(pool_.page_count());
-  // One page a patch is taken whatever the error is.
-  const std::uint32_t seen = selection.list.drawn + selection.lod.missing;
-  const std::uint32_t detail = pages - std::min(pages, seen);
-  const std::uint32_t room = pool_.page_count() - std::min(pool_.page_count(), seen);
+  const std::uint32_t detail = pages - std::min(pages, base);
+  const std::uint32_t room = pool_.page_count() - std::min(pool_.page_count(), base);
   if (selection.pool_full) {
     pool_scale_ = std::min(pool_scale_ * std::clamp(use * 1.05f, 1.1f, 2.0f), kMostErrorScale);
     calm_frames_ = 0;

@@ -46,16 +46,16 @@ void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
 
 namespace {
 
-// Room for all of it at its full level.
-Config config_of(const TestWorld& world) {
-  return Terrain::config_for(world.info(), world.info().level, kMostPages);
+Config config_of(const TestWorld& world, std::uint32_t detail_pages) {
+  return Terrain::config_for(world.info(), world.info().level, detail_pages);
 }
 
 }  // namespace
 
-DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings)
-    : memory_(Terrain::budget(config_of(world)).cpu_bytes()) {
-  const Config config = config_of(world);
+DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings,
+                       std::uint32_t detail_pages)
+    : memory_(Terrain::budget(config_of(world, detail_pages)).cpu_bytes()) {
+  const Config config = config_of(world, detail_pages);
   EXPECT_TRUE(terrain_.create(config, memory_.bytes()).ok());
   const Status loaded = terrain_.load(world.file());
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
@@ -67,34 +67,35 @@ DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings se
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
   renderer_.upload_sky_line(terrain_.octree());
-  upload_all();
+  upload_first(detail_pages == kMostPages);
   lod.max_level = level();
   lod.resident_level = level();
   lod.mode = LodMode::distance;
   lod.distance_voxels = 30;
 }
 
-void DrawnWorld::upload_all() {
+void DrawnWorld::upload_first(bool all) {
   Camera camera;
   EXPECT_TRUE(make_camera({}, camera).ok());
   TerrainView view;
   view.camera = &camera;
   view.lod.mode = LodMode::full;
-  view.lod.max_level = view.lod.resident_level = level();
-  view.frustum_culling = view.backface_culling = false;
+  view.lod.max_level = view.lod.resident_level = all ? level() : std::min(level(), 2);
+  view.frustum_culling = view.backface_culling = view.occlusion_culling = false;
   terrain_.begin_frame();
   EXPECT_TRUE(terrain_.select(view, selection).ok());
+  for (bool made = true; made;) EXPECT_TRUE(upload_next(made).ok());
+  EXPECT_EQ(terrain_.pool().resident(), terrain_.patch_count());
+}
+
+Status DrawnWorld::upload_next(bool& made) {
   PatchUpload upload;
   Status status;
-  while (terrain_.generate_next(false, upload, status)) {
-    EXPECT_TRUE(renderer_
-                    .upload_vertices(terrain_.pages(), upload.patch,
-                                     static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
-                                     upload.origin, upload.row)
-                    .ok());
-  }
-  EXPECT_TRUE(status.ok()) << status.what();
-  EXPECT_EQ(terrain_.pool().resident(), terrain_.patch_count());
+  made = terrain_.generate_next(false, upload, status);
+  if (!made) return status;
+  return renderer_.upload_vertices(terrain_.pages(), upload.patch,
+                                   static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                   upload.origin, upload.row);
 }
 
 Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
@@ -103,6 +104,7 @@ Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
   view.camera = &input.camera;
   view.lod = lod;
   view.height_px = renderer_.settings().height;
+  terrain_.begin_frame();
   if (const Status status = terrain_.select(view, selection); !status.ok()) return status;
   const MorphRows rows = terrain_.take_morph_rows();
   if (!rows.halves.empty()) {
@@ -122,7 +124,10 @@ Status DrawnWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
   FrameInput input;
   if (const Status status = prepare(settings, input); !status.ok()) return status;
   FrameCounts ignored;
-  return renderer_.draw(input, counts != nullptr ? *counts : ignored);
+  Status status = renderer_.draw(input, counts != nullptr ? *counts : ignored);
+  bool made = true;
+  for (int i = 0; i < patches_a_frame && made && status.ok(); ++i) status = upload_next(made);
+  return status;
 }
 
 Picture DrawnWorld::picture() {

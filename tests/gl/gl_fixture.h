@@ -57,12 +57,15 @@ class TestPages {
   std::vector<PageTexel> texels_;
 };
 
-// A world in a Terrain, all patches uploaded at one level, ready to draw.
+// A world in a Terrain, ready to draw: with room for all of it, all patches uploaded at the full level; else
+// at the base level, and more when frames ask for it.
 class DrawnWorld {
  public:
   // settings: vertex_pages, morph_rows, stream_indices (0: as many as the terrain's config says) and extent
   // are filled in.
-  DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings);
+  // detail_pages: Terrain::config_for.
+  DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings,
+             std::uint32_t detail_pages = kMostPages);
 
   // Chooses levels for the camera and makes a frame of them that waits to be drawn; its thresholds are on the
   // GPU then.
@@ -79,9 +82,12 @@ class DrawnWorld {
   // Of the last frame; changes made here hold for the next.
   FrameLight light;
   LodSettings lod;
+  // Vertices that draw() makes after a frame, for the next.
+  int patches_a_frame = 0;
 
  private:
-  void upload_all();
+  void upload_first(bool all);
+  Status upload_next(bool& made);
 
   AlignedBytes memory_;
   Terrain terrain_;

@@ -116,6 +116,7 @@ TEST(ResidentPool, TheLongestUnseenGivesWayAndWhatIsSeenDoesNot) {
   EXPECT_EQ(pool.level(2), 4);
   EXPECT_EQ(pool.level(3), 4);
   EXPECT_TRUE(pool.raise(4, 4) || pool.make_room(4, 4));
+  EXPECT_TRUE(pool.keeps_base());
   // With nothing unseen left, what is finer than the frame needs.
   pool.begin_frame();
   for (PatchId p = 0; p < 5; ++p) pool.see(p, 2);

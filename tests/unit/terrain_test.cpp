@@ -173,7 +173,7 @@ TEST(Terrain, AThousandFramesTakeNoHeap) {
   }
   EXPECT_EQ(test::heap_calls() - before, 0u);
   EXPECT_GT(drawn, 1000u);
-  EXPECT_GT(made, 2 * terrain.patch_count());
+  EXPECT_GT(made, terrain.patch_count() * 3 / 2);
   // The counter itself works.
   const std::uint64_t counted = test::heap_calls();
   std::vector<int> block(100);
