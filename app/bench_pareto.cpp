@@ -113,6 +113,8 @@ void summarise_times(const std::vector<BenchFrame>& frames, ParetoRow& row) {
   row.main_cpu_ms = mid([](const BenchFrame& f) { return f.main_cpu_ms; });
   row.all_cpu_ms = mid([](const BenchFrame& f) { return f.all_cpu_ms; });
   row.cull_lod_ms = mid([](const BenchFrame& f) { return f.record.cull_lod_ms; });
+  row.generate_ms = mid([](const BenchFrame& f) { return f.record.generate_ms; });
+  row.upload_ms = mid([](const BenchFrame& f) { return f.record.upload_ms; });
   row.submit_ms = mid([](const BenchFrame& f) { return f.record.submit_ms; });
   row.triangles = mean([](const BenchFrame& f) { return f.record.counts.triangles; });
   row.most_triangles = most([](const BenchFrame& f) { return f.record.counts.triangles; });
@@ -173,6 +175,7 @@ class Measure {
       if (std::string error = time_flight(flight, progress); !error.empty()) return error;
     }
     result_.first_frame_ms = view_->first_frame_ms();
+    result_.peak_resident_mib = static_cast<double>(peak_resident_bytes()) / kMebibyte;
     return {};
   }
 

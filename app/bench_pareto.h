@@ -34,11 +34,12 @@ struct ParetoRow {
   std::string mode;   // "error", "distance", "full"
   double target = 0;  // pixels, voxels; 0 for full
   double frame_median_ms = 0, frame_p99_ms = 0;
-  double main_cpu_ms = 0, all_cpu_ms = 0, cull_lod_ms = 0, submit_ms = 0;  // medians
-  double triangles = 0, most_triangles = 0, draw_calls = 0;                // means and a maximum
-  double working_set_mib = 0;                                              // largest of a frame
-  double resident_mib = 0;  // the process, after the laps of this setting
-  double bound_px = 0;      // largest of a frame
+  double main_cpu_ms = 0, all_cpu_ms = 0, cull_lod_ms = 0, generate_ms = 0, upload_ms = 0,
+         submit_ms = 0;                                      // medians
+  double triangles = 0, most_triangles = 0, draw_calls = 0;  // means and a maximum
+  double working_set_mib = 0;                                // largest of a frame
+  double resident_mib = 0;                                   // the process, after the laps of this setting
+  double bound_px = 0;                                       // largest of a frame
   ErrorSummary errors;
 };
 
@@ -47,6 +48,7 @@ struct ParetoResult {
   std::string renderer;  // GL_RENDERER
   int width = 0, height = 0;
   double first_frame_ms = 0;
+  double peak_resident_mib = 0;  // of the process, up to the last timed frame
   std::vector<ParetoRow> rows;
 };
 

@@ -25,6 +25,8 @@ constexpr Column kColumns[] = {
     {"main_cpu_ms", [](const ParetoRow& r) { return r.main_cpu_ms; }},
     {"all_cpu_ms", [](const ParetoRow& r) { return r.all_cpu_ms; }},
     {"cull_lod_ms", [](const ParetoRow& r) { return r.cull_lod_ms; }},
+    {"generate_ms", [](const ParetoRow& r) { return r.generate_ms; }},
+    {"upload_ms", [](const ParetoRow& r) { return r.upload_ms; }},
     {"submit_ms", [](const ParetoRow& r) { return r.submit_ms; }},
     {"triangles", [](const ParetoRow& r) { return r.triangles; }},
     {"most_triangles", [](const ParetoRow& r) { return r.most_triangles; }},
@@ -181,7 +183,7 @@ std::string pareto_json(const ParetoResult& result) {
   JsonWriter json;
   json.begin_object().field("world", result.world).field("renderer", result.renderer);
   json.key("size").begin_array().value(result.width).value(result.height).end_array();
-  json.field("first_frame_ms", result.first_frame_ms);
+  json.field("first_frame_ms", result.first_frame_ms).field("peak_resident_mib", result.peak_resident_mib);
   json.key("settings").begin_array();
   for (const ParetoRow& row : result.rows) {
     json.begin_object().field("path", row.path).field("mode", row.mode);
@@ -194,8 +196,8 @@ std::string pareto_json(const ParetoResult& result) {
 
 std::string pareto_text(const ParetoResult& result) {
   std::string text;
-  append(text, "%s, %d x %d, first frame after %.0f ms\n", result.renderer.c_str(), result.width,
-         result.height, result.first_frame_ms);
+  append(text, "%s, %d x %d, first frame after %.0f ms, at most %.0f MiB resident\n", result.renderer.c_str(),
+         result.width, result.height, result.first_frame_ms, result.peak_resident_mib);
   append(text, "%-10s %-9s %6s | %8s %8s %8s %8s | %9s %5s %8s %8s | %6s %7s %7s %7s %7s\n", "path", "mode",
          "target", "frame ms", "p99", "main cpu", "cull lod", "triangles", "draws", "used MiB", "RSS MiB",
          "bound", "mean px", "rms", "p99", "max");

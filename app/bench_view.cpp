@@ -3,6 +3,7 @@
 
 #include <ctime>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -58,6 +59,12 @@ std::uint64_t resident_bytes() {
   const bool read = std::fscanf(file, "%*u %llu", &pages) == 1;
   std::fclose(file);
   return read ? pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+std::uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
 std::string BenchView::open(const SceneOptions& options) {

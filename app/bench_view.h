@@ -47,7 +47,8 @@ class BenchView {
   double first_frame_ms_ = 0;
 };
 
-// Bytes of this process in memory now.
+// Bytes of this process in memory, now and at most so far.
 std::uint64_t resident_bytes();
+std::uint64_t peak_resident_bytes();
 
 }  // namespace karst::app
