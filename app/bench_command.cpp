@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/bench_core.h"
+#include "app/bench_lod.h"
 #include "app/bench_pareto.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
@@ -21,14 +22,21 @@ constexpr const char* kHelp =
 Measures a world and prints the results beside those of the paper it follows.
 
       --suite core      extraction, adjacency, vertices and packing of all patches, on one core (the default)
+      --suite lod       choosing, making and submitting frames of 1, 2 and 4 passes at levels 4 and 5
       --suite pareto    frames against their error: a sweep of error targets and of distances, on flights
       --rounds N        core: medians are over so many rounds, 1 to 1000 (9); pareto: measured laps (1)
-      --json FILE       for programs; - prints it instead of the table (core)
+      --json FILE       for programs; - prints it instead of the table (core, lod)
+
+Of lod and pareto:
+      --frames N        of each flight, 1 to 100000 (lod: 24, pareto: 120)
+      --size WxH        of the pictures in pixels (1280x720)
+      --drape IMAGE.png, --drape-repeat N
+                        one image in place of the materials, as of karst render
+      --vertex-memory MIB, --max-memory MIB
+                        as of karst render; lod keeps everything resident where it is not told otherwise
 
 Of pareto:
       --path FILE       this flight, as of karst render, in place of the standard ones
-      --frames N        of each standard flight, 1 to 100000 (120)
-      --size WxH        of the pictures in pixels (1280x720)
       --targets LIST    error targets in pixels (0.25,0.5,1,2,4,8,16)
       --distances LIST  of K's scheme, in voxels (16,32,64,128); either list may be 'none'
       --full            measures the full level too
@@ -36,11 +44,7 @@ Of pareto:
       --elevation PNG   measures errors against this elevation, else against pictures of the full level
       --pixel-size M, --z-scale S
                         of the elevation, as given to karst-bake
-      --drape IMAGE.png, --drape-repeat N
-                        one image in place of the materials, as of karst render
-      --generate-ms MS, --vertex-memory MIB
-                        as of karst render; errors are always of complete frames
-      --max-memory MIB  CPU and GPU together (512)
+      --generate-ms MS  as of karst render; errors are always of complete frames
       --csv FILE        the table
       --svg FILE        plots of it
       --peers CSV       other programs' results, drawn beside ours (docs/run-time-against-error.md)
@@ -73,9 +77,10 @@ constexpr Option kOptions[] = {{"suite"},
                                {"help", 'h', false}};
 
 struct Command {
-  bool pareto = false;
+  enum class Suite { core, lod, pareto } suite = Suite::core;
   CoreSuiteOptions core;
-  ParetoOptions options;
+  LodSuiteOptions lod;
+  ParetoOptions pareto;
 };
 
 // "1,2,4" or "none".
@@ -97,48 +102,65 @@ std::string parse_list(const Arguments& arguments, const char* name, double min,
   }
 }
 
-std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
-  std::string error;
-  const auto text = [&](const char* name) { return std::string(arguments.value(name).value_or("")); };
-  const auto integer = [&](const char* name, std::int64_t max, std::int64_t otherwise) {
-    if (const auto given = arguments.value(name); given && error.empty()) {
+// Takes the options one by one; the first that is wrong is what error() tells.
+class Reader {
+ public:
+  explicit Reader(const Arguments& arguments) : arguments_(arguments) {}
+
+  std::string text(const char* name) const { return std::string(arguments_.value(name).value_or("")); }
+  std::int64_t integer(const char* name, std::int64_t max, std::int64_t otherwise) {
+    if (const auto given = arguments_.value(name); given && error.empty()) {
       error = parse_integer(*given, std::string("--") + name, 1, max, otherwise);
     }
     return otherwise;
-  };
-  options.path_file = text("path");
-  options.scene.drape = text("drape");
-  options.elevation = text("elevation");
-  options.csv = text("csv");
-  options.svg = text("svg");
-  options.json = text("json");
-  options.peers = text("peers");
+  }
+  double number(const char* name, double min, double max, double otherwise) {
+    if (const auto given = arguments_.value(name); given && error.empty()) {
+      error = parse_number(*given, std::string("--") + name, min, max, otherwise);
+    }
+    return otherwise;
+  }
+  void list(const char* name, double min, double max, std::vector<double>& out) {
+    if (error.empty()) error = parse_list(arguments_, name, min, max, out);
+  }
+  void scene(SceneOptions& options) {
+    options.world = arguments_.positional()[0];
+    options.drape = text("drape");
+    options.drape_repeat = number("drape-repeat", 0x1p-10, 0x1p10, options.drape_repeat);
+    options.vertex_bytes = static_cast<std::uint64_t>(number("vertex-memory", 0, 1024, 0) * (1 << 20));
+    options.max_memory = static_cast<std::uint64_t>(integer("max-memory", 1 << 20, 512)) << 20;
+    if (const auto given = arguments_.value("size"); given && error.empty()) {
+      error = parse_size(*given, "--size", RendererSettings::kMaxPicture, options.width, options.height);
+    }
+  }
+
+  std::string error;
+
+ private:
+  const Arguments& arguments_;
+};
+
+std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
+  Reader reader(arguments);
+  reader.scene(options.scene);
+  options.path_file = reader.text("path");
+  options.elevation = reader.text("elevation");
+  options.csv = reader.text("csv");
+  options.svg = reader.text("svg");
+  options.json = reader.text("json");
+  options.peers = reader.text("peers");
   options.full = arguments.has("full");
   options.errors = !arguments.has("no-errors");
   options.targets = {0.25, 0.5, 1, 2, 4, 8, 16};
   options.distances = {16, 32, 64, 128};
-  options.rounds = static_cast<int>(integer("rounds", 1000, options.rounds));
-  options.frames = static_cast<int>(integer("frames", 100'000, options.frames));
-  options.scene.max_memory = static_cast<std::uint64_t>(integer("max-memory", 1 << 20, 512)) << 20;
-  if (error.empty()) error = parse_list(arguments, "targets", kLeastErrorPx, kMostErrorPx, options.targets);
-  if (error.empty()) error = parse_list(arguments, "distances", 0, kCameraReach, options.distances);
-  if (const auto given = arguments.value("size"); given && error.empty()) {
-    error = parse_size(*given, "--size", RendererSettings::kMaxPicture, options.scene.width,
-                       options.scene.height);
-  }
-  const auto number = [&](const char* name, double min, double max, double& out) {
-    if (const auto given = arguments.value(name); given && error.empty()) {
-      error = parse_number(*given, std::string("--") + name, min, max, out);
-    }
-  };
-  double vertex_mib = 0;
-  number("pixel-size", 1e-4, 1e6, options.pixel_size_m);
-  number("z-scale", 1e-9, 1e9, options.z_scale);
-  number("drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
-  number("generate-ms", 0, 1e6, options.generate_ms);
-  number("vertex-memory", 0, 1024, vertex_mib);
-  options.scene.vertex_bytes = static_cast<std::uint64_t>(vertex_mib * (1 << 20));
-  if (!error.empty()) return error;
+  options.rounds = static_cast<int>(reader.integer("rounds", 1000, options.rounds));
+  options.frames = static_cast<int>(reader.integer("frames", 100'000, options.frames));
+  reader.list("targets", kLeastErrorPx, kMostErrorPx, options.targets);
+  reader.list("distances", 0, kCameraReach, options.distances);
+  options.pixel_size_m = reader.number("pixel-size", 1e-4, 1e6, options.pixel_size_m);
+  options.z_scale = reader.number("z-scale", 1e-9, 1e9, options.z_scale);
+  options.generate_ms = reader.number("generate-ms", 0, 1e6, options.generate_ms);
+  if (!reader.error.empty()) return reader.error;
   if (!options.elevation.empty() && options.pixel_size_m == 0) return "--elevation: needs --pixel-size";
   if (options.targets.empty() && options.distances.empty() && !options.full) return "nothing to measure";
   return {};
@@ -150,19 +172,22 @@ std::string parse(std::span<const char* const> words, Arguments& arguments, Comm
   if (arguments.has("help")) return {};
   if (arguments.positional().size() != 1) return "takes one WORLD";
   const auto suite = arguments.value("suite").value_or("core");
-  command.pareto = suite == "pareto";
-  if (command.pareto) {
-    command.options.scene.world = arguments.positional()[0];
-    return parse_pareto(arguments, command.options);
+  if (suite == "pareto") {
+    command.suite = Command::Suite::pareto;
+    return parse_pareto(arguments, command.pareto);
   }
-  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core or pareto";
-  std::int64_t rounds = command.core.rounds;
-  if (const auto text = arguments.value("rounds")) {
-    if (std::string error = parse_integer(*text, "--rounds", 1, 1000, rounds); !error.empty()) return error;
+  Reader reader(arguments);
+  if (suite == "lod") {
+    command.suite = Command::Suite::lod;
+    reader.scene(command.lod.scene);
+    command.lod.frames = static_cast<int>(reader.integer("frames", 100'000, command.lod.frames));
+    command.lod.json = reader.text("json");
+    return reader.error;
   }
-  command.core.rounds = static_cast<int>(rounds);
-  command.core.json = arguments.value("json").value_or("");
-  return {};
+  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core, lod or pareto";
+  command.core.rounds = static_cast<int>(reader.integer("rounds", 1000, command.core.rounds));
+  command.core.json = reader.text("json");
+  return reader.error;
 }
 
 int run_core(const std::string& path, const CoreSuiteOptions& options) {
@@ -193,7 +218,8 @@ int run_bench(std::span<const char* const> words) {
     std::fputs(kHelp, stdout);
     return kExitOk;
   }
-  if (command.pareto) return run_pareto_suite(command.options);
+  if (command.suite == Command::Suite::pareto) return run_pareto_suite(command.pareto);
+  if (command.suite == Command::Suite::lod) return run_lod_suite(command.lod);
   return run_core(std::string(arguments.positional()[0]), command.core);
 }
 

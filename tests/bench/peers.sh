@@ -6,7 +6,7 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: peers.sh build SOURCES PEERS          builds the peers (their sources: ../shared/peers) into folder PEERS
+usage: peers.sh build SOURCES PEERS          builds the peers into folder PEERS; SOURCES: ../shared/peers
        peers.sh run PEERS KARST_BUILD [OUT]  measures them and karst, in turns; OUT: folder for the tables
                                              (PEERS/out)
 
@@ -65,13 +65,13 @@ more_programs=(
   "OGRE Terrain,GL3+ error 2|peer_ogre gl3plus 2"
 )
 
-# The scene of peer_common.h: heights of 16 bits up to 200 m, samples 4000 / 1024 m apart, a path of 240 frames.
+# The scene of peer_common.h: heights of 16 bits up to 200 m, samples 4000 / 1024 m apart, 240 frames.
 pixel_size=3.90625
 z_scale=0.0030518043793392844
 make_scene() {
   [[ -s terrain_1025.png && -s diffuse_1024.png ]] || "$peers/build/gen_terrain" >&2
-  "$bake" terrain_1025.png -o peers.karst --pixel-size $pixel_size --z-scale $z_scale --voxel 62.5 --levels 4 \
-    >"$out/bake.txt"
+  "$bake" terrain_1025.png -o peers.karst --pixel-size $pixel_size --z-scale $z_scale --voxel 62.5 \
+    --levels 4 >"$out/bake.txt"
   awk 'BEGIN {
     pi = atan2(0, -1)
     for (k = 0; k < 240; ++k) {
@@ -84,7 +84,8 @@ make_scene() {
   }' >peers.txt
 }
 
-scene=(peers.karst --suite pareto --path peers.txt --distances none --drape diffuse_1024.png --drape-repeat 32)
+scene=(peers.karst --suite pareto --path peers.txt --distances none --drape diffuse_1024.png
+  --drape-repeat 32)
 
 # Prints "median p99 cpu_all cpu_main triangles draws rss_mib load_ms" of a peer.
 peer_times() {
@@ -107,18 +108,20 @@ csv_value() {
   awk -F, -v want="$2" 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == want) n = i } NR == 2 { print $n }' "$1"
 }
 json_number() { sed -n "s/.*\"$2\": \([0-9.]*\).*/\1/p" "$1" | head -n 1; }
+# Several of them.
+csv_values() {
+  local name
+  for name in "${@:2}"; do printf '%s ' "$(csv_value "$1" "$name")"; done
+}
 karst_times() {
   "$karst" bench "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" --json "$out/k.json" >/dev/null
-  echo "$(csv_value "$out/k.csv" frame_median_ms) $(csv_value "$out/k.csv" frame_p99_ms)" \
-    "$(csv_value "$out/k.csv" all_cpu_ms) $(csv_value "$out/k.csv" main_cpu_ms) $(csv_value "$out/k.csv" triangles)" \
-    "$(csv_value "$out/k.csv" draw_calls) $(json_number "$out/k.json" peak_resident_mib)" \
-    "$(json_number "$out/k.json" first_frame_ms)"
+  csv_values "$out/k.csv" frame_median_ms frame_p99_ms all_cpu_ms main_cpu_ms triangles draw_calls
+  echo "$(json_number "$out/k.json" peak_resident_mib) $(json_number "$out/k.json" first_frame_ms)"
 }
 karst_errors() {
   "$karst" bench "${scene[@]}" --targets "$1" --elevation terrain_1025.png --pixel-size $pixel_size \
     --z-scale $z_scale --csv "$out/k.csv" >/dev/null
-  echo "$(csv_value "$out/k.csv" error_mean_px) $(csv_value "$out/k.csv" error_rms_px)" \
-    "$(csv_value "$out/k.csv" error_p95_px) $(csv_value "$out/k.csv" error_p99_px) $(csv_value "$out/k.csv" error_max_px)"
+  csv_values "$out/k.csv" error_mean_px error_rms_px error_p95_px error_p99_px error_max_px
 }
 
 # Appends "name|figures" to a file where the program gave any.
@@ -131,17 +134,18 @@ note() {
 # The main thread's CPU by shared object, of a karst at the default target, after it has loaded.
 main_thread_by_library() {
   command -v perf >/dev/null || { say "no perf: the main thread's time by library is left out"; return; }
-  perf record -q -e cpu-clock -F 4000 -D 1000 -o "$out/perf.data" "$karst" bench "${scene[@]}" --targets "$1" \
-    --no-errors --csv "$out/k.csv" >/dev/null 2>&1 || { say "perf does not work here"; return; }
+  perf record -q -e cpu-clock -F 4000 -D 1000 -o "$out/perf.data" \
+    "$karst" bench "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" >/dev/null 2>&1 ||
+    { say "perf does not work here"; return; }
   local main
   main=$(csv_value "$out/k.csv" main_cpu_ms)
-  perf report -i "$out/perf.data" --comm karst --sort dso -F overhead,dso 2>/dev/null |
-    awk -v main="$main" '/^ +[0-9]/ { share[$2] += $1; sum += $1 }
+  perf report -i "$out/perf.data" --sort comm,dso 2>/dev/null |
+    awk -v main="$main" '$1 ~ /%$/ && $2 == "karst" { share[$3] += $1; sum += $1 }
       END {
-        printf "main thread %.2f ms a frame:", main
-        printf " karst %.3f,", main * share["karst"] / sum
-        common = share["libc.so.6"] + share["libstdc++.so.6.0.30"]
-        printf " libc and libstdc++ (the driver uses them too) %.3f,", main * common / sum
+        if (sum == 0) exit
+        common = share["libc.so.6"] + share["libstdc++.so.6.0.30"] + share["libgcc_s.so.1"]
+        printf "main thread %.2f ms a frame: karst %.3f,", main, main * share["karst"] / sum
+        printf " libraries that the driver uses too %.3f,", main * common / sum
         printf " kernel %.3f ms\n", main * share["[kernel.kallsyms]"] / sum
       }'
 }
@@ -231,7 +235,9 @@ run() {
   done
   if [[ ${ERRORS:-1} == 1 ]]; then
     : >"$out/errors.txt"
-    for target in "${targets[@]}"; do note "$out/errors.txt" "karst,error $target" karst_errors "$target"; done
+    for target in "${targets[@]}"; do
+      note "$out/errors.txt" "karst,error $target" karst_errors "$target"
+    done
     for entry in "${programs[@]}" "${more_programs[@]}"; do
       name=${entry%%|*}
       # shellcheck disable=SC2086

@@ -117,6 +117,23 @@ TEST_F(Bench, ParetoNamesTheFileAtFault) {
   EXPECT_EQ(bench({"--suite", "pareto", "--svg", file("none/a.svg")}).code, 1);
 }
 
+TEST_F(Bench, LodStandsBesideTheThesis) {
+  test::TestWorld world({24, 12, 20}, [](glm::ivec3 v) { return v.y < 5; });
+  world.roughen(4, 9, 700);
+  const std::string level_4 = folder_.write("four.karst", world.file());
+  const ProcessResult result = test::run_process(
+      KARST_APP_PATH, {"bench", level_4, "--suite", "lod", "--size", "64x36", "--frames", "2"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  for (const char* part :
+       {"    4      1 |", "    4      2 |", "    4      4 |", "K:    0.25    0.40       5.4"}) {
+    EXPECT_NE(result.out.find(part), std::string::npos) << part << "\n" << result.out;
+  }
+  EXPECT_EQ(result.out.find("    5      1 |"), std::string::npos) << "the world has no level 5";
+  const ProcessResult coarse = bench({"--suite", "lod"});
+  EXPECT_EQ(coarse.code, 1);
+  EXPECT_NE(coarse.err.find("has neither level 4 nor level 5"), std::string::npos) << coarse.err;
+}
+
 TEST_F(Bench, CoreWritesJson) {
   const ProcessResult result = bench({"--rounds", "1", "--json", "-"});
   ASSERT_EQ(result.code, 0) << result.err;
