@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Two copies of the cells as rows of bits, along x and along z: a rectangle across any axis is then a few
-// rows of consecutive bits.
+// Two copies of the cells of each kind as rows of bits, along x and along z: a rectangle across any axis is
+// then a few rows of consecutive bits.
 #include "terrain/view/occluders.h"
 
 #include <algorithm>
@@ -74,11 +74,12 @@ void for_each_open_face(const Surface& surface, PatchId id, Visit visit) {
 std::size_t Occluders::word_count(glm::ivec3 extent, int cell_log2) {
   const glm::ivec3 cells = cells_of(extent, cell_log2);
   const auto y = static_cast<std::size_t>(cells.y);
-  return y * static_cast<std::size_t>(cells.z) * static_cast<std::size_t>(words_of(cells.x)) +
-         y * static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(words_of(cells.z));
+  return 2 * (y * static_cast<std::size_t>(cells.z) * static_cast<std::size_t>(words_of(cells.x)) +
+              y * static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(words_of(cells.z)));
 }
 
-void Occluders::clear_cells(glm::ivec3 low, glm::ivec3 high) {
+void Occluders::clear_cells(Kind kind, glm::ivec3 low, glm::ivec3 high) {
+  const Bits& bits = bits_[static_cast<std::size_t>(kind)];
   low = glm::max(low, glm::ivec3(0));
   high = glm::min(high, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
@@ -87,23 +88,24 @@ void Occluders::clear_cells(glm::ivec3 low, glm::ivec3 high) {
   };
   for (int y = low.y; y <= high.y; ++y) {
     for (int z = low.z; z <= high.z; ++z) {
-      clear_row(along_x_.data() + (y * size_.z + z) * words_x_, low.x, high.x);
+      clear_row(bits.along_x.data() + (y * size_.z + z) * words_x_, low.x, high.x);
     }
     for (int x = low.x; x <= high.x; ++x) {
-      clear_row(along_z_.data() + (y * size_.x + x) * words_z_, low.z, high.z);
+      clear_row(bits.along_z.data() + (y * size_.x + x) * words_z_, low.z, high.z);
     }
   }
 }
 
-void Occluders::clear_empty(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size) {
+void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size) {
   if (Octree::is_leaf(node)) {
-    if (!Octree::is_filled(node)) clear_cells(origin >> cell_log2_, (origin + size - 1) >> cell_log2_);
+    const Kind other = Octree::is_filled(node) ? Kind::air : Kind::rock;
+    clear_cells(other, origin >> cell_log2_, (origin + size - 1) >> cell_log2_);
     return;
   }
   const int half = size / 2;
   for (int o = 0; o < 8; ++o) {
-    clear_empty(octree, octree.child(node, o), origin + half * glm::ivec3(o & 1, o >> 1 & 1, o >> 2 & 1),
-                half);
+    clear_leaves(octree, octree.child(node, o), origin + half * glm::ivec3(o & 1, o >> 1 & 1, o >> 2 & 1),
+                 half);
   }
 }
 
@@ -138,11 +140,18 @@ void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& su
   words_x_ = words_of(size_.x);
   words_z_ = words_of(size_.z);
   const auto rows = [&](int other) { return static_cast<std::size_t>(size_.y * other); };
-  along_x_ = storage_.first(rows(size_.z) * static_cast<std::size_t>(words_x_));
-  along_z_ = storage_.subspan(along_x_.size(), rows(size_.x) * static_cast<std::size_t>(words_z_));
-  std::fill(along_x_.begin(), along_x_.end(), ~std::uint64_t{0});
-  std::fill(along_z_.begin(), along_z_.end(), ~std::uint64_t{0});
-  clear_empty(octree, octree.root(), glm::ivec3(0), octree.size());
+  std::size_t used = 0;
+  const auto take = [&](std::size_t words) {
+    used += words;
+    const std::span<std::uint64_t> taken = storage_.subspan(used - words, words);
+    std::fill(taken.begin(), taken.end(), ~std::uint64_t{0});
+    return taken;
+  };
+  for (Bits& bits : bits_) {
+    bits.along_x = take(rows(size_.z) * static_cast<std::size_t>(words_x_));
+    bits.along_z = take(rows(size_.x) * static_cast<std::size_t>(words_z_));
+  }
+  clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size());
   find_interior(surface, bounds, extent);
   const int shift = kLatticeBits + cell_log2_;
   widest_ = 0;
@@ -167,24 +176,26 @@ void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& su
   }
 }
 
-std::uint64_t Occluders::count() const {
+std::uint64_t Occluders::count(Kind kind) const {
   if (empty()) return 0;
   std::uint64_t result = 0;
   const auto row = static_cast<std::size_t>(words_x_);
-  for (std::size_t w = 0; w < along_x_.size(); ++w) {
+  const std::span<const std::uint64_t> along_x = bits_[static_cast<std::size_t>(kind)].along_x;
+  for (std::size_t w = 0; w < along_x.size(); ++w) {
     const int first = static_cast<int>(w % row) * 64;
     const std::uint64_t inside = mask_of(first / 64, 0, size_.x - 1);
-    result += static_cast<std::uint64_t>(std::popcount(along_x_[w] & inside));
+    result += static_cast<std::uint64_t>(std::popcount(along_x[w] & inside));
   }
   return result;
 }
 
-bool Occluders::covers(int axis, int layer, glm::ivec2 low, glm::ivec2 high) const {
+bool Occluders::covers(Kind kind, int axis, int layer, glm::ivec2 low, glm::ivec2 high) const {
   const int rows = axis == 1 ? size_.z : size_.y;
   const int columns = axis == 0 ? size_.z : size_.x;
   if (low.x < 0 || high.x >= rows || low.y < 0 || high.y >= columns) return false;
   if (layer < 0 || layer >= size_[axis]) return false;
-  const std::uint64_t* bits = axis == 0 ? along_z_.data() : along_x_.data();
+  const Bits& of = bits_[static_cast<std::size_t>(kind)];
+  const std::uint64_t* bits = axis == 0 ? of.along_z.data() : of.along_x.data();
   const int words = axis == 0 ? words_z_ : words_x_;
   int start = 0;  // row `low.x` of the layer, and from there to the next
   int step = words;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The rays from the eye to a box cross a layer of cells in a rectangle; the layers between the two are tried
-// one after the other, along each axis, those first whose cell on the way to the box's centre is rock.
+// one after the other, along each axis, those alone whose cell on the way to the box's middle is rock. Where
+// the eye does not count as outside, a layer of air has to come first.
 #include "terrain/view/occlusion.h"
 
 #include <algorithm>
@@ -21,6 +22,9 @@ constexpr std::uint32_t kQuietPeriod = 16;
 
 // How rarely the siblings of a box that was found hidden are searched for, at most: one frame in 2.
 constexpr std::uint16_t kWoken = 1;
+
+// Layers that are looked at for air, from the eye on.
+constexpr int kAirLayers = 6;
 
 // The other two axes, in the order of Occluders::covers.
 constexpr int kRowAxis[3] = {1, 2, 1};
@@ -71,13 +75,14 @@ class Shaft {
   int first() const { return first_; }
   int end() const { return end_; }
   int step() const { return step_; }
+  bool is_before(int layer, int other) const { return (other - layer) * step_ > 0; }
   bool is_between(int layer) const { return (layer - first_) * step_ >= 0 && (end_ - layer) * step_ > 0; }
 
   // The cell on the way to about the box's middle.
   glm::ivec2 middle(int layer) const {
     return glm::ivec2(glm::floor(from_ + 0.5f * (low_slope_ + high_slope_) * (near_of(layer) + 0.5f)));
   }
-  bool is_covered(const Occluders& occluders, int layer) const {
+  bool is_covered(const Occluders& occluders, Occluders::Kind kind, int layer) const {
     const float near_side = near_of(layer);
     const float far_side = near_side + 1.0f;
     glm::ivec2 low;
@@ -88,7 +93,18 @@ class Shaft {
       low[k] = static_cast<int>(std::floor(least));
       high[k] = static_cast<int>(std::floor(most));
     }
-    return occluders.covers(axis_, layer, low, high);
+    return occluders.covers(kind, axis_, layer, low, high);
+  }
+  // The layer next to the eye, at least `near` from it, where all rays are in air; end() where none is found
+  // soon.
+  int find_air(const Occluders& occluders, float near) const {
+    int layer = first_;
+    for (int tries = 0; tries < kAirLayers && layer != end_; layer += step_) {
+      if (near_of(layer) < near) continue;
+      if (is_covered(occluders, Occluders::Kind::air, layer)) return layer;
+      ++tries;
+    }
+    return end_;
   }
 
  private:
@@ -127,10 +143,11 @@ void Occlusion::begin(const Occluders& occluders, const Octree& octree, const Bo
   const double height = 1.0 / projection_scale(camera);
   const double corner = std::sqrt(1.0 + height * height * (1.0 + camera.aspect * camera.aspect));
   const double near_steps = camera.near_voxels * kStepsPerVoxel;
-  active_ = occluders.is_outside(octree, tree, surface, bounds, eye, near_steps * corner + 1.0);
-  if (!active_) return;
+  outside_ = occluders.is_outside(octree, tree, surface, bounds, eye, near_steps * corner + 1.0);
+  active_ = true;
   occluders_ = &occluders;
   const float cell = 1.0f / occluders.cell_steps();
+  near_ = static_cast<float>(near_steps * corner + 2.0) * cell;
   eye_ = glm::vec3(eye) * cell;
   reach_ = static_cast<float>(reach_of_depth(camera.near_voxels)) * cell;
   quiet_ = hidden_ > 0 || fresh_ ? 0 : quiet_ + 1;
@@ -153,7 +170,8 @@ bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& 
   if ((state & kHidden) != 0) {
     const int layer = state & kLayerMask;
     if (shaft.aim(state >> kAxisShift & 3) && shaft.is_between(layer) &&
-        shaft.is_covered(*occluders_, layer)) {
+        shaft.is_covered(*occluders_, Occluders::Kind::rock, layer) &&
+        (outside_ || shaft.is_before(shaft.find_air(*occluders_, near_), layer))) {
       ++hidden_;
       return true;
     }
@@ -163,10 +181,11 @@ bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& 
   ++searched_;
   for (int axis = 0; axis < 3; ++axis) {
     if (!shaft.aim(axis)) continue;
-    for (int layer = shaft.first(); layer != shaft.end(); layer += shaft.step()) {
+    const int from = outside_ ? shaft.first() : shaft.find_air(*occluders_, near_);
+    for (int layer = from; layer != shaft.end(); layer += shaft.step()) {
       const glm::ivec2 middle = shaft.middle(layer);
-      if (!occluders_->covers(axis, layer, middle, middle)) continue;
-      if (!shaft.is_covered(*occluders_, layer)) continue;
+      if (!occluders_->covers(Occluders::Kind::rock, axis, layer, middle, middle)) continue;
+      if (!shaft.is_covered(*occluders_, Occluders::Kind::rock, layer)) continue;
       entries_[entry] = static_cast<std::uint16_t>(kHidden | axis << kAxisShift | layer);
       ++found_;
       ++hidden_;

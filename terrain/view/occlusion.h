@@ -39,9 +39,9 @@ class Occlusion {
   // Forgets everything: for another surface.
   void reset();
 
-  // Starts a frame. searches: the most boxes that are searched for rock in it, about a microsecond each.
-  // Nothing is hidden where the eye is not clearly outside the surface. All borrowed until the frame's last
-  // question; tree, surface and bounds are those that occluders were built with.
+  // Starts a frame. searches: the most boxes that are searched for rock in it, about a microsecond each. All
+  // borrowed until the frame's last question; tree, surface and bounds are those that occluders were built
+  // with.
   void begin(const Occluders& occluders, const Octree& octree, const BoundsTree& tree, const Surface& surface,
              std::span<const PatchBounds> bounds, const Camera& camera, std::uint32_t searches);
   // Hides nothing until the next begin().
@@ -85,6 +85,8 @@ class Occlusion {
   const Occluders* occluders_ = nullptr;
   glm::vec3 eye_{0.0f};  // in cells
   float reach_ = 0;      // in cells; boxes further away are not hidden
+  float near_ = 0;       // in cells; nothing beyond this from the eye is in front of the near plane
+  bool outside_ = false;
   bool active_ = false;
   std::uint32_t frame_ = 0;
   std::uint32_t allowed_ = 0;  // searches

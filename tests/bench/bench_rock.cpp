@@ -56,7 +56,7 @@ class Flight {
   // A flight from one place in the air to others, turning as it goes. above: over the ground instead.
   int run(const char* name, bool above, int frames) {
     std::printf("rock, %s: %u patches, %llu of %llu filled voxels hide, found in %.2f ms\n", name, patches_,
-                static_cast<unsigned long long>(occluders_.count()),
+                static_cast<unsigned long long>(occluders_.count(Occluders::Kind::rock)),
                 static_cast<unsigned long long>(source_.octree().count_filled()), build_ms_);
     std::printf("  %-10s %8s %10s %10s %10s %10s %10s\n", "", "listed", "backface", "occluded", "us",
                 "jump us", "searches");

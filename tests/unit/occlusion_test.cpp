@@ -162,11 +162,19 @@ TEST_F(Halls, AFrameIsBoundedAndTheNextOnesGoOn) {
   settings.yaw_deg = -90.0;
   ASSERT_TRUE(make_camera(settings, camera_).ok());
   EXPECT_GT(listed(frame(0)).other, 50);
-  // In the rock, or near the wall, nothing is known.
+  // Deep in the rock no ray comes from air.
   settings.position = {18.5, 9.0, 9.0};
   ASSERT_TRUE(make_camera(settings, camera_).ok());
-  frame(1000);
-  EXPECT_FALSE(occlusion_.active());
+  EXPECT_EQ(frame(1000).culled_occluded, 0u);
+  // At the hall's wall, too near to it to be clearly outside, rays across the hall do.
+  settings.position = {4.1, 9.0, 9.0};
+  ASSERT_TRUE(make_camera(settings, camera_).ok());
+  occlusion_.reset();
+  const BuildDrawList::Result at_wall = frame(1000);
+  EXPECT_FALSE(
+      occluders_.is_outside(world_.octree(), tree_, world_.surface(), bounds_, eye_lattice(camera_), 1000.0));
+  EXPECT_EQ(listed(at_wall).other, 0);
+  EXPECT_GT(listed(at_wall).own, 50);
 }
 
 }  // namespace
