@@ -26,7 +26,7 @@ struct Config {
   std::uint32_t max_patches = 4'096;
   std::uint32_t max_level = 5;
   std::uint32_t max_height_blocks = 3'600;
-  std::uint32_t occluder_words = 16'384;
+  std::uint32_t occluder_words = 24'576;
   std::uint32_t max_draw_items = 4'096;
   std::uint32_t max_resident_patches = 4'096;
   std::uint32_t gpu_vertex_pages = 6'144;
@@ -72,8 +72,10 @@ inline constexpr std::array<ConfigField, 11> kConfigFields = {{
     {"max_height_blocks", &Config::max_height_blocks, 3'600, 0, kMostPatches,
      "patches whose heights are held",
      "all of K's test scene at level 5 in 7.5 MiB; fewer than the world has are read when they are needed"},
-    {"occluder_words", &Config::occluder_words, 16'384, 0, 1u << 24, "words of rock that hides, 64 bits",
-     "two bits a voxel, or larger cells where that is too little; 0 hides nothing"},
+    {"occluder_words", &Config::occluder_words, 24'576, 0, 1u << 24, "words of rock that hides, 64 bits",
+     "K's test scene in cells of half a voxel, four bits each; larger cells where that is too little; 0 "
+     "hides "
+     "nothing"},
     {"max_draw_items", &Config::max_draw_items, 4'096, 1, kMostPages, "patches a pass",
      "every patch may be in view; each needs a page at least"},
     {"max_resident_patches", &Config::max_resident_patches, 4'096, 1, kMostPages, "patches with GPU vertices",

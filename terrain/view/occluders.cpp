@@ -16,8 +16,14 @@ namespace {
 // Coarsest cells that are of use: a rectangle needs a cell's width of rock.
 constexpr int kMostCellLog2 = 3;
 
+// Cells of a size, of 2^(kLatticeBits + cell_log2) steps.
+constexpr int cell_bits(int cell_log2) {
+  return kLatticeBits + cell_log2;
+}
+
 glm::ivec3 cells_of(glm::ivec3 extent, int cell_log2) {
-  return extent >> cell_log2;  // cells that stick out of the world do not hide
+  // Cells that stick out of the world are of no kind.
+  return cell_log2 < 0 ? extent << -cell_log2 : extent >> cell_log2;
 }
 
 int words_of(int cells) {
@@ -99,7 +105,8 @@ void Occluders::clear_cells(Kind kind, glm::ivec3 low, glm::ivec3 high) {
 void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size) {
   if (Octree::is_leaf(node)) {
     const Kind other = Octree::is_filled(node) ? Kind::air : Kind::rock;
-    clear_cells(other, origin >> cell_log2_, (origin + size - 1) >> cell_log2_);
+    const int shift = cell_bits(cell_log2_);
+    clear_cells(other, origin * kStepsPerVoxel >> shift, ((origin + size) * kStepsPerVoxel - 1) >> shift);
     return;
   }
   const int half = size / 2;
@@ -131,7 +138,7 @@ void Occluders::find_interior(const Surface& surface, std::span<const PatchBound
 void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& surface,
                       std::span<const PatchBounds> bounds) {
   clear();
-  cell_log2_ = 0;
+  cell_log2_ = kLeastCellLog2;
   while (word_count(extent, cell_log2_) > storage_.size()) ++cell_log2_;
   const glm::ivec3 cells = cells_of(extent, cell_log2_);
   if (cell_log2_ > kMostCellLog2 || cells.x == 0 || cells.y == 0 || cells.z == 0) return;
@@ -153,7 +160,7 @@ void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& su
   }
   clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size());
   find_interior(surface, bounds, extent);
-  const int shift = kLatticeBits + cell_log2_;
+  const int shift = cell_bits(cell_log2_);
   widest_ = 0;
   for (PatchId id = 0; id < surface.patches.size(); ++id) {
     const LatticeBox swept = swept_box(surface, bounds, id);

@@ -48,9 +48,14 @@ class Occluders {
   // size.
   static constexpr std::int32_t kMargin = 128;
 
+  // The finest cells are half a voxel: rock then begins a cell behind the boxes of the surface, not a voxel.
+  // Quarters hide little more, for eight times the memory.
+  static constexpr int kLeastCellLog2 = -1;
+
   enum class Kind : std::uint8_t { rock, air };
 
-  // 64-bit words for a world of so many voxels with cells of 2^cell_log2 voxels a side: four bits a cell.
+  // 64-bit words for a world of so many voxels with cells of 2^cell_log2 voxels a side, from kLeastCellLog2:
+  // four bits a cell.
   static std::size_t word_count(glm::ivec3 extent, int cell_log2);
 
   // Lends memory, borrowed for the object's life.
@@ -68,7 +73,7 @@ class Occluders {
   bool empty() const { return size_.x == 0; }
   glm::ivec3 size() const { return size_; }  // in cells
   int cell_log2() const { return cell_log2_; }
-  float cell_steps() const { return static_cast<float>(kStepsPerVoxel << cell_log2_); }
+  float cell_steps() const { return static_cast<float>(1 << (kLatticeBits + cell_log2_)); }
   std::uint64_t count(Kind kind) const;
 
   // Whether all cells of a layer across an axis within low..high of the other two axes, both included, are of

@@ -13,7 +13,7 @@ namespace karst {
 namespace {
 
 // Searches that a frame may always make, and those more for each that found rock in the frame before.
-constexpr std::uint32_t kLeastSearches = 8;
+constexpr std::uint32_t kLeastSearches = 16;
 constexpr std::uint32_t kSearchesPerFind = 16;
 
 // After so many frames with nothing hidden, all but one frame in kQuietPeriod leave it at that.

@@ -62,7 +62,7 @@ class Occlusion {
   static constexpr std::uint16_t kHidden = 0x8000;
   static constexpr int kAxisShift = 13;
   static constexpr std::uint16_t kLayerMask = (1u << kAxisShift) - 1;
-  static constexpr std::uint16_t kRarest = 7;  // one frame in 128
+  static constexpr std::uint16_t kRarest = 5;  // one frame in 32
   static_assert((1 << kMaxDepth) <= kLayerMask + 1);
 
   bool hides(std::uint32_t entry, const LatticeBox& box) {

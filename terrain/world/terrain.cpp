@@ -62,8 +62,8 @@ Config Terrain::config_for(const WorldInfo& info, int finest, std::uint32_t deta
   config.max_patches = limit(info.patches);
   config.max_level = static_cast<std::uint32_t>(info.level);
   config.max_height_blocks = info.height_blocks;
-  config.occluder_words = static_cast<std::uint32_t>(
-      std::min<std::size_t>(Occluders::word_count(info.extent, 0), kMostOccluderWords));
+  config.occluder_words = static_cast<std::uint32_t>(std::min<std::size_t>(
+      Occluders::word_count(info.extent, Occluders::kLeastCellLog2), kMostOccluderWords));
   config.max_draw_items = limit(std::min(info.patches, kMostPages));
   config.max_resident_patches = config.max_draw_items;
   const std::uint64_t all = std::uint64_t{config.max_draw_items} * slot_pages(finest);

@@ -33,7 +33,7 @@ class Flight {
         world_(source),
         patches_(static_cast<std::uint32_t>(world_.patches())),
         nodes_(BoundsTree::node_count(patches_)),
-        words_(Occluders::word_count(source.extent(), 0)),
+        words_(Occluders::word_count(source.extent(), Occluders::kLeastCellLog2)),
         entries_(Occlusion::entry_count(patches_)),
         cones_(patches_),
         levels_(patches_, kLevel),
@@ -55,9 +55,9 @@ class Flight {
 
   // A flight from one place in the air to others, turning as it goes. above: over the ground instead.
   int run(const char* name, bool above, int frames) {
-    std::printf("rock, %s: %u patches, %llu of %llu filled voxels hide, found in %.2f ms\n", name, patches_,
+    std::printf("rock, %s: %u patches, %llu of %llu half voxels hide, found in %.2f ms\n", name, patches_,
                 static_cast<unsigned long long>(occluders_.count(Occluders::Kind::rock)),
-                static_cast<unsigned long long>(source_.octree().count_filled()), build_ms_);
+                static_cast<unsigned long long>(8 * source_.octree().count_filled()), build_ms_);
     std::printf("  %-10s %8s %10s %10s %10s %10s %10s\n", "", "listed", "backface", "occluded", "us",
                 "jump us", "searches");
     for (const Ways& way : kWays) fly(way, above, frames);

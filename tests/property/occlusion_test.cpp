@@ -183,7 +183,7 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
   for (int round = 0; round < 12; ++round) {
     const int level = 1 + round % 3;
     const TestWorld source = make_caves(random, level, round % 3 != 0);
-    Scene scene(source, round % 4 == 3 ? 1 : 0);
+    Scene scene(source, round % 4 == 3 ? 1 : round % 2 - 1);
     const Drawn drawn(scene.world, level);
     for (int n = 0; n < 80; ++n) {
       CameraSettings settings;
@@ -272,7 +272,7 @@ TEST(Occlusion, OutsideAndInsideAreWhatTheySay) {
   for (int round = 0; round < 9; ++round) {
     const int level = 1 + round % 3;
     const TestWorld source = make_caves(random, level, true);
-    Scene scene(source, 0);
+    Scene scene(source, round % 2 - 1);
     const Drawn drawn(scene.world, level);
     const auto first = [&](glm::dvec3 from, glm::dvec3 way) {
       std::optional<Drawn::Hit> least;
@@ -285,7 +285,7 @@ TEST(Occlusion, OutsideAndInsideAreWhatTheySay) {
     for (int n = 0; n < 4000; ++n) {
       const glm::dvec3 at = glm::dvec3(source.extent()) *
                             glm::dvec3(random.unit(), random.unit(), random.unit()) * double{kStepsPerVoxel};
-      const glm::ivec3 cell(at / double{kStepsPerVoxel});
+      const glm::ivec3 cell(at / double{scene.occluders.cell_steps()});
       const double reach = 0.3 * kStepsPerVoxel * random.unit();
       const bool is_outside = scene.occluders.is_outside(scene.octree, scene.tree, scene.world.surface(),
                                                          scene.world.bounds(), at, reach);

@@ -113,8 +113,9 @@ TEST_F(Halls, OneIsHiddenFromTheOther) {
   EXPECT_GT(all.other, 100);
   EXPECT_GT(all.above, 10);
 
-  build(Occluders::word_count(kExtent, 0));
-  EXPECT_EQ(occluders_.cell_log2(), 0);
+  build(Occluders::word_count(kExtent, -1));
+  EXPECT_EQ(occluders_.cell_log2(), -1);
+  EXPECT_EQ(occluders_.size(), kExtent * 2);
   BuildDrawList::Result result = frame(1000);
   EXPECT_TRUE(occlusion_.active());
   Seen seen = listed(result);
@@ -153,7 +154,7 @@ TEST_F(Halls, AFrameIsBoundedAndTheNextOnesGoOn) {
     EXPECT_EQ(seen.other + seen.above, 0);
     searched += occlusion_.searched();
   }
-  EXPECT_LT(searched, 100u * 8u);
+  EXPECT_LE(searched, 100u * 16u);
   EXPECT_EQ(test::heap_calls(), heap);
 
   // The eye moves through the wall: what was hidden is seen at once.
