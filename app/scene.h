@@ -80,7 +80,11 @@ class Scene {
   // again after detach() when the size changed or the context was lost: vertices are made anew. The display
   // must outlive the attachment.
   [[nodiscard]] std::string attach(Display& display, int width, int height);
-  void detach() { renderer_.destroy(); }
+  // Where the context is gone and another one is current, what GL says to the old names means nothing.
+  void detach() {
+    renderer_.destroy();
+    renderer_.take_error();
+  }
 
   // Draws one frame into the renderer's target and notes what it cost. The first one after attach() is
   // complete whatever generate_ms says.

@@ -194,6 +194,8 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
+  const bool plays = options_.loop ? !path_.empty() : path_frame_ + 1 < path_.size();
+  scheduler_.set_moving(attached_ && (plays || navigator_->moving() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {
@@ -243,11 +245,7 @@ void View::take_inputs() {
       if (!was_moving && navigator_->moving()) moved_at_ = now_ns();
     });
   }
-  if (navigator_) {
-    if (changed && !placed_) place_ = navigator_->place();
-    scheduler_.set_moving(options_.frames > 0 || navigator_->moving() || path_frame_ + 1 < path_.size() ||
-                          (options_.loop && !path_.empty()));
-  }
+  if (changed && !placed_ && navigator_) place_ = navigator_->place();
   if (changed) scheduler_.changed();
 }
 

@@ -79,9 +79,12 @@ std::string KmsCard::open(Seat& seat, const std::string& path) {
   if (resources->count_crtcs == 0 || resources->count_connectors == 0) return fail("no display outputs");
   crtcs_.assign(resources->crtcs, resources->crtcs + std::min(resources->count_crtcs, 32));
   // Universal planes come first: without them the atomic calls see no primary plane.
-  atomic_ = drmSetClientCap(device_.fd, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) == 0 &&
-            drmSetClientCap(device_.fd, DRM_CLIENT_CAP_ATOMIC, 1) == 0;
+  int failed = drmSetClientCap(device_.fd, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1);
+  if (failed == 0) failed = drmSetClientCap(device_.fd, DRM_CLIENT_CAP_ATOMIC, 1);
+  atomic_ = failed == 0;
+  lacks_ = atomic_ ? std::string() : errno_text("no atomic calls", failed);
   modifiers_ = has_cap(device_.fd, DRM_CAP_ADDFB2_MODIFIERS);
+  if (!modifiers_) lacks_ += lacks_.empty() ? "no buffer modifiers" : ", no buffer modifiers";
   return {};
 }
 
@@ -116,10 +119,13 @@ std::string KmsCard::read_connectors(std::vector<KmsConnector>& out) const {
   return {};
 }
 
-std::vector<std::string> card_paths() {
+std::vector<std::string> card_paths(std::string& error) {
   std::vector<std::string> paths;
   drmDevicePtr devices[kMostCards] = {};
   const int count = drmGetDevices2(0, devices, kMostCards);
+  error = count < 0    ? errno_text("no display card: drmGetDevices2", count)
+          : count == 0 ? std::string("no display card (/dev/dri/card*)")
+                       : std::string();
   for (int i = 0; i < std::min(count, kMostCards); ++i) {
     if ((devices[i]->available_nodes & (1 << DRM_NODE_PRIMARY)) != 0) {
       paths.emplace_back(devices[i]->nodes[DRM_NODE_PRIMARY]);
@@ -133,9 +139,10 @@ std::vector<std::string> card_paths() {
 bool find_output(Seat& seat, const std::string& wanted_card, const std::string& wanted_connector,
                  KmsCard& card, KmsConnector& connector, std::vector<std::string>& reasons) {
   reasons.clear();
+  std::string error;
   const std::vector<std::string> paths =
-      wanted_card.empty() ? card_paths() : std::vector<std::string>{real_path(wanted_card)};
-  if (paths.empty()) reasons.emplace_back("no display card (/dev/dri/card*)");
+      wanted_card.empty() ? card_paths(error) : std::vector<std::string>{real_path(wanted_card)};
+  if (!error.empty()) reasons.push_back(error);
   for (const std::string& path : paths) {
     std::string reason = card.open(seat, path);
     std::vector<KmsConnector> connectors;

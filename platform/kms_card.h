@@ -38,8 +38,9 @@ class KmsCard {
   int fd() const { return device_.fd; }
   const std::string& path() const { return path_; }
   const std::string& driver() const { return driver_; }
-  bool atomic() const { return atomic_; }        // the driver has the atomic calls
-  bool modifiers() const { return modifiers_; }  // framebuffers may have modifiers
+  bool atomic() const { return atomic_; }              // the driver has the atomic calls
+  bool modifiers() const { return modifiers_; }        // framebuffers may have modifiers
+  const std::string& lacks() const { return lacks_; }  // what the driver does not have; for reports
   const std::vector<std::uint32_t>& crtcs() const { return crtcs_; }
 
   // All connectors, asking the monitors again. Takes milliseconds to a second on real connectors.
@@ -50,13 +51,14 @@ class KmsCard {
   SeatDevice device_;
   std::string path_;
   std::string driver_;
+  std::string lacks_;
   std::vector<std::uint32_t> crtcs_;
   bool atomic_ = false;
   bool modifiers_ = false;
 };
 
-// Nodes of all cards, in the system's order.
-std::vector<std::string> card_paths();
+// Nodes of all cards, sorted. error is set where there are none.
+std::vector<std::string> card_paths(std::string& error);
 
 // Opens the first card with a connected connector of the wanted name and with a mode. card: a node or a link
 // to one (/dev/dri/by-path/...), empty: any. connector: its name, empty: the first connected. On failure

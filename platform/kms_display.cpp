@@ -111,6 +111,7 @@ class KmsDisplay final : public Display {
   void follow_seat();
   void handle_card_events();
   void handle_time(bool look);
+  void try_master();
   void look_at_connectors();
   void find_card(std::string& fatal);
   bool open_card();
@@ -280,15 +281,7 @@ void KmsDisplay::handle_time(bool look) {
       if (!fatal.empty()) say(fatal);
       break;
     case State::no_master:
-      if (seat_.sets_master() ? drmSetMaster(card_.fd()) == 0 : drmIsMaster(card_.fd()) == 1) {
-        log_("this program has the screen again");
-        possible_since_ = now_ns();
-        mode_set_ = false;
-        changes_.redraw = true;
-        look_at_connectors();
-      } else {
-        rest(State::no_master, kMasterRetry);
-      }
+      try_master();
       break;
     case State::dark:
       look_at_connectors();
@@ -296,6 +289,28 @@ void KmsDisplay::handle_time(bool look) {
     case State::on:
       if (look || hotplug_.fd() < 0) look_at_connectors();
       break;
+  }
+}
+
+void KmsDisplay::try_master() {
+  int error = 0;
+  if (seat_.sets_master()) {
+    error = drmSetMaster(card_.fd());
+  } else if (drmIsMaster(card_.fd()) != 1) {
+    error = -EACCES;
+  }
+  if (error == 0) {
+    log_("this program has the screen again");
+    possible_since_ = now_ns();
+    mode_set_ = false;
+    changes_.redraw = true;
+    look_at_connectors();
+  } else if (error == -ENODEV) {
+    say(errno_text(card_.path() + ": the card is gone", error));
+    close_card();
+    rest(State::no_card, kMasterRetry);
+  } else {
+    rest(State::no_master, kMasterRetry);
   }
 }
 
@@ -323,7 +338,8 @@ void KmsDisplay::look_at_connectors() {
     KmsCard other;
     KmsConnector there;
     std::vector<std::string> reasons;
-    if (options_.card.empty() && card_paths().size() > 1 &&
+    std::string ignored;
+    if (options_.card.empty() && card_paths(ignored).size() > 1 &&
         find_output(seat_, {}, options_.mode_fallback ? std::string() : options_.connector, other, there,
                     reasons) &&
         other.path() != card_.path()) {
@@ -348,8 +364,8 @@ void KmsDisplay::look_at_connectors() {
   const bool same = same_connector && !plan_.empty() && same_mode(connector_.modes[mode], mode_) &&
                     swapchain_.surface() != nullptr;
   if (same) {
+    if (state_ == State::dark) log_(connector_.name + ": the monitor is back");
     if (!was_on) {
-      log_(connector_.name + ": the monitor is back");
       mode_set_ = false;
       changes_.redraw = true;
     }
@@ -460,6 +476,10 @@ std::string KmsDisplay::configure() {
     error = pipe_.open(card_, connector_, false, format, console_);
   }
   if (!error.empty()) return card_.path() + ": " + error;
+  if (!console_.crtc_taken.load()) {
+    log_(card_.path() + ": what the screen shows cannot be read (drmModeGetCrtc), so it is not given back");
+  }
+  if (!card_.lacks().empty()) say(card_.path() + ": " + card_.lacks());
   AttemptLimits limits;
   limits.atomic = options_.atomic && pipe_.is_atomic();
   limits.legacy = options_.legacy;
@@ -516,8 +536,11 @@ std::string KmsDisplay::set_up(const KmsAttempt& way, int plane_turns) {
     error = swapchain_.make_probe(probe.framebuffer);
     if (error.empty()) {
       const int refused = pipe_.test(mode_, probe);
-      // Without being master nothing can be tested; the first frame will tell.
-      if (refused != 0 && !not_master(refused)) error = errno_text("TEST_ONLY commit", refused);
+      if (not_master(refused)) {
+        say(connector_.name + ": " + errno_text("TEST_ONLY commit", refused) + "; the first frame will tell");
+      } else if (refused != 0) {
+        error = errno_text("TEST_ONLY commit", refused);
+      }
     }
     swapchain_.drop_probe();
   }
@@ -588,7 +611,11 @@ void KmsDisplay::show_first(int slot) {
   const std::int64_t now = now_ns();
   times_.mode_set();
   times_.shown(now, refresh_ns());
-  if (possible_since_ != 0) times_.recovered(std::exchange(possible_since_, 0), now);
+  if (possible_since_ != 0) {
+    const std::int64_t since = std::exchange(possible_since_, 0);
+    times_.recovered(since, now);
+    if (told_) log_("the picture is back after " + std::to_string((now - since) / kMillisecond) + " ms");
+  }
   last_said_.clear();
   if (!told_) {
     name_ = "KMS " + connector_.name + " " + attempt_text(attempt(), connector_.modes);
@@ -659,8 +686,9 @@ std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
                                         std::vector<std::string>& reasons) {
   std::vector<KmsOutputInfo> result;
   reasons.clear();
-  const std::vector<std::string> paths = card.empty() ? card_paths() : std::vector<std::string>{card};
-  if (paths.empty()) reasons.emplace_back("no display card (/dev/dri/card*)");
+  std::string error;
+  const std::vector<std::string> paths = card.empty() ? card_paths(error) : std::vector<std::string>{card};
+  if (!error.empty()) reasons.push_back(error);
   for (const std::string& path : paths) {
     KmsCard opened;
     std::vector<KmsConnector> connectors;

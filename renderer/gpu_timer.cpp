@@ -24,6 +24,9 @@ void GpuTimer::create(const Gl& gl, const GlCaps& caps) {
 void GpuTimer::destroy(const Gl& gl) {
   if (supported_) gl.DeleteQueriesEXT(kQueries, queries_);
   supported_ = false;
+  running_ = false;
+  begun_ = 0;
+  collected_ = 0;
 }
 
 void GpuTimer::begin(const Gl& gl) {

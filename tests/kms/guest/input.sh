@@ -1,0 +1,56 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Keys move the camera; a card that appears late; libseat without root; a lost screen while a key is held.
+. /lib.sh
+# No udevd runs here: what it would say about the keyboard is written by hand.
+mkdir -p /run/udev/data
+for event in /sys/class/input/event*; do
+  number=$(cat $event/dev)
+  kind=KEY=1\\nE:ID_INPUT_KEYBOARD
+  grep -qi tablet $event/device/name && kind=MOUSE
+  printf 'I:1\nE:ID_INPUT=1\nE:ID_INPUT_%b=1\nG:seat\n' $kind >/run/udev/data/c$number
+done
+view input --navigate orbit
+host shot still
+frames=$(statistic frames)
+host key a
+host key home
+sleep 1
+[ "$(statistic frames)" -gt "$frames" ] || fail "a key changes nothing"
+host key left
+sleep 1
+host shot turned
+end TERM
+# poses from another program
+name=poses
+mkfifo /run/poses
+karst view /canyon.karst --seat direct --navigate none --poses - --stats /run/poses.json </run/poses \
+  >/run/poses.log 2>&1 &
+super=$!
+exec 4>/run/poses
+await /run/poses.log "showing on" 1 1200 || fail "poses: no picture"
+echo "nonsense" >&4
+echo "60 70 60 85 5" >&4
+sleep 1
+await /run/poses.log "a line is X Y Z YAW PITCH" 1 50 || fail "poses: nonsense is not reported"
+host shot posed
+exec 4>&-
+view=$(cat /proc/$super/task/$super/children)
+view=${view% }
+end TERM
+
+# seatd, and a user who is nobody
+seatd -u kiosk -l silent >/run/seatd.log 2>&1 &
+await_socket() { i=0; while [ ! -S /run/seatd.sock ] && [ $i -lt 50 ]; do i=$((i + 1)); sleep 0.1; done; }
+await_socket
+chmod 666 /run/seatd.sock
+mkdir -p /run/kiosk
+chmod 777 /run/kiosk
+su kiosk -c 'HOME=/run/kiosk exec karst view /canyon.karst --seat libseat --navigate none' >/run/libseat.log 2>&1 &
+super=$!
+await /run/libseat.log "showing on" 1 1200 || fail "libseat: no picture"
+sleep 0.2
+host shot libseat
+echo "FIGURE libseat: shown by uid $(stat -c %u /proc/$super)"
+kill $super
+wait $super

@@ -1,0 +1,60 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# What the guest's scripts share. Logs lie in /run/NAME.log, statistics in /run/NAME.json.
+
+fail() { echo "FAILED: $*"; tail -n 20 /run/*.log; exit 1; }
+
+# count FILE TEXT: lines with the text.
+count() { grep -c "$2" "$1" 2>/dev/null || true; }
+
+# await FILE TEXT N TENTHS: until N lines have it.
+await() {
+  i=0
+  while [ "$(count "$1" "$2")" -lt "$3" ]; do
+    i=$((i + 1))
+    [ $i -le "$4" ] || return 1
+    sleep 0.1
+  done
+}
+
+# view NAME [OPTION...]: starts karst view in the background and waits for its first picture. Sets $super, the
+# supervisor's process, and $view, the program's.
+view() {
+  name=$1
+  shift
+  karst view /canyon.karst --seat direct --stats /run/$name.json "$@" >/run/$name.log 2>&1 &
+  super=$!
+  await /run/$name.log "showing on" 1 1200 || fail "$name: no picture"
+  view=$(cat /proc/$super/task/$super/children)
+  view=${view% }
+  # The line is written when the kernel has the frame.
+  sleep 0.2
+}
+
+# end SIGNAL: ends karst view and waits for the supervisor.
+end() {
+  kill -"$1" $view
+  wait $super
+  echo "ended by $1: exit $?"
+}
+
+# The number behind "NAME": in a statistics file, written anew.
+statistic() {
+  rm -f /run/$name.json
+  kill -HUP $view
+  i=0
+  while [ ! -s /run/$name.json ] && [ $i -lt 50 ]; do
+    i=$((i + 1))
+    sleep 0.1
+  done
+  sed -n "s/^ *\"$1\": \([0-9.]*\).*/\1/p" /run/$name.json | head -n 1
+}
+
+# Hundredths of a second of processor time that the program has used.
+ticks() { cut -d' ' -f14,15 /proc/$view/stat | { read -r user system; echo $((user + system)); }; }
+
+# console: whether the text console can be used: it is in text mode, and what is written there shows.
+console_is_text() {
+  kbd_mode -C /dev/tty1 2>&1 | grep -qiE "unicode|xlate|ascii" || return 1
+  printf 'karst test %s\n' "$1" >/dev/tty1
+}
