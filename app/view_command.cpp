@@ -21,6 +21,7 @@
 #include "app/view_statistics.h"
 #include "platform/clock.h"
 #include "platform/headless_display.h"
+#include "platform/kms_card.h"
 #include "platform/window_display.h"
 
 namespace karst::app {

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <memory>
+#include <utility>
 
 namespace karst {
 namespace {
@@ -162,6 +163,27 @@ bool find_output(Seat& seat, const std::string& wanted_card, const std::string& 
     card.close();
   }
   return false;
+}
+
+std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
+                                        std::vector<std::string>& reasons) {
+  std::vector<KmsOutputInfo> result;
+  reasons.clear();
+  std::string error;
+  const std::vector<std::string> paths = card.empty() ? card_paths(error) : std::vector<std::string>{card};
+  if (!error.empty()) reasons.push_back(error);
+  for (const std::string& path : paths) {
+    KmsCard opened;
+    std::vector<KmsConnector> connectors;
+    std::string reason = opened.open(seat, path);
+    if (reason.empty()) reason = opened.read_connectors(connectors);
+    if (!reason.empty()) reasons.push_back(path + ": " + reason);
+    for (KmsConnector& connector : connectors) {
+      result.push_back({path, opened.driver(), std::move(connector.name), connector.connected,
+                        connector.width_mm, connector.height_mm, std::move(connector.modes)});
+    }
+  }
+  return result;
 }
 
 }  // namespace karst

@@ -66,4 +66,18 @@ std::vector<std::string> card_paths(std::string& error);
 bool find_output(Seat& seat, const std::string& wanted_card, const std::string& wanted_connector,
                  KmsCard& card, KmsConnector& connector, std::vector<std::string>& reasons);
 
+// What --list-outputs shows.
+struct KmsOutputInfo {
+  std::string card;
+  std::string driver;
+  std::string connector;
+  bool connected = false;
+  int width_mm = 0;
+  int height_mm = 0;
+  std::vector<drmModeModeInfo> modes;
+};
+// All connectors of all cards (or of one). reasons: a line for each card that was refused.
+std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
+                                        std::vector<std::string>& reasons);
+
 }  // namespace karst

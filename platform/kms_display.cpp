@@ -682,25 +682,4 @@ std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat,
   return display;
 }
 
-std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
-                                        std::vector<std::string>& reasons) {
-  std::vector<KmsOutputInfo> result;
-  reasons.clear();
-  std::string error;
-  const std::vector<std::string> paths = card.empty() ? card_paths(error) : std::vector<std::string>{card};
-  if (!error.empty()) reasons.push_back(error);
-  for (const std::string& path : paths) {
-    KmsCard opened;
-    std::vector<KmsConnector> connectors;
-    std::string reason = opened.open(seat, path);
-    if (reason.empty()) reason = opened.read_connectors(connectors);
-    if (!reason.empty()) reasons.push_back(path + ": " + reason);
-    for (KmsConnector& connector : connectors) {
-      result.push_back({path, opened.driver(), std::move(connector.name), connector.connected,
-                        connector.width_mm, connector.height_mm, std::move(connector.modes)});
-    }
-  }
-  return result;
-}
-
 }  // namespace karst

@@ -48,18 +48,4 @@ std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat,
                                           const Log& log, std::string& error,
                                           const EglApi& egl = linked_egl());
 
-// What --list-outputs shows.
-struct KmsOutputInfo {
-  std::string card;
-  std::string driver;
-  std::string connector;
-  bool connected = false;
-  int width_mm = 0;
-  int height_mm = 0;
-  std::vector<drmModeModeInfo> modes;
-};
-// All connectors of all cards (or of one). reasons: a line for each card that was refused.
-std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
-                                        std::vector<std::string>& reasons);
-
 }  // namespace karst

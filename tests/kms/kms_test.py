@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: MIT
 """karst view in a real kernel: Debian's, booted in QEMU with virtio-gpu, photographed from outside.
 
-  kms_test.py CASE --karst PROGRAM --bake PROGRAM --work DIR [--cycles N]
+  kms_test.py CASE --karst PROGRAM --bake PROGRAM --console-mode PROGRAM --work DIR
+              [--cycles N] [--seconds S] [--seed N]
 
-CASE: picture, recovery, kill or input (see guest/). Packages of the guest are fetched once and kept under DIR.
-Exit status 77: skipped, with the reason, where the packages or QEMU are not to be had. Standard library only.
+CASE: picture, recovery, kill or input (see guest/). Packages of the guest are fetched once and kept under
+DIR. Exit status 77: skipped, with the reason, where the packages or QEMU are not to be had. Standard library
+only.
 """
 import argparse, fcntl, glob, os, shutil, struct, subprocess, sys, zlib
 
@@ -85,14 +87,14 @@ def prepare(args):
     for tool in TOOLS:
         if not shutil.which(tool, path=os.environ["PATH"] + ":/usr/sbin:/sbin"):
             raise Skip(f"{tool} is not installed")
-    root = os.path.join(args.work, "guest", "root")
+    root = os.path.join(args.work, "guest", "tree")
     done = os.path.join(args.work, "guest", "packages")
     if not os.path.exists(done) or open(done).read().split() != PACKAGES:
         shutil.rmtree(os.path.join(args.work, "guest"), ignore_errors=True)
         log = os.path.join(args.work, "fetch.log")
         with open(log, "w") as out:
-            code = subprocess.call([os.path.join(HERE, "fetch_guest.sh"), "amd64", os.path.join(args.work, "guest"),
-                                    *PACKAGES], stdout=out, stderr=out)
+            code = subprocess.call([os.path.join(HERE, "fetch_guest.sh"), "amd64",
+                                    os.path.join(args.work, "guest"), *PACKAGES], stdout=out, stderr=out)
         if code != 0:
             last = (open(log).read().strip().splitlines() or ["no output"])[-1]
             raise Skip(f"the guest's packages cannot be fetched: {last}")
@@ -104,15 +106,17 @@ def prepare(args):
     run("strip", "-o", program, args.karst)
     image = os.path.join(args.work, "initramfs.img")
     stamp = os.path.join(args.work, "image.inputs")
-    inputs = run("sha256sum", program, world, os.path.join(HERE, "make_initramfs.sh"),
-                 *sorted(glob.glob(os.path.join(HERE, "guest", "*.sh"))), capture_output=True, text=True).stdout
+    inputs = run("sha256sum", program, world, args.console_mode, os.path.join(HERE, "make_initramfs.sh"),
+                 *sorted(glob.glob(os.path.join(HERE, "guest", "*.sh"))), capture_output=True,
+                 text=True).stdout
     if not os.path.exists(image) or not os.path.exists(stamp) or open(stamp).read() != inputs:
         modules = glob.glob(os.path.join(root, "lib/modules/*"))[0]
-        scripts = [f"{path}:/{os.path.basename(path)}" for path in glob.glob(os.path.join(HERE, "guest", "*.sh"))]
-        quirks = os.path.join(root, "usr/share/libinput")
-        run(os.path.join(HERE, "make_initramfs.sh"), "-k", modules, "-o", image, "-s", root, program,
-            world + ":/canyon.karst", os.path.join(root, "usr/sbin/seatd"), *scripts,
-            *[f"{path}:/usr/share/libinput/{os.path.basename(path)}" for path in glob.glob(quirks + "/*")])
+        files = [program, args.console_mode + ":/usr/bin/console_mode", world + ":/canyon.karst",
+                 os.path.join(root, "usr/sbin/seatd")]
+        for pattern, where in ((os.path.join(HERE, "guest/*.sh"), ""),
+                               (os.path.join(root, "usr/share/libinput/*"), "/usr/share/libinput")):
+            files += [f"{path}:{where}/{os.path.basename(path)}" for path in glob.glob(pattern)]
+        run(os.path.join(HERE, "make_initramfs.sh"), "-k", modules, "-o", image, "-s", root, *files)
         with open(stamp, "w") as out:
             out.write(inputs)
     kernel = glob.glob(os.path.join(root, "boot/vmlinuz-*"))[0]
@@ -151,7 +155,8 @@ def expect(name, shot, golden, most, share=1.0):
     d, apart = difference(load_png(shot), golden)
     good = d <= most or (share < 1 and apart <= share)
     failed = failed or not good
-    print(f"== {name}: differs by {d}/255 at most, on {100 * apart:.2f} % of the pixels: {'ok' if good else 'FAILED'}")
+    verdict = "ok" if good else "FAILED"
+    print(f"== {name}: differs by {d}/255 at most, on {100 * apart:.2f} % of the pixels: {verdict}")
 
 
 def main():
@@ -159,6 +164,7 @@ def main():
     ap.add_argument("case", choices=("picture", "recovery", "kill", "input"))
     ap.add_argument("--karst", required=True)
     ap.add_argument("--bake", required=True)
+    ap.add_argument("--console-mode", required=True, help="the helper that looks at the terminal")
     ap.add_argument("--work", required=True)
     ap.add_argument("--cycles", type=int, default=5)
     ap.add_argument("--seconds", type=int, default=240)
@@ -182,7 +188,8 @@ def main():
         expect("scan-out of canyon, atomic", shot("atomic"), golden, 1)
         expect("scan-out of canyon, legacy", shot("legacy"), golden, 1)
         w, h, rows = golden
-        upside_down = (w, h, [b"".join(row[x:x + 3] for x in range(3 * w - 3, -1, -3)) for row in reversed(rows)])
+        mirrored = lambda row: b"".join(row[x:x + 3] for x in range(3 * w - 3, -1, -3))
+        upside_down = (w, h, [mirrored(row) for row in reversed(rows)])
         expect("turned by 180 degrees", shot("rotated"), upside_down, 8, 0.02)
         for name in ("after_term", "after_kill"):
             w, h, rows = load_png(shot(name))

@@ -163,11 +163,11 @@ void check_known(const Source& source, Findings& out) {
   } else if (top == "gles_shaders") {
     known = is_shader(path) || is_cmake(path) || one_of(ext, {".def", ".h"});
   } else if (top == "boards") {
-    known = is_cmake(path) || one_of(ext, {".json", ".md"});
+    known = is_cpp(path) || is_cmake(path) || one_of(ext, {".board", ".md", ".sh", ".service", ".yml"});
   } else if (top == "docs") {
     known = one_of(ext, {".md", ".png", ".svg", ".csv"});
   } else if (top == "tests") {
-    known = is_cpp(path) || is_cmake(path) || one_of(ext, {".json", ".md", ".png", ".sh"});
+    known = is_cpp(path) || is_cmake(path) || one_of(ext, {".json", ".md", ".png", ".py", ".sh"});
   }
   const bool plain = std::all_of(path.begin(), path.end(), [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||

@@ -46,7 +46,8 @@ await_socket
 chmod 666 /run/seatd.sock
 mkdir -p /run/kiosk
 chmod 777 /run/kiosk
-su kiosk -c 'HOME=/run/kiosk exec karst view /canyon.karst --seat libseat --navigate none' >/run/libseat.log 2>&1 &
+command='HOME=/run/kiosk exec karst view /canyon.karst --seat libseat --navigate none'
+su kiosk -c "$command" >/run/libseat.log 2>&1 &
 super=$!
 await /run/libseat.log "showing on" 1 1200 || fail "libseat: no picture"
 sleep 0.2

@@ -53,8 +53,8 @@ statistic() {
 # Hundredths of a second of processor time that the program has used.
 ticks() { cut -d' ' -f14,15 /proc/$view/stat | { read -r user system; echo $((user + system)); }; }
 
-# console: whether the text console can be used: it is in text mode, and what is written there shows.
+# console_is_text TEXT: whether the text console can be used; TEXT is written there.
 console_is_text() {
-  kbd_mode -C /dev/tty1 2>&1 | grep -qiE "unicode|xlate|ascii" || return 1
+  console_mode /dev/tty1 || return 1
   printf 'karst test %s\n' "$1" >/dev/tty1
 }

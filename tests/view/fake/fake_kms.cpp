@@ -14,14 +14,12 @@
 //   KARST_FAKE_FAIL     "N" or "N:ERRNO": the Nth call of libdrm or libgbm that can fail does so, once
 //   KARST_FAKE_CALLS    file that the number of calls is written to at the end, and the name of the failed
 //   one
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
-#include <GLES3/gl3.h>
+#include "tests/view/fake/fake_kms.h"
+
 #include <dlfcn.h>
 #include <drm_fourcc.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <gbm.h>
 #include <libudev.h>
 #include <stdarg.h>
 #include <sys/socket.h>
@@ -39,41 +37,12 @@
 #include <string>
 #include <vector>
 
-struct gbm_device {
-  int fd;
-};
-struct gbm_bo {
-  std::uint32_t width, height, handle;
-  bool taken;
-  std::vector<std::uint8_t> rgba;
-};
-struct gbm_surface {
-  std::uint32_t width, height;
-  bool modifiers;
-  gbm_bo buffers[4];
-  gbm_bo* front;
-};
-
-namespace {
-
-constexpr std::uint32_t kCrtc = 31, kConnector = 41, kEncoder = 51, kPlane = 61, kCursor = 62;
-constexpr std::uint32_t kModifierBlob = 900;
-constexpr std::uint64_t kModifier = 0x0100000000000001;  // Intel's X tiling: any that is not linear
-constexpr const char* kCard = "/dev/dri/card0";
+namespace karst::fake {
 
 const char* setting(const char* name) {
   const char* value = getenv(name);
   return value != nullptr ? value : "";
 }
-
-// --- what the test says
-
-struct State {
-  bool connected = false, master = false, atomic = false, modifiers = false, rotate = false, flips = false;
-  bool card = false, reset = false;
-  std::vector<std::string> refuse;
-  std::vector<std::pair<int, int>> modes;
-};
 
 State state() {
   State result;
@@ -97,16 +66,12 @@ State state() {
     result.flips |= name == "flips";
     result.card |= name == "card";
     result.reset |= name == "reset";
+    result.format565 |= name == "format565";
   }
   return result;
 }
 
-bool refused(const State& now, const std::string& what) {
-  return std::find(now.refuse.begin(), now.refuse.end(), what) != now.refuse.end();
-}
-
-// --- failing
-
+namespace {
 struct Calls {
   long count = 0;
   std::string failed;
@@ -116,8 +81,8 @@ struct Calls {
   }
 };
 Calls calls;
+}  // namespace
 
-// Whether this call is the one that fails; errno is set then.
 bool fails(const char* name) {
   ++calls.count;
   long wanted = 0;
@@ -129,21 +94,39 @@ bool fails(const char* name) {
   errno = error;
   return true;
 }
-#define FAIL_INT() \
-  if (fails(__func__)) return -errno
-#define FAIL_NULL() \
-  if (fails(__func__)) return nullptr
+
+std::uint32_t make_id() {
+  static std::uint32_t last = 1000;
+  return ++last;
+}
+
+void* real_address(const char* name) {
+  return dlsym(RTLD_NEXT, name);
+}
+
+}  // namespace karst::fake
+
+namespace {
+
+using namespace karst::fake;
 
 template <class T>
 T* zeroed(std::size_t count = 1) {
   return static_cast<T*>(calloc(count, sizeof(T)));
 }
 
+constexpr std::uint32_t kCrtc = 31, kConnector = 41, kEncoder = 51, kPlane = 61, kCursor = 62;
+constexpr std::uint32_t kModifierBlob = 900;
+constexpr const char* kCard = "/dev/dri/card0";
+
+bool refused(const State& now, const std::string& what) {
+  return std::find(now.refuse.begin(), now.refuse.end(), what) != now.refuse.end();
+}
+
 // --- the card
 
 int device_fd[2] = {-1, -1};  // ours, and the one that flip events are written to
 std::map<std::uint32_t, gbm_bo*> framebuffers;
-std::uint32_t next_id = 1000;
 void* flip_user = nullptr;
 
 struct Committed {
@@ -247,11 +230,6 @@ int check_commit(const Request& request, const State& now, Committed& next) {
   const bool fits = turned ? bo.width == next.mode.vdisplay && bo.height == next.mode.hdisplay
                            : bo.width == next.mode.hdisplay && bo.height == next.mode.vdisplay;
   return fits ? 0 : -ENOSPC;
-}
-
-template <class Function>
-Function real(const char* name) {
-  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
 }
 
 int open_fake(const char* path) {
@@ -510,7 +488,7 @@ void drmModeFreePropertyBlob(drmModePropertyBlobPtr p) {
 }
 int drmModeCreatePropertyBlob(int, const void* data, std::size_t size, std::uint32_t* id) {
   FAIL_INT();
-  *id = ++next_id;
+  *id = make_id();
   if (size == sizeof(drmModeModeInfo)) memcpy(&mode_blobs[*id], data, size);
   return 0;
 }
@@ -578,7 +556,13 @@ int drmHandleEvent(int fd, drmEventContextPtr handlers) {
   return 0;
 }
 
-static int add_framebuffer(const std::uint32_t handles[4], std::uint32_t* id);
+static int add_framebuffer(const std::uint32_t handles[4], std::uint32_t* id) {
+  gbm_bo* bo = buffer_of(handles[0]);
+  if (bo == nullptr) return -ENOENT;
+  *id = make_id();
+  framebuffers[*id] = bo;
+  return 0;
+}
 int drmModeAddFB2(int, std::uint32_t, std::uint32_t, std::uint32_t, const std::uint32_t handles[4],
                   const std::uint32_t[4], const std::uint32_t[4], std::uint32_t* id, std::uint32_t) {
   FAIL_INT();
@@ -594,200 +578,6 @@ int drmModeRmFB(int, std::uint32_t id) {
   FAIL_INT();
   framebuffers.erase(id);
   return 0;
-}
-
-// --- libgbm
-
-static std::map<std::uint32_t, gbm_bo*>& buffers() {
-  static std::map<std::uint32_t, gbm_bo*> all;
-  return all;
-}
-static int add_framebuffer(const std::uint32_t handles[4], std::uint32_t* id) {
-  const auto found = buffers().find(handles[0]);
-  if (found == buffers().end()) return -ENOENT;
-  *id = ++next_id;
-  framebuffers[*id] = found->second;
-  return 0;
-}
-static void make_buffer(gbm_bo& bo, std::uint32_t width, std::uint32_t height) {
-  bo.width = width;
-  bo.height = height;
-  bo.taken = false;
-  bo.handle = ++next_id;
-  bo.rgba.resize(std::size_t{width} * height * 4);
-  buffers()[bo.handle] = &bo;
-}
-
-gbm_device* gbm_create_device(int fd) {
-  FAIL_NULL();
-  return new gbm_device{fd};
-}
-void gbm_device_destroy(gbm_device* device) {
-  delete device;
-}
-gbm_surface* gbm_surface_create(gbm_device*, std::uint32_t width, std::uint32_t height, std::uint32_t,
-                                std::uint32_t) {
-  FAIL_NULL();
-  auto* surface = new gbm_surface{};
-  surface->width = width;
-  surface->height = height;
-  for (gbm_bo& bo : surface->buffers) make_buffer(bo, width, height);
-  return surface;
-}
-gbm_surface* gbm_surface_create_with_modifiers2(gbm_device* device, std::uint32_t width, std::uint32_t height,
-                                                std::uint32_t format, const std::uint64_t*, unsigned,
-                                                std::uint32_t use) {
-  gbm_surface* surface = gbm_surface_create(device, width, height, format, use);
-  if (surface != nullptr) surface->modifiers = true;
-  return surface;
-}
-void gbm_surface_destroy(gbm_surface* surface) {
-  for (gbm_bo& bo : surface->buffers) buffers().erase(bo.handle);
-  delete surface;
-}
-gbm_bo* gbm_surface_lock_front_buffer(gbm_surface* surface) {
-  FAIL_NULL();
-  if (surface->front == nullptr) return nullptr;
-  surface->front->taken = true;
-  return surface->front;
-}
-void gbm_surface_release_buffer(gbm_surface*, gbm_bo* bo) {
-  if (!bo->taken) {
-    std::fprintf(stderr, "fake: a buffer is released twice\n");
-    abort();
-  }
-  bo->taken = false;
-}
-int gbm_surface_has_free_buffers(gbm_surface* surface) {
-  for (const gbm_bo& bo : surface->buffers) {
-    if (!bo.taken) return 1;
-  }
-  return 0;
-}
-gbm_bo* gbm_bo_create(gbm_device*, std::uint32_t width, std::uint32_t height, std::uint32_t, std::uint32_t) {
-  FAIL_NULL();
-  auto* bo = new gbm_bo{};
-  make_buffer(*bo, width, height);
-  return bo;
-}
-gbm_bo* gbm_bo_create_with_modifiers2(gbm_device* device, std::uint32_t width, std::uint32_t height,
-                                      std::uint32_t format, const std::uint64_t*, unsigned,
-                                      std::uint32_t use) {
-  return gbm_bo_create(device, width, height, format, use);
-}
-void gbm_bo_destroy(gbm_bo* bo) {
-  buffers().erase(bo->handle);
-  delete bo;
-}
-int gbm_bo_get_plane_count(gbm_bo*) {
-  return 1;
-}
-std::uint64_t gbm_bo_get_modifier(gbm_bo*) {
-  return kModifier;
-}
-union gbm_bo_handle gbm_bo_get_handle_for_plane(gbm_bo* bo, int) {
-  gbm_bo_handle handle{};
-  handle.u32 = bo->handle;
-  return handle;
-}
-union gbm_bo_handle gbm_bo_get_handle(gbm_bo* bo) {
-  return gbm_bo_get_handle_for_plane(bo, 0);
-}
-std::uint32_t gbm_bo_get_stride_for_plane(gbm_bo* bo, int) {
-  return bo->width * 4;
-}
-std::uint32_t gbm_bo_get_stride(gbm_bo* bo) {
-  return bo->width * 4;
-}
-std::uint32_t gbm_bo_get_offset(gbm_bo*, int) {
-  return 0;
-}
-std::uint32_t gbm_bo_get_width(gbm_bo* bo) {
-  return bo->width;
-}
-std::uint32_t gbm_bo_get_height(gbm_bo* bo) {
-  return bo->height;
-}
-
-// --- libEGL: the GBM platform is the surfaceless one, and its windows are pbuffers
-
-static gbm_surface* current_window = nullptr;
-static std::uint32_t window_format = DRM_FORMAT_XRGB8888;
-
-static EGLDisplay fake_platform_display(EGLenum platform, void* native, const EGLint* attributes) {
-  const auto get = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
-      real<decltype(&eglGetProcAddress)>("eglGetProcAddress")("eglGetPlatformDisplayEXT"));
-  if (platform == EGL_PLATFORM_GBM_KHR)
-    return get(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-  return get(platform, native, attributes);
-}
-static GLenum fake_reset_status() {
-  return state().reset ? GL_OUT_OF_MEMORY : GL_NO_ERROR;
-}
-
-__eglMustCastToProperFunctionPointerType eglGetProcAddress(const char* name) {
-  if (strcmp(name, "eglGetPlatformDisplayEXT") == 0) {
-    return reinterpret_cast<__eglMustCastToProperFunctionPointerType>(fake_platform_display);
-  }
-  if (strcmp(name, "glGetGraphicsResetStatusKHR") == 0) {
-    return reinterpret_cast<__eglMustCastToProperFunctionPointerType>(fake_reset_status);
-  }
-  return real<decltype(&eglGetProcAddress)>("eglGetProcAddress")(name);
-}
-const char* eglQueryString(EGLDisplay display, EGLint name) {
-  static std::string client;
-  const char* text = real<decltype(&eglQueryString)>("eglQueryString")(display, name);
-  if (display != EGL_NO_DISPLAY || name != EGL_EXTENSIONS) return text;
-  client = std::string(text != nullptr ? text : "") + " EGL_KHR_platform_gbm";
-  return client.c_str();
-}
-EGLBoolean eglChooseConfig(EGLDisplay display, const EGLint* attributes, EGLConfig* configs, EGLint size,
-                           EGLint* count) {
-  std::vector<EGLint> changed;
-  for (; *attributes != EGL_NONE; attributes += 2) {
-    changed.push_back(attributes[0]);
-    changed.push_back(attributes[0] == EGL_SURFACE_TYPE ? EGL_PBUFFER_BIT : attributes[1]);
-  }
-  for (const EGLint more : {EGL_RED_SIZE, 8, EGL_GREEN_SIZE, 8, EGL_BLUE_SIZE, 8, EGL_NONE})
-    changed.push_back(more);
-  return real<decltype(&eglChooseConfig)>("eglChooseConfig")(display, changed.data(), configs, size, count);
-}
-EGLBoolean eglGetConfigAttrib(EGLDisplay display, EGLConfig config, EGLint name, EGLint* value) {
-  if (name != EGL_NATIVE_VISUAL_ID) {
-    return real<decltype(&eglGetConfigAttrib)>("eglGetConfigAttrib")(display, config, name, value);
-  }
-  std::ifstream file(setting("KARST_FAKE_STATE"));
-  for (std::string word; file >> word;) {
-    if (word == "format565") window_format = DRM_FORMAT_RGB565;
-  }
-  *value = static_cast<EGLint>(window_format);
-  return EGL_TRUE;
-}
-EGLSurface eglCreateWindowSurface(EGLDisplay display, EGLConfig config, EGLNativeWindowType window,
-                                  const EGLint*) {
-  auto* surface = reinterpret_cast<gbm_surface*>(window);
-  current_window = surface;
-  const EGLint attributes[] = {EGL_WIDTH, static_cast<EGLint>(surface->width), EGL_HEIGHT,
-                               static_cast<EGLint>(surface->height), EGL_NONE};
-  return eglCreatePbufferSurface(display, config, attributes);
-}
-EGLBoolean eglSwapBuffers(EGLDisplay, EGLSurface) {
-  gbm_bo* next = nullptr;
-  for (gbm_bo& bo : current_window->buffers) {
-    if (!bo.taken && next == nullptr) next = &bo;
-  }
-  if (next == nullptr) return EGL_FALSE;
-  current_window->front = next;
-  const std::size_t row = std::size_t{next->width} * 4;
-  std::vector<std::uint8_t> pixels(next->rgba.size());
-  glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  glReadPixels(0, 0, static_cast<GLsizei>(next->width), static_cast<GLsizei>(next->height), GL_RGBA,
-               GL_UNSIGNED_BYTE, pixels.data());
-  for (std::uint32_t y = 0; y < next->height; ++y) {
-    std::copy_n(pixels.begin() + static_cast<std::ptrdiff_t>((next->height - 1 - y) * row), row,
-                next->rgba.begin() + static_cast<std::ptrdiff_t>(y * row));
-  }
-  return EGL_TRUE;
 }
 
 }  // extern "C"
