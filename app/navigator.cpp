@@ -22,7 +22,8 @@ constexpr double kWheelFactor = 1.25;    // speed or distance, a notch
 constexpr double kScreen_s = 2;          // seconds of movement, two fingers across the whole screen
 constexpr double kLeastSpeed_m_s = 1e-3;
 constexpr double kMostSpeed_m_s = 1e6;
-constexpr double kLongestStep_s = 0.25;  // after a pause the camera does not jump
+constexpr double kShortestStep_s = 1.0 / 120;  // what a key does that is released before a frame
+constexpr double kLongestStep_s = 0.25;        // after a pause the camera does not jump
 
 struct Axes {
   glm::dvec3 forward;
@@ -104,7 +105,9 @@ bool Navigator::handle_key(unsigned code, bool pressed) {
       {KEY_UP, kTurnUp},     {KEY_DOWN, kTurnDown}, {KEY_LEFTSHIFT, kFast}, {KEY_RIGHTSHIFT, kFast},
       {KEY_LEFTCTRL, kSlow}, {KEY_RIGHTCTRL, kSlow}};
   for (const Key& key : kKeys) {
-    if (key.code == code) held_[key.held] = pressed;
+    if (key.code != code) continue;
+    held_[key.held] = pressed;
+    tapped_[key.held] = tapped_[key.held] || pressed;
   }
   if (!pressed) return false;
   if (code == KEY_1) return choose(NavigatorMode::fly);
@@ -142,17 +145,21 @@ bool Navigator::handle_finger(const InputEvent& event) {
 }
 
 bool Navigator::moving() const {
-  return mode_ != NavigatorMode::none &&
-         std::any_of(held_.begin(), held_.begin() + kFast, [](bool held) { return held; });
+  const auto any = [](const std::array<bool, kHeldCount>& keys) {
+    return std::any_of(keys.begin(), keys.begin() + kFast, [](bool key) { return key; });
+  };
+  return mode_ != NavigatorMode::none && (any(held_) || any(tapped_));
 }
 
 bool Navigator::advance(double seconds) {
   if (!moving()) return false;
-  seconds = std::clamp(seconds, 0.0, kLongestStep_s);
+  seconds = std::clamp(seconds, kShortestStep_s, kLongestStep_s);
+  std::array<bool, kHeldCount> keys = std::exchange(tapped_, {});
+  for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = keys[i] || held_[i];
   const auto both = [&](Held plus, Held minus) {
-    return double{held_[plus] ? 1.0 : 0.0} - (held_[minus] ? 1.0 : 0.0);
+    return double{keys[plus] ? 1.0 : 0.0} - (keys[minus] ? 1.0 : 0.0);
   };
-  const double factor = (held_[kFast] ? 4.0 : 1.0) * (held_[kSlow] ? 0.25 : 1.0);
+  const double factor = (keys[kFast] ? 4.0 : 1.0) * (keys[kSlow] ? 0.25 : 1.0);
   const CameraPlace before = place_;
   double yaw = both(kTurnLeft, kTurnRight) * kTurnSpeed_deg_s * seconds;
   const double pitch = both(kTurnUp, kTurnDown) * kTurnSpeed_deg_s * seconds;

@@ -87,6 +87,7 @@ class Navigator {
   glm::dvec3 target_m_{0.0};
   double distance_m_ = 1;
   std::array<bool, kHeldCount> held_{};
+  std::array<bool, kHeldCount> tapped_{};  // pressed since the last advance(), perhaps released again
   bool dragging_ = false;
   std::optional<glm::dvec2> pointer_;  // last place of a pointer that has one
   std::array<Finger, 2> fingers_{};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/board_options.h"
 #include "app/camera_path.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
@@ -51,6 +52,8 @@ Draws a world that karst-bake made, without a screen.
       --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, all
       --vertex-memory MIB   of the GPU (what a coarse version of the whole world takes, and 1.3 MiB); where it
                             is too little, frames are coarser than --error-px and say so
+      --board NAME          size, level, colours and memory of a board; other options come on top (karst
+                            budget --list-boards)
       --max-memory MIB      CPU and GPU together (512); heights that find no room are read when needed
       --stats FILE.json     what the frames cost and drew; - prints it
       --help                this text
@@ -60,25 +63,11 @@ Draws a world that karst-bake made, without a screen.
   karst render canyon.karst --path flight.txt --stats flight.json
 )";
 
-constexpr Option kOptions[] = {{"output", 'o'},
-                               {"size"},
-                               {"camera"},
-                               {"path"},
-                               {"sun"},
-                               {"fov"},
-                               {"haze"},
-                               {"level"},
-                               {"lod"},
-                               {"error-px"},
-                               {"lod-distance"},
-                               {"drape"},
-                               {"drape-repeat"},
-                               {"no-skip"},
-                               {"max-memory"},
-                               {"stats"},
-                               {"generate-ms"},
-                               {"vertex-memory"},
-                               {"help", 'h', false}};
+constexpr Option kOptions[] = {{"output", 'o'}, {"board"},        {"size"},          {"camera"},
+                               {"path"},        {"sun"},          {"fov"},           {"haze"},
+                               {"level"},       {"lod"},          {"error-px"},      {"lod-distance"},
+                               {"drape"},       {"drape-repeat"}, {"no-skip"},       {"max-memory"},
+                               {"stats"},       {"generate-ms"},  {"vertex-memory"}, {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -109,6 +98,12 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
       error = parse_integer(*text, std::string("--") + name, min, max, out);
     }
   };
+  if (const auto text = arguments.value("board")) {
+    BoardProfile board;
+    error = read_board(*text, board);
+    set_board(board, options.scene);
+    options.lod.error_px = board.error_px;
+  }
   number("fov", 1, 170, options.fov_y_deg);
   number("haze", 1e-3, 1e7, options.light.haze_voxels);
   options.default_haze = !arguments.has("haze");
@@ -124,7 +119,7 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   std::int64_t level = options.scene.level;
   integer("level", 1, kMaxLevel, level);
   options.scene.level = static_cast<int>(level);
-  std::int64_t mebibytes = 512;
+  auto mebibytes = static_cast<std::int64_t>(options.scene.max_memory >> 20);
   integer("max-memory", 1, 1 << 20, mebibytes);
   options.scene.max_memory = static_cast<std::uint64_t>(mebibytes) << 20;
   if (const auto text = arguments.value("size"); text && error.empty()) {

@@ -25,7 +25,8 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
-// Holds fewer heights until the budget fits; the rest is read when it is needed.
+}  // namespace
+
 void fit_heights(WorldBudget& needs, std::uint64_t max_memory) {
   const auto total = [&] { return std::uint64_t{needs.budget.cpu_bytes()} + needs.budget.gpu_bytes(); };
   if (total() <= max_memory) return;
@@ -41,8 +42,6 @@ void fit_heights(WorldBudget& needs, std::uint64_t max_memory) {
   needs.budget = Terrain::budget(needs.config);
   needs.renderer.add_to(needs.budget);
 }
-
-}  // namespace
 
 WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, std::uint64_t vertex_bytes) {
   WorldBudget result;
@@ -101,7 +100,9 @@ std::string Scene::load_world() {
   needs.renderer.extent = info.extent;
   needs.budget = Terrain::budget(needs.config);
   needs.renderer.add_to(needs.budget);
-  fit_heights(needs, options_.max_memory);
+  std::uint64_t max_memory = options_.max_memory;
+  if (options_.max_cpu > 0) max_memory = std::min(max_memory, options_.max_cpu + needs.budget.gpu_bytes());
+  fit_heights(needs, max_memory);
   budget_ = needs.budget;
   if (std::string error = check_memory(); !error.empty()) return error;
   if (const Status status = needs.config.validate(); !status.ok()) return status_text(options_.world, status);

@@ -28,7 +28,8 @@ struct SceneOptions {
   std::uint64_t vertex_bytes = 0;
   // Bytes, CPU and GPU together. Heights that find no room are read from the file when they are needed.
   std::uint64_t max_memory = 512ull << 20;
-  bool keep_depth = false;  // RendererSettings
+  std::uint64_t max_cpu = 0;  // bytes of the CPU's alone, 0: as much as max_memory leaves
+  bool keep_depth = false;    // RendererSettings
   bool rgb565 = false;
   std::string drape;        // PNG that is laid over the world from above; empty: none
   double drape_repeat = 1;  // times on each axis
@@ -67,6 +68,9 @@ struct WorldBudget {
 // finest: level that the pages are for, 1..info.level. vertex_bytes: as in SceneOptions.
 WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height,
                       std::uint64_t vertex_bytes = 0);
+// Holds fewer heights where all is more than max_memory bytes; what is missing is read from the file when it
+// is needed. Others have no choice: the budget may still be too large.
+void fit_heights(WorldBudget& needs, std::uint64_t max_memory);
 
 class Scene {
  public:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "app/board_options.h"
 #include "app/pose_stream.h"
 #include "app/status_text.h"
 
@@ -18,6 +19,7 @@ otherwise; SIGTERM and Ctrl-C end it and give the console back, SIGHUP writes th
 
 display
       --card PATH           /dev/dri/card1 or /dev/dri/by-path/...; the first card with a monitor
+      --board NAME          size, level, colours, buffers and memory of a board; other options come on top
       --connector NAME      HDMI-A-1, ...; the first with a monitor
       --mode MODE           preferred, highest or WxH[@HZ] (preferred)
       --mode-fallback       take another connector or mode where the wanted one is not there
@@ -59,6 +61,7 @@ view
 namespace {
 
 constexpr Option kOptions[] = {{"card"},
+                               {"board"},
                                {"connector"},
                                {"mode"},
                                {"mode-fallback", 0, false},
@@ -149,13 +152,21 @@ class Reader {
 
 void read_display(const Arguments& arguments, Reader& read, ViewOptions& options) {
   KmsOptions& kms = options.kms;
+  if (const auto text = read.next("board")) {
+    BoardProfile board;
+    read.fail(read_board(*text, board));
+    set_board(board, options.scene);
+    options.lod.error_px = board.error_px;
+    kms.format = board.rgb565 ? ColourFormat::rgb565 : ColourFormat::xrgb8888;
+    kms.buffers = board.buffers;
+  }
   read.text("card", kms.card);
   read.text("connector", kms.connector);
   if (const auto text = read.next("mode")) read.fail(parse_mode(*text, "--mode", kms.mode));
   kms.mode_fallback = arguments.has("mode-fallback");
   kms.quarter_turns = static_cast<int>(read.word("rotate", {"0", "90", "180", "270"}, 0));
-  kms.format =
-      read.word("format", {"xrgb8888", "rgb565"}, 0) == 0 ? ColourFormat::xrgb8888 : ColourFormat::rgb565;
+  kms.format = static_cast<ColourFormat>(
+      read.word("format", {"xrgb8888", "rgb565"}, static_cast<std::size_t>(kms.format)));
   read.integer("buffers", 2, 3, kms.buffers);
   const std::size_t calls = read.word("kms", {"auto", "atomic", "legacy"}, 0);
   kms.atomic = calls != 2;

@@ -124,13 +124,15 @@ class KmsDisplay final : public Display {
   bool wait_for_flip();
   void flip_done();
   void show_first(int slot);
+  void show_again();
+  void mode_is_set();
   void show_next(int slot);
   void queue_flip(int slot);
   void refused(int slot, int error, const std::string& what);
   void lose_flip();
   void forget_screen();
   void rest(State state, std::int64_t retry);
-  void say(const std::string& line);
+  void say(const std::string& line);  // but not the same again and again
   KmsPicture picture(int slot) const {
     return {swapchain_.framebuffer(slot), swapchain_.width(), swapchain_.height(), plane_turns_};
   }
@@ -176,7 +178,6 @@ class KmsDisplay final : public Display {
   int waiting_ = Swapchain::kNone;  // drawn, behind pending_; with three buffers
 };
 
-// The same line again and again helps nobody.
 void KmsDisplay::say(const std::string& line) {
   if (line == last_said_) return;
   last_said_ = line;
@@ -234,7 +235,6 @@ void KmsDisplay::follow_seat() {
   }
   log_("the terminal is back");
   possible_since_ = now_ns();
-  changes_.redraw = true;
   // Other programs may have changed anything: becoming master again and looking at the monitors come first.
   if (state_ == State::on || state_ == State::no_master) rest(State::no_master, 0);
   if (state_ == State::dark) retry_at_ = 0;
@@ -302,8 +302,6 @@ void KmsDisplay::try_master() {
   if (error == 0) {
     log_("this program has the screen again");
     possible_since_ = now_ns();
-    mode_set_ = false;
-    changes_.redraw = true;
     look_at_connectors();
   } else if (error == -ENODEV) {
     say(errno_text(card_.path() + ": the card is gone", error));
@@ -365,11 +363,8 @@ void KmsDisplay::look_at_connectors() {
                     swapchain_.surface() != nullptr;
   if (same) {
     if (state_ == State::dark) log_(connector_.name + ": the monitor is back");
-    if (!was_on) {
-      mode_set_ = false;
-      changes_.redraw = true;
-    }
     rest(State::on, hotplug_.fd() < 0 ? kDarkRetry : kNever);
+    if (!was_on) show_again();
     return;
   }
   if (const std::string error = configure(); !error.empty()) {
@@ -607,25 +602,45 @@ void KmsDisplay::show_first(int slot) {
     return;
   }
   swapchain_.release(std::exchange(on_screen_, slot));
+  times_.shown(now_ns(), refresh_ns());
+  mode_is_set();
+}
+
+void KmsDisplay::mode_is_set() {
   mode_set_ = true;
-  const std::int64_t now = now_ns();
   times_.mode_set();
-  times_.shown(now, refresh_ns());
   if (possible_since_ != 0) {
+    const std::int64_t now = now_ns();
     const std::int64_t since = std::exchange(possible_since_, 0);
     times_.recovered(since, now);
     if (told_) log_("the picture is back after " + std::to_string((now - since) / kMillisecond) + " ms");
   }
   last_said_.clear();
-  if (!told_) {
-    name_ = "KMS " + connector_.name + " " + attempt_text(attempt(), connector_.modes);
-    log_("showing on " + card_.path() + " (" + card_.driver() + ") " + connector_.name + " " +
-         attempt_text(attempt(), connector_.modes) + ", " + std::to_string(options_.buffers) + " buffers" +
-         (plane_turns_ != 0     ? ", turned by the plane"
-          : context_turns_ != 0 ? ", turned by the projection"
-                                : ""));
-  }
+  if (told_) return;
   told_ = true;
+  const std::string how = attempt_text(attempt(), connector_.modes);
+  name_ = "KMS " + connector_.name + " " + how;
+  log_("showing on " + card_.path() + " (" + card_.driver() + ") " + connector_.name + " " + how + ", " +
+       std::to_string(options_.buffers) + " buffers" +
+       (plane_turns_ != 0     ? ", turned by the plane"
+        : context_turns_ != 0 ? ", turned by the projection"
+                              : ""));
+}
+
+// The screen can be used again and the last picture is still in its buffer: nothing needs to be drawn.
+void KmsDisplay::show_again() {
+  mode_set_ = false;
+  wait_for_flip();
+  if (!card_.is_open()) return;
+  const int error =
+      on_screen_ == Swapchain::kNone ? -ENOENT : pipe_.set_mode(mode_, picture(on_screen_), attempt().atomic);
+  if (error == 0) {
+    mode_is_set();
+  } else if (not_master(error)) {
+    rest(State::no_master, kMasterRetry);
+  } else {
+    changes_.redraw = true;  // and whatever else it takes
+  }
 }
 
 void KmsDisplay::show_next(int slot) {

@@ -7,7 +7,7 @@
 In the guest, these ask the host for something and wait for it:
   host shot NAME [HEAD]     screenshot of a head to OUTDIR/NAME.png (or .ppm)
   host resize HEAD W H      resize a head (hotplug event); 0 0 unplugs it
-  host key QCODE            press and release a key
+  host key QCODE [MS]       press and release a key
   host mark TEXT            print a time stamp
 Exit status: that of the guest commands; 124 on timeout, 125 if the guest died or
 did not boot, 126 if it has no script (memory too small for the initramfs), 2 on
@@ -286,7 +286,8 @@ def run_vm(a, spec, qemu, accel):
                                 vnc[head] = Vnc(f"{tmp}/vnc{head}")
                             vnc[head].resize(int(word[2]), int(word[3]))
                         elif word[:1] == ["key"]:
-                            qmp.cmd("send-key", keys=[{"type": "qcode", "data": word[1]}])
+                            hold = {"hold-time": int(word[2])} if len(word) > 2 else {}
+                            qmp.cmd("send-key", keys=[{"type": "qcode", "data": word[1]}], **hold)
                     except (RuntimeError, OSError, ValueError) as e:
                         note(f"host error: {e}")
                         reply = f"error {e}\n".encode()

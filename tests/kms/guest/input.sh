@@ -17,8 +17,8 @@ host key a
 host key home
 sleep 1
 [ "$(statistic frames)" -gt "$frames" ] || fail "a key changes nothing"
-host key left
-sleep 1
+host key left 2000
+sleep 4
 host shot turned
 end TERM
 # poses from another program
@@ -29,14 +29,21 @@ karst view /canyon.karst --seat direct --navigate none --poses - --stats /run/po
 super=$!
 exec 4>/run/poses
 await /run/poses.log "showing on" 1 1200 || fail "poses: no picture"
-echo "nonsense" >&4
-echo "60 70 60 85 5" >&4
-sleep 1
-await /run/poses.log "a line is X Y Z YAW PITCH" 1 50 || fail "poses: nonsense is not reported"
-host shot posed
-exec 4>&-
 view=$(cat /proc/$super/task/$super/children)
 view=${view% }
+echo "nonsense" >&4
+echo "60 70 60 85 5" >&4
+await /run/poses.log "a line is X Y Z YAW PITCH" 1 50 || fail "poses: nonsense is not reported"
+# The picture is drawn coarsely first, and again until it is complete.
+before=-1
+frames=0
+while [ "$frames" != "$before" ] || [ "$frames" -lt 2 ]; do
+  before=$frames
+  sleep 1
+  frames=$(statistic frames)
+done
+host shot posed
+exec 4>&-
 end TERM
 
 # seatd, and a user who is nobody

@@ -7,6 +7,9 @@ cycles=$1
 random=$2
 log=/run/recovery.log
 view recovery
+# QEMU takes a first size of 0 x 0 for no change.
+host resize 0 320 240
+sleep 1
 host shot before
 unplugged=0
 switched=0

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// What a board can do, and what karst may take of it: small text files, one a board, built into the program.
+// A line is `key = value  # reason`; every number has its reason. Profiles are untrusted like any other file:
+// a user may hand in an own one.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace karst {
+
+struct BoardProfile {
+  std::string name;             // of the file
+  std::string title;            // the board, for people
+  std::string driver;           // GPU and its driver
+  std::uint64_t cpu_bytes = 0;  // for the arena
+  std::uint64_t gpu_bytes = 0;  // for GL objects and scan-out buffers together
+  int width = 0;                // of the picture, pixels
+  int height = 0;
+  bool rgb565 = false;
+  int buffers = 2;                 // scan-out buffers in use, 2 or 3
+  int level = 0;                   // finest, 1..6
+  double error_px = 1;             // bound of the level of detail
+  std::uint64_t vertex_bytes = 0;  // of the pool
+  int cascades = 0;                // shadow cascades, 0..3
+  int cascade_side = 0;            // texels
+  int drape_side = 0;              // of the largest image over the world, pixels; 0: none
+
+  // What the cascades, the largest drape and the scan-out buffers take.
+  std::uint64_t cascade_bytes() const;
+  std::uint64_t drape_bytes() const;
+  std::uint64_t scan_out_bytes() const;
+};
+
+struct BoardText {
+  const char* name;
+  const char* text;
+};
+// The built-in profiles, sorted by name.
+std::span<const BoardText> board_texts();
+
+// Empty on success, else one line that names source and line: an unknown or missing key, a value outside its
+// range, a missing reason, a key given twice.
+[[nodiscard]] std::string parse_board(std::string_view text, const std::string& source,
+                                      BoardProfile& profile);
+
+// The built-in profile of that name. Empty on success, else a line that names those that there are.
+[[nodiscard]] std::string find_board(std::string_view name, BoardProfile& profile);
+
+}  // namespace karst
