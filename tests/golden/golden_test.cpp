@@ -74,7 +74,8 @@ class Golden : public testing::TestWithParam<Case> {
   void draw_and_compare(const View& view) {
     const std::string name = view.picture;
     const std::string drawn = folder_.path(name + ".png");
-    Words words{"render", folder_.path("world.karst"), "-o", drawn, "--size", "320x180", "--error-px", "1", "--stats", "-"};
+    Words words{"render", folder_.path("world.karst"), "-o", drawn, "--size", "320x180"};
+    words.insert(words.end(), {"--error-px", "1", "--stats", "-"});
     words.insert(words.end(), view.camera.begin(), view.camera.end());
     const ProcessResult result = test::run_process(KARST_APP_PATH, words);
     ASSERT_EQ(result.code, 0) << result.err;
