@@ -50,8 +50,8 @@ Draws a world that karst-bake made, without a screen.
       --generate-ms MS      time a frame to make vertices; frames that would take longer are coarser than
                             --error-px and say so (all frames are complete)
       --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, all
-      --vertex-memory MIB   of the GPU (what a coarse version of the whole world takes, and 1.3 MiB); where it
-                            is too little, frames are coarser than --error-px and say so
+      --vertex-memory MIB   of the GPU (what the whole world takes coarsely, and about as much again); where
+                            it is too little, frames are coarser than --error-px and say so
       --board NAME          size, level, colours and memory of a board; other options come on top (karst
                             budget --list-boards)
       --max-memory MIB      CPU and GPU together (512); heights that find no room are read when needed

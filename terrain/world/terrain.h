@@ -69,8 +69,15 @@ class Terrain {
   // The limits that hold a world with all its heights, and, on the GPU, a coarse version of all of it and
   // `detail_pages` pages for what the view needs in detail, at most what all of it takes at `finest`
   // (1..info.level).
-  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages = kDetailPages);
-  // What a view of 1280 x 720 with one pixel of error takes on the samples, and as much again: 1.3 MiB.
+  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages);
+  static Config config_for(const WorldInfo& info, int finest) {
+    return config_for(info, finest, default_detail_pages(info.patches));
+  }
+  // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
+  // much again. At least 1.3 MiB.
+  static std::uint32_t default_detail_pages(std::uint32_t patches) {
+    return patches / 4 * 3 > kDetailPages ? patches / 4 * 3 : kDetailPages;
+  }
   static constexpr std::uint32_t kDetailPages = 2'688;
 
   // Exact bytes of the CPU side; the renderer adds its GPU terms. kUnbounded terms where they do not fit

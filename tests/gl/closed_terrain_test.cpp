@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Inside closed terrain every pixel shows terrain, whatever the camera, the levels, the states of morphs and
 // of the pool: a pixel with the background's depth has looked through a crack.
+//
+// Heights are smooth, as baked ones are: they do not fold the surface over. In folds of less than a subpixel
+// llvmpipe loses a pixel in some ten million, because it culls triangles by their places before they are
+// moved to its subpixel grid and fills them by those after it.
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
@@ -36,7 +40,11 @@ class CaveWorld {
         density_(0.42 + 0.2 * random.unit()),
         seed_(seed),
         world_(extent_, [this](glm::ivec3 v) { return is_rock(v); }) {
-    world_.roughen(1 + random.below(4), seed, 200 + random.below(2000));
+    const double amplitude = 200 + 2000 * random.unit();
+    const double height_wavelength = 0.8 + 2 * random.unit();
+    world_.set_heights(1 + random.below(4), [=](glm::dvec3 p) {
+      return amplitude * test::value_noise(seed + 1, p / height_wavelength);
+    });
   }
 
   const TestWorld& world() const { return world_; }
@@ -92,7 +100,6 @@ TEST(ClosedTerrain, NoPixelLooksThrough) {
   settings.height = kHeight;
   settings.keep_depth = true;
   settings.debug = true;
-  Random random{2026};
   const int frames = frame_count();
   int drawn = 0;
   std::uint64_t triangles = 0;
@@ -100,6 +107,7 @@ TEST(ClosedTerrain, NoPixelLooksThrough) {
   std::uint64_t pool_full = 0;
   std::uint64_t occluded = 0;
   for (std::uint64_t seed = 1; drawn < frames; ++seed) {
+    Random random{seed};
     const CaveWorld cave(seed, random);
     if (!cave.place(random)) continue;
     const std::uint32_t detail =
