@@ -211,10 +211,15 @@ class Measure {
     return cameras;
   }
 
-  std::string depth_of(const Camera& camera, const LodSettings& lod, std::vector<float>& depth) {
+  struct Picture {
+    std::vector<std::uint8_t> rgba;
+    std::vector<float> depth;
+  };
+
+  std::string draw(const Camera& camera, const LodSettings& lod, Picture& picture) {
     BenchFrame frame;
     if (std::string error = view_->draw(camera, lod, frame); !error.empty()) return error;
-    return view_->read_depth(depth);
+    return view_->read(picture.rgba, picture.depth);
   }
 
   // Everything at the full level, whatever memory that takes.
@@ -228,8 +233,7 @@ class Measure {
     full.mode = LodMode::full;
     for (const Flight& flight : flights_) {
       for (const Camera& camera : error_frames(flight)) {
-        if (std::string error = depth_of(camera, full, references_.emplace_back()); !error.empty())
-          return error;
+        if (std::string error = draw(camera, full, references_.emplace_back()); !error.empty()) return error;
       }
     }
     return {};
@@ -245,7 +249,7 @@ class Measure {
       const std::vector<Camera> cameras = error_frames(flights_[f]);
       for (std::size_t s = 0; s < settings_.size(); ++s) {
         ParetoRow& row = result_.rows[f * settings_.size() + s];
-        if (std::string error = measure(cameras, reference, settings_[s].lod, row.errors); !error.empty())
+        if (std::string error = measure(cameras, reference, settings_[s].lod, row); !error.empty())
           return error;
         progress.update(f * settings_.size() + s + 1);
       }
@@ -255,22 +259,27 @@ class Measure {
   }
 
   std::string measure(std::span<const Camera> cameras, std::size_t first_reference, const LodSettings& lod,
-                      ErrorSummary& summary) {
-    std::vector<float> px, depth;
+                      ParetoRow& row) {
+    std::vector<float> px;
+    Picture drawn;
+    double difference = 0;
     DepthPicture picture;
     picture.width = result_.width;
     picture.height = result_.height;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       picture.camera = cameras[i];
-      if (std::string error = depth_of(picture.camera, lod, depth); !error.empty()) return error;
-      picture.depth = depth;
+      if (std::string error = draw(picture.camera, lod, drawn); !error.empty()) return error;
+      picture.depth = drawn.depth;
       if (options_.elevation.empty()) {
-        errors_against_picture(picture, references_[first_reference + i], px);
+        const Picture& reference = references_[first_reference + i];
+        errors_against_picture(picture, reference.depth, px);
+        difference += mean_colour_difference(drawn.rgba, reference.rgba);
       } else {
         errors_against_elevation(picture, view_->scene().frame(), grid_, px);
       }
     }
-    summary = summarise_errors(px);
+    row.errors = summarise_errors(px);
+    if (options_.elevation.empty()) row.colour_difference = difference / static_cast<double>(cameras.size());
     return {};
   }
 
@@ -279,7 +288,7 @@ class Measure {
   std::vector<Setting> settings_;
   std::vector<Flight> flights_;
   ElevationGrid grid_;
-  std::vector<std::vector<float>> references_;  // depths, flight by flight
+  std::vector<Picture> references_;  // flight by flight
   std::uint64_t laps_ = 0;
   std::unique_ptr<BenchView> view_;
 };

@@ -41,6 +41,8 @@ struct ParetoRow {
   double resident_mib = 0;                                   // the process, after the laps of this setting
   double bound_px = 0;                                       // largest of a frame
   ErrorSummary errors;
+  // Mean difference of a colour from the full level's, in steps of 1/255; NaN against elevation.
+  double colour_difference = ErrorSummary::kNone;
 };
 
 struct ParetoResult {

@@ -42,6 +42,7 @@ constexpr Column kColumns[] = {
     {"error_p99_px", [](const ParetoRow& r) { return r.errors.p99; }},
     {"error_p999_px", [](const ParetoRow& r) { return r.errors.p999; }},
     {"error_max_px", [](const ParetoRow& r) { return r.errors.max; }},
+    {"colour_difference", [](const ParetoRow& r) { return r.colour_difference; }},
 };
 
 __attribute__((format(printf, 2, 3))) void append(std::string& text, const char* format, ...) {
@@ -198,16 +199,17 @@ std::string pareto_text(const ParetoResult& result) {
   std::string text;
   append(text, "%s, %d x %d, first frame after %.0f ms, at most %.0f MiB resident\n", result.renderer.c_str(),
          result.width, result.height, result.first_frame_ms, result.peak_resident_mib);
-  append(text, "%-10s %-9s %6s | %8s %8s %8s %8s | %9s %5s %8s %8s | %6s %7s %7s %7s %7s\n", "path", "mode",
-         "target", "frame ms", "p99", "main cpu", "cull lod", "triangles", "draws", "used MiB", "RSS MiB",
-         "bound", "mean px", "rms", "p99", "max");
+  append(text, "%-10s %-9s %6s | %8s %8s %8s %8s | %9s %5s %8s %8s | %6s %7s %7s %7s %7s %6s\n", "path",
+         "mode", "target", "frame ms", "p99", "main cpu", "cull lod", "triangles", "draws", "used MiB",
+         "RSS MiB", "bound", "mean px", "rms", "p99", "max", "colour");
   for (const ParetoRow& row : result.rows) {
     append(text,
            "%-10s %-9s %6g | %8.2f %8.2f %8.2f %8.3f | %9.0f %5.1f %8.1f %8.1f | %6.2f %7.3f %7.3f %7.2f "
            "%7.2f\n",
            row.path.c_str(), row.mode.c_str(), row.target, row.frame_median_ms, row.frame_p99_ms,
            row.main_cpu_ms, row.cull_lod_ms, row.triangles, row.draw_calls, row.working_set_mib,
-           row.resident_mib, row.bound_px, row.errors.mean, row.errors.rms, row.errors.p99, row.errors.max);
+           row.resident_mib, row.bound_px, row.errors.mean, row.errors.rms, row.errors.p99, row.errors.max,
+           row.colour_difference);
   }
   return text;
 }

@@ -94,11 +94,13 @@ std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchF
   return {};
 }
 
-std::string BenchView::read_depth(std::vector<float>& depth) {
+std::string BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth) {
   const RendererSettings& settings = scene_.renderer().settings();
   depth.resize(static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height));
-  const Status status = scene_.renderer().read_depth(depth);
-  return status.ok() ? std::string() : status_text("depth", status);
+  rgba.resize(depth.size() * 4);
+  Status status = scene_.renderer().read_colour(rgba);
+  if (status.ok()) status = scene_.renderer().read_depth(depth);
+  return status.ok() ? std::string() : status_text("picture", status);
 }
 
 GroundHeights BenchView::ground() {

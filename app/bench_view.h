@@ -29,8 +29,8 @@ class BenchView {
   // generate_ms: SceneView's.
   [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
                                  double generate_ms = SceneView::kComplete);
-  // Depth of the last picture; the next call that reads or draws ends it.
-  [[nodiscard]] std::string read_depth(std::vector<float>& depth);
+  // The last picture: colour of 4 bytes a pixel, and depth. Once a picture.
+  [[nodiscard]] std::string read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth);
 
   Scene& scene() { return scene_; }
   GroundHeights ground();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include <glm/geometric.hpp>
@@ -198,6 +199,14 @@ void errors_against_picture(const DepthPicture& picture, std::span<const float> 
       px.push_back(static_cast<float>(std::min(distance * pixels_per_step, double{kMostRings})));
     }
   }
+}
+
+double mean_colour_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (i % 4 != 3) sum += static_cast<std::uint64_t>(std::abs(int{a[i]} - int{b[i]}));
+  }
+  return static_cast<double>(sum) / (static_cast<double>(a.size()) * 0.75);
 }
 
 }  // namespace karst::app

@@ -47,4 +47,7 @@ void errors_against_elevation(const DepthPicture& picture, const WorldFrame& fra
 void errors_against_picture(const DepthPicture& picture, std::span<const float> reference,
                             std::vector<float>& px);
 
+// Mean over pixels and the three colours, in steps of 1/255. Both: 4 bytes a pixel, the same size.
+double mean_colour_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b);
+
 }  // namespace karst::app

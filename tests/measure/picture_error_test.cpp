@@ -155,6 +155,13 @@ TEST(ErrorsAgainstPicture, AnOutlineThatMovedCountsAsItsWay) {
   EXPECT_LT(summary.max, 0.3 * pixels_per_radian / 4);  // the ground behind is 20 pixels away
 }
 
+TEST(ColourDifference, LeavesAlphaOut) {
+  const std::vector<std::uint8_t> a = {10, 20, 30, 0, 255, 0, 7, 9};
+  const std::vector<std::uint8_t> b = {13, 18, 30, 255, 254, 0, 7, 8};
+  EXPECT_DOUBLE_EQ(mean_colour_difference(a, b), (3 + 2 + 1) / 6.0);
+  EXPECT_EQ(mean_colour_difference(a, a), 0);
+}
+
 TEST(SummariseErrors, RanksAndMeans) {
   std::vector<float> px;
   for (int i = 100; i > 0; --i) px.push_back(static_cast<float>(i));
