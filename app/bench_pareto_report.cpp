@@ -203,13 +203,14 @@ std::string pareto_text(const ParetoResult& result) {
          "mode", "target", "frame ms", "p99", "main cpu", "cull lod", "triangles", "draws", "used MiB",
          "RSS MiB", "bound", "mean px", "rms", "p99", "max", "colour");
   for (const ParetoRow& row : result.rows) {
-    append(text,
-           "%-10s %-9s %6g | %8.2f %8.2f %8.2f %8.3f | %9.0f %5.1f %8.1f %8.1f | %6.2f %7.3f %7.3f %7.2f "
-           "%7.2f\n",
-           row.path.c_str(), row.mode.c_str(), row.target, row.frame_median_ms, row.frame_p99_ms,
-           row.main_cpu_ms, row.cull_lod_ms, row.triangles, row.draw_calls, row.working_set_mib,
-           row.resident_mib, row.bound_px, row.errors.mean, row.errors.rms, row.errors.p99, row.errors.max,
-           row.colour_difference);
+    append(
+        text,
+        "%-10s %-9s %6g | %8.2f %8.2f %8.2f %8.3f | %9.0f %5.1f %8.1f %8.1f | %6.2f %7.3f %7.3f %7.2f %7.2f "
+        "%6.3f\n",
+        row.path.c_str(), row.mode.c_str(), row.target, row.frame_median_ms, row.frame_p99_ms,
+        row.main_cpu_ms, row.cull_lod_ms, row.triangles, row.draw_calls, row.working_set_mib,
+        row.resident_mib, row.bound_px, row.errors.mean, row.errors.rms, row.errors.p99, row.errors.max,
+        row.colour_difference);
   }
   return text;
 }
