@@ -19,9 +19,9 @@ struct HeightSource {
 
 class HeightCache {
  public:
-  // Groups that one patch may need at once: its own and those around its corners (surfaces have at most 8
-  // patches around a corner, tests/property; four corners).
-  static constexpr std::uint32_t kLeastGroups = 32;
+  // Groups that one patch may need at once: its own and those around its four corners, where at most 11
+  // patches meet (tests/property prints the most that it saw).
+  static constexpr std::uint32_t kLeastGroups = 48;
   static constexpr std::uint32_t kNowhere = 0xffffffffu;
 
   // Borrowed for the cache's life. samples: whole groups of the largest level; slot_of_group: one a group of
