@@ -404,7 +404,7 @@ TEST_F(Karst, HeightsCanStayInTheFile) {
     return run(all);
   };
   const ProcessResult roomy = with("512", "roomy.png");
-  const ProcessResult tight = with("5", "tight.png");
+  const ProcessResult tight = with("7", "tight.png");
   ASSERT_EQ(roomy.code, 0) << roomy.err;
   ASSERT_EQ(tight.code, 0) << tight.err;
   const auto cpu_budget = [](const ProcessResult& result) {
