@@ -51,6 +51,7 @@ struct Collector {
     const std::uint8_t* const levels = stage.levels.data();
     const glm::vec3 eye = stage.eye;
     const float slack = back_facing_slack(eye);
+    const float pixels_per_radian = stage.pixels_per_radian;
     std::uint32_t* out = stage.scratch.data() + visible;
     for (PatchId id = first; id < last; ++id) {
       const glm::ivec3 origin = patch_origin(surface.volume_of(id));
@@ -65,11 +66,17 @@ struct Collector {
       }
       const glm::vec3 d = glm::vec3(origin) - eye;
       if constexpr (kCones) {
-        const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
-        const float snap = snap_sine(glm::length(centre), levels[id], stage.pixels_per_radian);
-        if (is_back_facing(cones[id], centre, 0.5f * glm::vec3(high - low), slack, snap)) {
-          ++back_facing;
-          continue;
+        // Most patches face the eye: their axes lead to it, and nothing more needs to be known.
+        const NormalCone& cone = cones[id];
+        const float along = static_cast<float>(cone.axis[0]) * d.x + static_cast<float>(cone.axis[1]) * d.y +
+                            static_cast<float>(cone.axis[2]) * d.z;
+        if (along > 0.0f && cone.sine != NormalCone::kNone) {
+          const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
+          const float snap = snap_sine(glm::length(centre), levels[id], pixels_per_radian);
+          if (is_back_facing(cone, centre, 0.5f * glm::vec3(high - low), slack, snap)) {
+            ++back_facing;
+            continue;
+          }
         }
       }
       if constexpr (kOcclusion) {
