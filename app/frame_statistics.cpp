@@ -119,8 +119,9 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.field("cpu_used", std::uint64_t{scene.terrain().arena().used()});
   json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()});
   json.field("gpu_used", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
-  // Counted in tests/gl, where the driver's own calls can be told apart.
-  json.key("heap_calls_after_init").null().key("gl_objects_after_init").null();
+  std::uint64_t heap_calls = 0;
+  for (const FrameRecord& frame : frames) heap_calls += frame.heap_calls;
+  json.field("heap_calls_after_init", heap_calls).field("gl_objects_after_init", frames.back().gl_objects);
   float bound_px = 0;
   for (const FrameRecord& frame : frames) bound_px = std::max(bound_px, frame.selection.lod.bound_px);
   json.key("error_px").begin_object().field("bound", double{bound_px}).end_object();

@@ -22,9 +22,11 @@ struct FrameRecord {
   double gpu_terrain_ms = 0;  // NaN: not known
   FrameCounts counts;
   Terrain::Selection selection;
-  std::uint32_t generated = 0;  // patches whose vertices were made
-  std::uint32_t resident = 0;   // patches with vertices on the GPU
-  std::uint32_t flags = 0;      // bits of FrameFlag
+  std::uint32_t generated = 0;   // patches whose vertices were made
+  std::uint32_t resident = 0;    // patches with vertices on the GPU
+  std::uint64_t heap_calls = 0;  // of choosing and making vertices
+  std::uint64_t gl_objects = 0;  // made since the scene was ready
+  std::uint32_t flags = 0;       // bits of FrameFlag
 };
 
 // Limits that a frame hit; the picture is valid and lacks detail or distant parts.

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "app/common/mapped_file.h"
+#include "app/resource_counts.h"
 #include "app/status_text.h"
 #include "platform/clock.h"
 #include "platform/headless_display.h"
@@ -175,6 +176,7 @@ std::string Scene::open_renderer(Display& display) {
   };
   Gl gl;
   if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display.name(), status);
+  count_gl_objects(gl);
   if (const Status status = renderer_.create(gl, settings); !status.ok()) {
     std::string error = status_text(display.name(), status);
     if (*renderer_.message() != '\0') error += std::string("; ") + renderer_.message();
@@ -187,6 +189,7 @@ std::string Scene::open_renderer(Display& display) {
   renderer_.upload_sky_line(terrain_.octree());
   terrain_.forget_resident();
   first_frame_ = true;
+  gl_objects_at_start_ = gl_objects_made();
   return {};
 }
 
@@ -224,6 +227,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   record.frame_ms = ms_between(start, now_ns());
   record.gpu_terrain_ms = renderer_.terrain_gpu_ms();
   record.resident = terrain_.pool().resident();
+  record.gl_objects = gl_objects_made() - gl_objects_at_start_;
   if (record.selection.pool_full) record.flags |= kFlagPool;
   if (record.selection.lod.capped > 0 && !record.selection.pool_full) record.flags |= kFlagGenerate;
   return {};
@@ -231,7 +235,11 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
 
 Status Scene::select(const TerrainView& view, FrameRecord& record) {
   const std::int64_t start = now_ns();
-  Status status = terrain_.select(view, record.selection);
+  Status status;
+  {
+    const HeapCount count(record.heap_calls);
+    status = terrain_.select(view, record.selection);
+  }
   record.cull_lod_ms += ms_between(start, now_ns());
   if (status.code() == StatusCode::limit_reached) {
     record.flags |= kFlagDrawItems;
@@ -247,7 +255,11 @@ Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
   PatchUpload upload;
   Status status;
   const bool ahead = until_ms != SceneView::kComplete;
-  while (ms_between(start, at) < until_ms && terrain_.generate_next(ahead, upload, status)) {
+  const auto generate_next = [&] {
+    const HeapCount count(record.heap_calls);
+    return terrain_.generate_next(ahead, upload, status);
+  };
+  while (ms_between(start, at) < until_ms && generate_next()) {
     lap(at, record.generate_ms);
     status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
                                        static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,

@@ -125,6 +125,7 @@ class Scene {
   Budget budget_;
   LoadTimes times_;
   bool first_frame_ = true;
+  std::uint64_t gl_objects_at_start_ = 0;
 };
 
 }  // namespace karst::app

@@ -235,6 +235,8 @@ TEST_F(Karst, StatisticsHaveTheDocumentedKeys) {
     EXPECT_NE(text.find(json_key(key)), std::string::npos) << key;
   }
   EXPECT_NE(text.find("\"draw_calls\": 2,"), std::string::npos) << text;
+  EXPECT_NE(text.find(json_key("heap_calls_after_init") + "0,"), std::string::npos) << text;
+  EXPECT_NE(text.find(json_key("gl_objects_after_init") + "0,"), std::string::npos) << text;
 }
 
 TEST_F(Karst, DrapesComeFromPngFiles) {
