@@ -263,7 +263,7 @@ TEST_F(Karst, StatisticsStateTheErrorBound) {
     return at == std::string::npos ? -1.0
                                    : std::strtod(text.c_str() + at + json_key("bound").size(), nullptr);
   };
-  EXPECT_EQ(bound({}), 1.0);
+  EXPECT_EQ(bound({}), 4.0);
   EXPECT_EQ(bound({"--error-px", "2.5"}), 2.5);
   EXPECT_EQ(bound({"--lod", "full"}), 0.0);
   EXPECT_GT(bound({"--lod", "distance", "--lod-distance", "0"}), 1.0);
