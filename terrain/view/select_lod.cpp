@@ -214,7 +214,8 @@ struct PixelBound {
 
   bool is_hidden(PatchId id) const {
     Occlusion& occlusion = *stage.occlusion;
-    for (int row = std::min(Occlusion::kRows, stage.tree->rows()) - 1; row >= 0; --row) {
+    for (int row = Occlusion::kRows - 1; row >= 0; --row) {
+      if (row >= stage.tree->rows()) continue;
       if (occlusion.hides_node(*stage.tree, row, id >> (BoundsTree::kFanOutLog2 * (row + 1)))) return true;
     }
     return occlusion.hides_patch(id, patch_box(stage.surface, stage.bounds, id));
