@@ -238,8 +238,8 @@ void View::take_inputs() {
     placed_ = true;
     if (navigator_) navigator_->set_place(place_);
   }
-  if (input_ != nullptr) {
-    input_->dispatch([&](const InputEvent& event) {
+  if (Input* input = input_ != nullptr ? input_.get() : display_->input(); input != nullptr) {
+    input->dispatch([&](const InputEvent& event) {
       if (!navigator_) return;
       const bool was_moving = navigator_->moving();
       if (navigator_->handle(turned(event, options_.kms.quarter_turns))) changed = true;

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "platform/frame_times.h"
+#include "platform/input.h"
 
 namespace karst {
 
@@ -65,6 +66,8 @@ class Display {
   virtual int quarter_turns() const { return 0; }
   // Time between two refreshes of the screen; 0 where it is not known.
   virtual std::int64_t refresh_ns() const { return 0; }
+  // What is typed and pointed at in a window; null for displays that have no input of their own.
+  virtual Input* input() { return nullptr; }
   // The program saw that the context is lost: everything is made anew at the next dispatch().
   virtual void context_lost() {}
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A window of the desktop (X11 or Wayland), through SDL2. An optional component: KARST_WINDOW in CMake. Board
-// builds leave it out, and open_window_display() then says so.
+// A window of the desktop (X11 or Wayland), through SDL2: an optional component (window/, KARST_WINDOW in
+// CMake) that the program karst-window has. In karst, the board program, this fails and says so.
 #pragma once
 
 #include <memory>
@@ -11,8 +11,7 @@
 
 namespace karst {
 
-// On failure returns null, and error is one line. input: what is typed and pointed at in the window; lives as
-// long as the display.
+// On failure returns null, and error is one line.
 std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, std::string& error);
 
 }  // namespace karst

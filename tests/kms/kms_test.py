@@ -128,7 +128,7 @@ def boot(args, kernel, image, script, seconds):
     shutil.rmtree(out, ignore_errors=True)
     os.makedirs(out)
     code = subprocess.call(["nice", "-n", "10", sys.executable, os.path.join(HERE, "run_vm.py"), "-k", kernel,
-                            "-i", image, "-o", out, "-t", str(seconds), "--boot-timeout", "120", "--gpu",
+                            "-i", image, "-o", out, "-t", str(seconds), "--boot-timeout", "240", "--gpu",
                             "virtio-gpu-pci,xres=%d,yres=%d" % SIZE, "--", script])
     console = open(os.path.join(out, "console.log"), errors="replace").read()
     print(console[-6000:])
