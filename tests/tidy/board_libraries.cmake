@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-# cmake -D OBJDUMP=... -D PROGRAM=... -P board_libraries.cmake
+# cmake -D OBJDUMP=... -D PROGRAM=... [-D STRIP=... -D COPY=FILE] -P board_libraries.cmake
 #
-# Fails where the board program needs a shared library that boards do not have. OpenImageIO alone would
-# pull in some 260 libraries.
+# Fails where the board program needs a shared library that boards do not have (OpenImageIO alone would pull in
+# some 260 libraries), or, stripped, is larger than it may be. Prints its size.
+set(most_bytes 1572864)  # 1.5 MiB
 set(allowed
   libEGL libGLESv2 libgbm libdrm libinput libseat libudev libpng16  # graphics, input, pictures
   libstdc++ libc++ libc++abi libgcc_s libm libc libpthread libdl ld-linux.*)  # C++ and C
@@ -28,3 +29,12 @@ foreach(line ${needed})
     message(FATAL_ERROR "${PROGRAM} needs ${library}, which is not for boards")
   endif()
 endforeach()
+
+if(STRIP)
+  execute_process(COMMAND ${STRIP} -o ${COPY} ${PROGRAM} COMMAND_ERROR_IS_FATAL ANY)
+  file(SIZE ${COPY} bytes)
+  message(STATUS "${PROGRAM}: ${bytes} bytes stripped, of ${most_bytes}")
+  if(bytes GREATER most_bytes)
+    message(FATAL_ERROR "${PROGRAM} is too large for boards")
+  endif()
+endif()
