@@ -42,10 +42,11 @@ def main():
     os.makedirs(args.work)
     path = lambda name: os.path.join(args.work, name)
     subprocess.run([args.bake, "--sample", "canyon", "--levels", "2", "-o", path("world")], check=True)
-    subprocess.run([args.karst, "render", path("world"), "-o", path("golden.png"), "--size", f"{W}x{H}"], check=True)
+    size = f"{W}x{H}"
+    subprocess.run([args.karst, "render", path("world"), "-o", path("golden.png"), "--size", size], check=True)
     read, write = os.pipe()
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{W}x{H}x24", "-fbdir", args.work,
-                               "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", size + "x24", "-fbdir",
+                               args.work, "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
     view = None
     try:
         os.close(write)
