@@ -43,7 +43,8 @@ def main():
     path = lambda name: os.path.join(args.work, name)
     subprocess.run([args.bake, "--sample", "canyon", "--levels", "2", "-o", path("world")], check=True)
     size = f"{W}x{H}"
-    subprocess.run([args.karst, "render", path("world"), "-o", path("golden.png"), "--size", size], check=True)
+    golden = path("golden.png")
+    subprocess.run([args.karst, "render", path("world"), "-o", golden, "--size", size], check=True)
     read, write = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", size + "x24", "-fbdir",
                                args.work, "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
@@ -54,13 +55,13 @@ def main():
         if not display:
             sys.exit("Xvfb does not start")
         # No window manager: a window of the screen's size covers it.
-        view = subprocess.Popen([args.karst, "view", path("world"), "--window", "--size", f"{W}x{H}", "--stats",
-                                 path("stats.json")], env=dict(os.environ, DISPLAY=":" + display))
+        view = subprocess.Popen([args.karst, "view", path("world"), "--window", "--size", size],
+                                env=dict(os.environ, DISPLAY=":" + display))
         most, apart = 256, 1
         end = time.monotonic() + 30
         while most > 1 and time.monotonic() < end:
             time.sleep(0.2)
-            most, apart = difference(screen(path("Xvfb_screen0")), load_png(path("golden.png")))
+            most, apart = difference(screen(path("Xvfb_screen0")), load_png(golden))
         view.send_signal(signal.SIGTERM)
         code = view.wait(10)
         print(f"differs by {most}/255 at most, on {100 * apart:.2f} % of the pixels; exit {code}")
