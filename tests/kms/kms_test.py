@@ -102,16 +102,22 @@ def prepare(args):
             out.write(" ".join(PACKAGES))
     world = os.path.join(args.work, "canyon.karst")
     run(args.bake, "--sample", "canyon", "--levels", "3", "-o", world, stdout=subprocess.DEVNULL)
+    # A world that is there soon, where only starting and ending counts.
+    small = os.path.join(args.work, "small.karst")
+    run(args.bake, "--sample", "canyon", "--voxel", "40", "--levels", "1", "-o", small,
+        stdout=subprocess.DEVNULL)
     program = os.path.join(args.work, "karst")
     run("strip", "-o", program, args.karst)
     image = os.path.join(args.work, "initramfs.img")
     stamp = os.path.join(args.work, "image.inputs")
-    inputs = run("sha256sum", program, world, args.console_mode, os.path.join(HERE, "make_initramfs.sh"),
+    inputs = run("sha256sum", program, world, small, args.console_mode,
+                 os.path.join(HERE, "make_initramfs.sh"),
                  *sorted(glob.glob(os.path.join(HERE, "guest", "*.sh"))), capture_output=True,
                  text=True).stdout
     if not os.path.exists(image) or not os.path.exists(stamp) or open(stamp).read() != inputs:
         modules = glob.glob(os.path.join(root, "lib/modules/*"))[0]
         files = [program, args.console_mode + ":/usr/bin/console_mode", world + ":/canyon.karst",
+                 small + ":/small.karst",
                  os.path.join(root, "usr/sbin/seatd")]
         for pattern, where in ((os.path.join(HERE, "guest/*.sh"), ""),
                                (os.path.join(root, "usr/share/libinput/*"), "/usr/share/libinput")):

@@ -3,13 +3,14 @@
 # kill.sh TIMES: kill -9 while a picture is shown; the console is usable each time.
 . /lib.sh
 # Fills Mesa's cache of compiled shaders, which takes seconds a start otherwise.
-view warm --level 1
+world=/small.karst
+view warm --navigate none
 sleep 3
 end TERM
 times=0
 while [ $times -lt "$1" ]; do
   times=$((times + 1))
-  view kill$times --level 1
+  view kill$times --navigate none
   kill -9 $view
   wait $super
   code=$?

@@ -17,12 +17,12 @@ await() {
   done
 }
 
-# view NAME [OPTION...]: starts karst view in the background and waits for its first picture. Sets $super, the
-# supervisor's process, and $view, the program's.
+# view NAME [OPTION...]: starts karst view of $world (canyon) in the background and waits for its first
+# picture. Sets $super, the supervisor's process, and $view, the program's.
 view() {
   name=$1
   shift
-  karst view /canyon.karst --seat direct --stats /run/$name.json "$@" >/run/$name.log 2>&1 &
+  karst view ${world:-/canyon.karst} --seat direct --stats /run/$name.json "$@" >/run/$name.log 2>&1 &
   super=$!
   await /run/$name.log "showing on" 1 1200 || fail "$name: no picture"
   view=$(cat /proc/$super/task/$super/children)
