@@ -184,18 +184,21 @@ void errors_against_elevation(const DepthPicture& picture, const WorldFrame& fra
 void errors_against_picture(const DepthPicture& picture, std::span<const float> reference,
                             std::vector<float>& px) {
   const Projection projection(picture);
-  const Discs discs(projection, reference);
+  const Discs drawn(projection, picture.depth);
+  const Discs wanted(projection, reference);
   const ErrorScale scale = make_error_scale(picture.camera, picture.height, 1.0);
   const LodEye eye = make_lod_eye(picture.camera, scale.least_cos2);
   const glm::vec3 fine = picture.camera.fine;
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
-      const float depth = picture.depth[index_of(x, y, picture.width)];
-      if (depth >= kSky) continue;
-      const glm::dvec3 p = projection.point(x, y, depth);
+      const std::size_t i = index_of(x, y, picture.width);
+      const float nearer = std::min(picture.depth[i], reference[i]);
+      if (nearer >= kSky) continue;
+      const glm::dvec3 p = projection.point(x, y, nearer);
       const float apparent = apparent_distance(glm::vec3(p) - fine, eye.forward, eye.least_cos2);
       const double pixels_per_step = double{scale.pixels} / std::max(double{apparent}, 1.0);
-      const double distance = nearest_disc(discs, projection, x, y, p, pixels_per_step);
+      const Discs& other = picture.depth[i] <= reference[i] ? wanted : drawn;
+      const double distance = nearest_disc(other, projection, x, y, p, pixels_per_step);
       px.push_back(static_cast<float>(std::min(distance * pixels_per_step, double{kMostRings})));
     }
   }

@@ -6,12 +6,13 @@
 // of the elevation into triangles is accepted. Points in the outer two cells are left out: the border of a
 // world is not the border of its elevation.
 //
-// Against a reference picture from the same place (the full level): the distance from P to the reference
-// surface, times what a length covers there on the screen at most: pixels per radian over the apparent
-// distance of terrain/view/morph.h, the measure that error_px bounds. The reference surface is a disc for
-// each pixel of the reference, large enough to meet its neighbours; all pixels that could hold the nearest
-// one are looked at, so that a ridge's outline that moved by a few pixels counts as those few pixels and not
-// as the distance to the hill behind it.
+// Against a reference picture from the same place (the full level): at each pixel, the distance from the
+// nearer of the two points to the other picture's surface, times what a length covers there on the screen at
+// most: pixels per radian over the apparent distance of terrain/view/morph.h, the measure that error_px
+// bounds. The farther point may lie on what the other picture hides. A picture's surface is a disc for each
+// pixel, large enough to meet its neighbours; all pixels that could hold the nearest one are looked at, so
+// that a ridge's outline that moved by a few pixels counts as those few pixels and not as the distance to the
+// hill behind it.
 #pragma once
 
 #include <cstdint>
