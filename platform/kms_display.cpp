@@ -66,11 +66,7 @@ class KmsDisplay final : public Display {
   std::string make_current() override {
     return context_.is_open() ? context_.make_current() : std::string("there is no display yet");
   }
-  Size size() const override {
-    return state_ == State::no_card
-               ? Size{}
-               : Size{static_cast<int>(swapchain_.width()), static_cast<int>(swapchain_.height())};
-  }
+  Size size() const override { return state_ == State::no_card ? Size{} : framebuffer_size(); }
   GlFunction gl_function(const char* name) const override { return egl_.get_proc_address(name); }
   const std::string& name() const override { return name_; }
   int quarter_turns() const override { return context_turns_; }
@@ -133,6 +129,9 @@ class KmsDisplay final : public Display {
   void forget_screen();
   void rest(State state, std::int64_t retry);
   void say(const std::string& line);  // but not the same again and again
+  Size framebuffer_size() const {
+    return {static_cast<int>(swapchain_.width()), static_cast<int>(swapchain_.height())};
+  }
   KmsPicture picture(int slot) const {
     return {swapchain_.framebuffer(slot), swapchain_.width(), swapchain_.height(), plane_turns_};
   }
@@ -167,7 +166,9 @@ class KmsDisplay final : public Display {
   std::int64_t flip_deadline_ = 0;
   std::int64_t possible_since_ = 0;  // when the screen could be used again; 0: it is in use
 
-  std::vector<KmsAttempt> plan_;
+  std::vector<KmsAttempt> plan_;             // for these modes
+  std::vector<drmModeModeInfo> plan_modes_;  // the connector's when it was configured
+  drmModeModeInfo wanted_mode_{};
   std::size_t attempt_ = 0;
   drmModeModeInfo mode_{};
   int plane_turns_ = 0;
@@ -188,8 +189,6 @@ void KmsDisplay::rest(State state, std::int64_t retry) {
   state_ = state;
   retry_at_ = retry == kNever ? kNever : now_ns() + retry;
 }
-
-// --- what happens
 
 Display::Changes KmsDisplay::dispatch() {
   follow_seat();
@@ -237,7 +236,7 @@ void KmsDisplay::follow_seat() {
   possible_since_ = now_ns();
   // Other programs may have changed anything: becoming master again and looking at the monitors come first.
   if (state_ == State::on || state_ == State::no_master) rest(State::no_master, 0);
-  if (state_ == State::dark) retry_at_ = 0;
+  if (state_ == State::dark || state_ == State::no_card) retry_at_ = 0;
 }
 
 void KmsDisplay::handle_card_events() {
@@ -316,8 +315,9 @@ void KmsDisplay::try_master() {
 void KmsDisplay::look_at_connectors() {
   std::vector<KmsConnector> connectors;
   if (const std::string error = card_.read_connectors(connectors); !error.empty()) {
+    const bool gone = errno == ENODEV;
     say(card_.path() + ": " + error);
-    if (errno == ENODEV) close_card();
+    if (gone) close_card();
     rest(card_.is_open() ? State::dark : State::no_card, kNoCardRetry);
     return;
   }
@@ -358,8 +358,8 @@ void KmsDisplay::look_at_connectors() {
     return;
   }
   if (!was_on && possible_since_ == 0) possible_since_ = now_ns();
-  // The first attempt that worked stands for the mode that was chosen, be it a lower one.
-  const bool same = same_connector && !plan_.empty() && same_mode(connector_.modes[mode], mode_) &&
+  // What is shown may be a lower mode, because the driver refused this one.
+  const bool same = same_connector && !plan_.empty() && same_mode(connector_.modes[mode], wanted_mode_) &&
                     swapchain_.surface() != nullptr;
   if (same) {
     if (state_ == State::dark) log_(connector_.name + ": the monitor is back");
@@ -372,8 +372,6 @@ void KmsDisplay::look_at_connectors() {
     rest(State::dark, kDarkRetry);
   }
 }
-
-// --- opening
 
 void KmsDisplay::find_card(std::string& fatal) {
   std::vector<std::string> reasons;
@@ -480,7 +478,9 @@ std::string KmsDisplay::configure() {
   limits.legacy = options_.legacy;
   limits.modifiers = options_.modifiers && card_.modifiers() && !pipe_.modifiers().empty();
   limits.lower_modes = options_.mode.kind != ModeRequest::Kind::exact || options_.mode_fallback;
-  plan_ = plan_attempts(connector_.modes, mode, limits);
+  plan_modes_ = connector_.modes;
+  wanted_mode_ = plan_modes_[mode];
+  plan_ = plan_attempts(plan_modes_, mode, limits);
   attempt_ = 0;
   if (plan_.empty()) return card_.path() + ": the driver has no atomic calls, and the legacy ones are off";
   if (!try_attempts()) return connector_.name + ": no way to show a picture works";
@@ -490,26 +490,26 @@ std::string KmsDisplay::configure() {
 
 // From attempt_ on; the first that the driver takes.
 bool KmsDisplay::try_attempts() {
-  const Size before = {mode_.hdisplay, mode_.vdisplay};
+  const Size before = framebuffer_size();
   for (; attempt_ < plan_.size(); ++attempt_) {
     const int turns = options_.quarter_turns & 3;
     std::string error;
     if (turns != 0 && attempt().atomic && pipe_.can_turn(turns)) {
       error = set_up(attempt(), turns);
       if (error.empty()) break;
-      log_(connector_.name + " " + attempt_text(attempt(), connector_.modes) +
+      log_(connector_.name + " " + attempt_text(attempt(), plan_modes_) +
            ": the plane cannot turn it: " + error);
     }
     error = set_up(attempt(), 0);
     if (error.empty()) break;
-    log_(connector_.name + " " + attempt_text(attempt(), connector_.modes) + ": " + error +
+    log_(connector_.name + " " + attempt_text(attempt(), plan_modes_) + ": " + error +
          (attempt_ + 1 < plan_.size() ? "; trying the next way" : ""));
   }
   if (attempt_ == plan_.size()) {
     forget_screen();
     return false;
   }
-  if (!(before == Size{mode_.hdisplay, mode_.vdisplay})) changes_.rebuild = true;
+  if (!(before == framebuffer_size())) changes_.rebuild = true;
   changes_.redraw = true;
   told_ = false;
   return true;
@@ -517,7 +517,7 @@ bool KmsDisplay::try_attempts() {
 
 std::string KmsDisplay::set_up(const KmsAttempt& way, int plane_turns) {
   forget_screen();
-  mode_ = connector_.modes[way.mode];
+  mode_ = plan_modes_[way.mode];
   plane_turns_ = plane_turns;
   context_turns_ = (options_.quarter_turns - plane_turns) & 3;
   std::uint32_t width = mode_.hdisplay;
@@ -542,8 +542,6 @@ std::string KmsDisplay::set_up(const KmsAttempt& way, int plane_turns) {
   if (error.empty()) error = context_.set_surface(swapchain_.surface());
   return error;
 }
-
-// --- showing
 
 void KmsDisplay::flip_done() {
   if (pending_ == Swapchain::kNone) return;
@@ -618,7 +616,7 @@ void KmsDisplay::mode_is_set() {
   last_said_.clear();
   if (told_) return;
   told_ = true;
-  const std::string how = attempt_text(attempt(), connector_.modes);
+  const std::string how = attempt_text(attempt(), plan_modes_);
   name_ = "KMS " + connector_.name + " " + how;
   log_("showing on " + card_.path() + " (" + card_.driver() + ") " + connector_.name + " " + how + ", " +
        std::to_string(options_.buffers) + " buffers" +
@@ -677,7 +675,7 @@ void KmsDisplay::refused(int slot, int error, const std::string& what) {
     mode_set_ = false;  // what flips cannot do, a mode may
     changes_.redraw = true;
   } else if (++attempt_ < plan_.size()) {
-    log_("trying " + attempt_text(attempt(), connector_.modes));
+    log_("trying " + attempt_text(attempt(), plan_modes_));
     if (!try_attempts()) rest(State::dark, kDarkRetry);
   } else {
     log_(connector_.name + ": no way to show a picture works; trying again");

@@ -118,6 +118,9 @@ TEST_F(Screen, EachWayFallsBackToTheNext) {
   screen_.set("card connected master atomic flips modes=640x480,320x240 refuse=640x480");
   show({}, "640x480@60.00, atomic without modifiers: TEST_ONLY commit: Numerical result out of range");
   EXPECT_TRUE(screen_.wait_for("HDMI-A-1 320x240@60.00, atomic", 1, 0));
+  // A message about nothing does not make it try again.
+  screen_.tell();
+  EXPECT_FALSE(screen_.wait_for(kShowing, 2, 0.5)) << screen_.messages();
   screen_.stop();
   screen_.set("card connected master atomic flips modes=640x480 refuse=atomic");
   show({}, "640x480@60.00, legacy");
