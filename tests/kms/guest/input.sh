@@ -18,7 +18,7 @@ host key home
 sleep 1
 [ "$(statistic frames)" -gt "$frames" ] || fail "a key changes nothing"
 host key left 2000
-sleep 4
+settle $((frames + 2))
 host shot turned
 end TERM
 # poses from another program
@@ -34,14 +34,7 @@ view=${view% }
 echo "nonsense" >&4
 echo "60 70 60 85 5" >&4
 await /run/poses.log "a line is X Y Z YAW PITCH" 1 50 || fail "poses: nonsense is not reported"
-# The picture is drawn coarsely first, and again until it is complete.
-before=-1
-frames=0
-while [ "$frames" != "$before" ] || [ "$frames" -lt 2 ]; do
-  before=$frames
-  sleep 1
-  frames=$(statistic frames)
-done
+settle 2
 host shot posed
 exec 4>&-
 end TERM

@@ -50,6 +50,18 @@ statistic() {
   sed -n "s/^ *\"$1\": \([0-9.]*\).*/\1/p" /run/$name.json | head -n 1
 }
 
+# settle LEAST: until no more frames are drawn, and so many at least. Pictures are drawn coarsely first, and
+# again until they are complete; an emulated machine takes seconds for each.
+settle() {
+  before=-1
+  frames=0
+  while [ "$frames" != "$before" ] || [ "$frames" -lt "$1" ]; do
+    before=$frames
+    sleep 3
+    frames=$(statistic frames)
+  done
+}
+
 # Hundredths of a second of processor time that the program has used.
 ticks() { cut -d' ' -f14,15 /proc/$view/stat | { read -r user system; echo $((user + system)); }; }
 
