@@ -25,6 +25,8 @@ void set_board(const BoardProfile& profile, SceneOptions& scene) {
   scene.level = profile.level;
   scene.vertex_bytes = profile.vertex_bytes;
   scene.rgb565 = profile.rgb565;
+  scene.shadows.count = profile.cascades;
+  if (profile.cascades > 0) scene.shadows.size = profile.cascade_side;
   scene.max_cpu = profile.cpu_bytes;
   scene.max_memory = profile.cpu_bytes + profile.gpu_bytes;
 }

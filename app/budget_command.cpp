@@ -116,6 +116,11 @@ BoardUse add_up(const BudgetOptions& options, WorldBudget& world) {
   const BoardProfile& board = options.board;
   const bool has_board = !options.board_name.empty();
   world.renderer.rgb565 = board.rgb565;
+  world.renderer.cascades = CascadeSettings().count;
+  if (has_board) {
+    world.renderer.cascades = board.cascades;
+    if (board.cascades > 0) world.renderer.shadow_size = board.cascade_side;
+  }
   if (has_board && board.drape_side > 0) {
     world.renderer.drape_width = world.renderer.drape_height = board.drape_side;
   }
@@ -124,7 +129,7 @@ BoardUse add_up(const BudgetOptions& options, WorldBudget& world) {
   if (has_board) fit_heights(world, board.cpu_bytes + world.budget.gpu_bytes());
   BoardUse use{world.budget.cpu_bytes(), world.budget.gpu_bytes(), true};
   if (!has_board) return use;
-  use.gpu += board.cascade_bytes() + board.scan_out_bytes();
+  use.gpu += board.scan_out_bytes();
   use.fits = use.cpu <= board.cpu_bytes && use.gpu <= board.gpu_bytes && world.config.validate().ok();
   return use;
 }

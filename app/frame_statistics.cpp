@@ -47,7 +47,8 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   json.field("generate", median_of(frames, [](const FrameRecord& f) { return f.generate_ms; }));
   json.field("upload", median_of(frames, [](const FrameRecord& f) { return f.upload_ms; }));
   json.field("submit", median_of(frames, [](const FrameRecord& f) { return f.submit_ms; })).end_object();
-  json.key("gpu_ms").begin_object().key("shadow").null();
+  json.key("gpu_ms").begin_object();
+  json.field("shadow", median_of(frames, [](const FrameRecord& f) { return f.gpu_shadow_ms; }));
   json.field("terrain", median_of(frames, [](const FrameRecord& f) { return f.gpu_terrain_ms; }));
   json.key("present").null().end_object();
 }
@@ -113,7 +114,8 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.field("triangles", mean_of(frames, [](const FrameRecord& f) { return f.counts.triangles; }));
   json.field("draw_calls", mean_of(frames, [](const FrameRecord& f) { return f.counts.draw_calls; }));
   write_patches(json, scene, frames);
-  json.key("skips").begin_object().key("triplanar").null().key("cascades").null();
+  json.key("skips").begin_object().key("triplanar").null();
+  json.field("cascades", mean_of(frames, [](const FrameRecord& f) { return f.cascades_skipped; }));
   json.field("frames", 0).field("uploads_bytes", 0).end_object();
   json.key("bytes").begin_object().field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});
   json.field("cpu_used", std::uint64_t{scene.terrain().arena().used()});

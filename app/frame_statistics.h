@@ -20,12 +20,14 @@ struct FrameRecord {
   double upload_ms = 0;       // of vertices and thresholds
   double submit_ms = 0;       // GL calls
   double gpu_terrain_ms = 0;  // NaN: not known
+  double gpu_shadow_ms = 0;   // of the last shadow map that was drawn; NaN: not known
   FrameCounts counts;
   Terrain::Selection selection;
   std::uint32_t generated = 0;   // patches whose vertices were made
   std::uint32_t resident = 0;    // patches with vertices on the GPU
   std::uint64_t heap_calls = 0;  // of choosing and making vertices
   std::uint64_t gl_objects = 0;  // made since the scene was ready
+  int cascades_skipped = 0;      // shadow maps that did not have to be drawn
   std::uint32_t flags = 0;       // bits of FrameFlag
 };
 

@@ -49,7 +49,10 @@ Draws a world that karst-bake made, without a screen.
       --drape-repeat N      covers the world N times on each axis (1)
       --generate-ms MS      time a frame to make vertices; frames that would take longer are coarser than
                             --error-px and say so (all frames are complete)
-      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, all
+      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, cascades, all
+      --shadows N           shadow maps of the sun, 0 to 3, each over a larger part of the world (2)
+      --shadow-size N       texels a side of each, 512 to 2048, a multiple of 16 (1024)
+      --shadow-reach V      voxels from the eye that they cover, where the world is larger (256)
       --vertex-memory MIB   of the GPU (what the whole world takes coarsely, and about as much again); where
                             it is too little, frames are coarser than --error-px and say so
       --board NAME          size, level, colours and memory of a board; other options come on top (karst
@@ -63,11 +66,29 @@ Draws a world that karst-bake made, without a screen.
   karst render canyon.karst --path flight.txt --stats flight.json
 )";
 
-constexpr Option kOptions[] = {{"output", 'o'}, {"board"},        {"size"},          {"camera"},
-                               {"path"},        {"sun"},          {"fov"},           {"haze"},
-                               {"level"},       {"lod"},          {"error-px"},      {"lod-distance"},
-                               {"drape"},       {"drape-repeat"}, {"no-skip"},       {"max-memory"},
-                               {"stats"},       {"generate-ms"},  {"vertex-memory"}, {"help", 'h', false}};
+constexpr Option kOptions[] = {{"output", 'o'},
+                               {"board"},
+                               {"size"},
+                               {"camera"},
+                               {"path"},
+                               {"sun"},
+                               {"fov"},
+                               {"haze"},
+                               {"level"},
+                               {"lod"},
+                               {"error-px"},
+                               {"lod-distance"},
+                               {"drape"},
+                               {"drape-repeat"},
+                               {"no-skip"},
+                               {"max-memory"},
+                               {"stats"},
+                               {"generate-ms"},
+                               {"vertex-memory"},
+                               {"shadows"},
+                               {"shadow-size"},
+                               {"shadow-reach"},
+                               {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -82,6 +103,7 @@ struct RenderOptions {
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
+  bool cascade_caching = true;
   double generate_ms = SceneView::kComplete;
 };
 
@@ -108,6 +130,14 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   number("haze", 1e-3, 1e7, options.light.haze_voxels);
   options.default_haze = !arguments.has("haze");
   number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);
+  number("shadow-reach", 4, kCameraReach, options.scene.shadows.reach_voxels);
+  std::int64_t shadows = options.scene.shadows.count;
+  integer("shadows", 0, kMostCascades, shadows);
+  options.scene.shadows.count = static_cast<int>(shadows);
+  std::int64_t shadow_size = options.scene.shadows.size;
+  integer("shadow-size", 512, 2048, shadow_size);
+  options.scene.shadows.size = static_cast<int>(shadow_size);
+  if (shadow_size % 16 != 0 && error.empty()) error = "--shadow-size: not a multiple of 16";
   number("drape-repeat", 0x1p-10, 0x1p10, options.scene.drape_repeat);
   number("lod-distance", 0, kCameraReach, options.lod.distance_voxels);
   number("generate-ms", 0, 1e6, options.generate_ms);
@@ -151,8 +181,11 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
     if (all || *text == "frustum") options.frustum_culling = false;
     if (all || *text == "backface") options.backface_culling = false;
     if (all || *text == "occlusion") options.occlusion_culling = false;
-    if (options.frustum_culling && options.backface_culling && options.occlusion_culling)
-      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface, occlusion or all";
+    if (all || *text == "cascades") options.cascade_caching = false;
+    if (options.frustum_culling && options.backface_culling && options.occlusion_culling &&
+        options.cascade_caching) {
+      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface, occlusion, cascades or all";
+    }
   }
   return error;
 }
@@ -262,6 +295,7 @@ class Render {
     view.frustum_culling = options_.frustum_culling;
     view.backface_culling = options_.backface_culling;
     view.occlusion_culling = options_.occlusion_culling;
+    view.cascade_caching = options_.cascade_caching;
     view.generate_ms = options_.generate_ms;
     return scene_.draw(view, records_.emplace_back());
   }

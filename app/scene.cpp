@@ -62,6 +62,7 @@ WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, 
   result.renderer.morph_rows = result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = info.extent;
+  result.renderer.cascades = CascadeSettings().count;
   result.budget = Terrain::budget(result.config);
   result.renderer.add_to(result.budget);
   return result;
@@ -136,6 +137,8 @@ RendererSettings Scene::renderer_settings(const Config& config) const {
   settings.morph_rows = config.max_resident_patches;
   settings.stream_indices = config.stream_indices;
   settings.extent = terrain_.info().extent;
+  settings.cascades = drape_.rgba.empty() ? options_.shadows.count : 0;
+  settings.shadow_size = options_.shadows.size;
   settings.keep_depth = options_.keep_depth;
   settings.rgb565 = options_.rgb565;
   settings.drape_width = drape_.width;
@@ -190,6 +193,7 @@ std::string Scene::open_renderer(Display& display) {
   terrain_.forget_resident();
   first_frame_ = true;
   gl_objects_at_start_ = gl_objects_made();
+  for (ShadowMap& map : shadow_maps_) map.drawn = false;
   return {};
 }
 
@@ -218,6 +222,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
     times_.upload = record.upload_ms;
     first_frame_ = false;
   }
+  if (status.ok()) status = draw_shadows(view, is_complete ? SceneView::kComplete : view.generate_ms, record);
   if (status.ok()) status = draw_selected(view, record);
   // What the next frames need is made while the GPU draws this one.
   bool made = false;
@@ -226,6 +231,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   if (view.wait) renderer_.finish();
   record.frame_ms = ms_between(start, now_ns());
   record.gpu_terrain_ms = renderer_.terrain_gpu_ms();
+  record.gpu_shadow_ms = renderer_.shadow_gpu_ms();
   record.resident = terrain_.pool().resident();
   record.gl_objects = gl_objects_made() - gl_objects_at_start_;
   if (record.selection.pool_full) record.flags |= kFlagPool;
@@ -296,11 +302,7 @@ Status Scene::complete(const TerrainView& view, FrameRecord& record) {
 
 Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   std::int64_t at = now_ns();
-  const MorphRows rows = terrain_.take_morph_rows();
-  if (!rows.halves.empty()) {
-    if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
-      return status;
-  }
+  if (const Status status = upload_morph_rows(); !status.ok()) return status;
   lap(at, record.upload_ms);
   FrameInput input;
   input.camera = view.camera;
@@ -311,11 +313,14 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   input.pages = terrain_.pages();
   input.index_table = terrain_.index_table();
   input.max_level = terrain_.info().level;
+  input.light_space = light_space_;
+  input.cascades = std::span(cascades_).first(static_cast<std::size_t>(cascade_count_));
   const Status status = renderer_.draw(input, record.counts);
   lap(at, record.submit_ms);
   if (record.counts.vertices_lost) {
     terrain_.forget_resident();
     first_frame_ = true;
+    for (ShadowMap& map : shadow_maps_) map.drawn = false;
   }
   return status;
 }

@@ -30,6 +30,7 @@ struct SceneOptions {
   std::uint64_t max_memory = 512ull << 20;
   std::uint64_t max_cpu = 0;  // bytes of the CPU's alone, 0: as much as max_memory leaves
   bool keep_depth = false;    // RendererSettings
+  CascadeSettings shadows;    // none with a drape
   bool rgb565 = false;
   std::string drape;        // PNG that is laid over the world from above; empty: none
   double drape_repeat = 1;  // times on each axis
@@ -54,6 +55,7 @@ struct SceneView {
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
+  bool cascade_caching = true;  // false: every shadow map is drawn in every frame
   double generate_ms = kComplete;
   int quarter_turns = 0;  // FrameInput
   bool wait = true;       // until the GPU is done, so that frame_ms holds its work
@@ -109,6 +111,9 @@ class Scene {
   Status select(const TerrainView& view, FrameRecord& record);
   Status generate(double until_ms, FrameRecord& record, bool& made);
   Status complete(const TerrainView& view, FrameRecord& record);
+  Status upload_morph_rows();
+  Status draw_shadows(const SceneView& view, double until_ms, FrameRecord& record);
+  Status draw_cascade(int index, double until_ms, bool caching, FrameRecord& record);
   Status draw_selected(const SceneView& view, FrameRecord& record);
 
   struct Free {
@@ -126,6 +131,19 @@ class Scene {
   LoadTimes times_;
   bool first_frame_ = true;
   std::uint64_t gl_objects_at_start_ = 0;
+
+  // What a shadow map holds.
+  struct ShadowMap {
+    bool drawn = false;
+    Cascade cascade;
+    std::uint64_t casters = 0;    // Terrain::Casters::hash
+    std::uint32_t residency = 0;  // versions that the casters were listed for
+    std::uint32_t thresholds = 0;
+  };
+  ShadowMap shadow_maps_[kMostCascades];
+  LightSpace light_space_;
+  Cascade cascades_[kMostCascades];  // of this frame
+  int cascade_count_ = 0;
 };
 
 }  // namespace karst::app

@@ -16,6 +16,7 @@
 #define KARST_UNIT_SKY_LINE 4
 #define KARST_UNIT_DEPTH 5
 #define KARST_UNIT_DRAPE 6
+#define KARST_UNIT_SHADOW_MAPS 7
 
 // Binding point of the uniform block.
 #define KARST_BINDING_FRAME 0
@@ -30,6 +31,9 @@
 // Thresholds of a patch are 32 texels; 64 patches lie side by side, which makes a row of 2048 texels.
 #define KARST_MORPH_ROW 32
 #define KARST_MORPH_ROW_BITS 6
+
+// Texels at the sides of a shadow map in which nothing is looked up.
+#define KARST_SHADOW_BORDER 4.0
 
 #define KARST_STEPS_PER_VOXEL 8192.0
 // terrain/view/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
@@ -60,5 +64,13 @@ KARST_BLOCK(FrameBlock) {
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
   vec4 view_scale;         // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
+  // Shadow maps, terrain/view/cascades.h. from_eye: a point less the eye, voxels.
+  vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
+  vec4 shadow_y;           // the same for y
+  vec4 shadow_z;           // depth in a map is the dot product of xyz with from_eye, plus w
+  vec4 shadow_box_0;       // of a map: place in it is light space's xy * z + xy; w: a texel, voxels
+  vec4 shadow_box_1;
+  vec4 shadow_box_2;
+  vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
 };

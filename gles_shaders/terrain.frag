@@ -10,6 +10,9 @@ precision highp sampler2D;
 #include "output.glsl"
 #include "sky_colour.glsl"
 #include "surface_noise.glsl"
+#ifdef KARST_SHADOWS
+#include "shadow.glsl"
+#endif
 
 uniform sampler2D sky_line;  // r: height of the open sky over a column, voxels (renderer/sky_line.h)
 
@@ -115,13 +118,18 @@ void main() {
   vec3 gradient = 0.5 * middle.gradient + 0.5 * near.gradient;
   vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
 
-  // K 4.1, per pixel. The sun does not reach into caves; sky light does a little. Sky light is stronger
-  // from the sun's side, so that slopes in shade keep their relief.
+  // K 4.1, per pixel. The sun does not reach into caves, by shadow maps or as a guess; sky light does a
+  // little. Sky light is stronger from the sun's side, so that slopes in shade keep their relief.
+#ifdef KARST_SHADOWS
+  float reached = sun_reaches(from_eye_ws, normal);
+#else
+  float reached = 1.0 - cave;
+#endif
   float facing_sun = dot(bumped, sun_direction.xyz);
   float sun = max(facing_sun, 0.0) * smoothstep(-0.05, 0.15, dot(normal, sun_direction.xyz));
   vec3 ambient = mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
   float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / kLampReach, 0.0);
-  vec3 incoming = sun_light.rgb * (sun * (1.0 - cave));
+  vec3 incoming = sun_light.rgb * (sun * reached);
   incoming += ambient * mix(1.0, 0.4, cave);
   incoming += kLamp * (lamp * cave);
 

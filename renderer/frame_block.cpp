@@ -78,15 +78,47 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.ray_up = xyz(glm::vec3(axes[1] * half_height));
   block.ray_forward = xyz(glm::vec3(-axes[2]));
 
-  const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
-  const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
-  block.sun_direction = xyz(glm::vec3(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                                      -std::cos(azimuth) * std::cos(elevation)));
+  block.sun_direction = xyz(glm::vec3(sun_direction(light)));
   set_light(light, block);
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * half_height / height);
   block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
   block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
+  return block;
+}
+
+glm::dvec3 sun_direction(const FrameLight& light) {
+  const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
+  const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
+  return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+          -std::cos(azimuth) * std::cos(elevation)};
+}
+
+void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
+                  shader::FrameBlock& block) {
+  const glm::dvec3 eye = eye_lattice(camera) / static_cast<double>(kStepsPerVoxel);
+  const double depth = 1.0 / (space.near_z - space.far_z);  // a voxel
+  block.shadow_x = xyz(glm::vec3(space.x));
+  block.shadow_y = xyz(glm::vec3(space.y));
+  block.shadow_z = glm::vec4(glm::vec3(space.z * -depth),
+                             static_cast<float>((space.near_z - glm::dot(space.z, eye)) * depth));
+  glm::vec4* const boxes[] = {&block.shadow_box_0, &block.shadow_box_1, &block.shadow_box_2};
+  for (std::size_t n = 0; n < cascades.size(); ++n) {
+    const Cascade& c = cascades[n];
+    *boxes[n] = {static_cast<float>((glm::dot(space.x, eye) - c.low.x) / c.side),
+                 static_cast<float>((glm::dot(space.y, eye) - c.low.y) / c.side),
+                 static_cast<float>(1.0 / c.side), static_cast<float>(c.texel)};
+  }
+  block.shadow_scale = {static_cast<float>(cascades.size()), static_cast<float>(size),
+                        1.0f / static_cast<float>(size), static_cast<float>(depth)};
+}
+
+shader::FrameBlock make_cascade_block(const Cascade& cascade) {
+  shader::FrameBlock block{};
+  block.clip_from_lattice = cascade.clip_from_lattice;
+  block.camera_voxel = glm::ivec4(cascade.eye.voxel, 0);
+  block.camera_fine = glm::vec4(cascade.eye.fine, 0.0f);
+  block.morph_view = glm::vec4(make_lod_eye(cascade.eye, 1.0f).forward, 1.0f);
   return block;
 }
 

@@ -2,11 +2,14 @@
 // From a camera and a sun to what shaders need of a frame.
 #pragma once
 
+#include <span>
+
 #include <glm/vec3.hpp>
 
 #include "renderer/shader_interface.h"
 #include "terrain/base/status.h"
 #include "terrain/view/camera.h"
+#include "terrain/view/cascades.h"
 
 namespace karst {
 
@@ -24,6 +27,15 @@ struct FrameLight {
 // in pixels. light is valid.
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
                                     glm::ivec3 extent, int height);
+
+// Towards the sun, unit length.
+glm::dvec3 sun_direction(const FrameLight& light);
+
+// Shadow maps of `size` texels a side, as FitCascades made them for the camera's frame.
+void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
+                  shader::FrameBlock& block);
+// What a pass into a cascade's shadow map needs.
+shader::FrameBlock make_cascade_block(const Cascade& cascade);
 
 // An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
 // worlds by that much), `repeat` times on each axis.

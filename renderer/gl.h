@@ -50,6 +50,7 @@
   X(FlushMappedBufferRange)        \
   X(FramebufferRenderbuffer)       \
   X(FramebufferTexture2D)          \
+  X(FramebufferTextureLayer)       \
   X(GenBuffers)                    \
   X(GenFramebuffers)               \
   X(GenRenderbuffers)              \
@@ -76,6 +77,7 @@
   X(ShaderSource)                  \
   X(TexParameteri)                 \
   X(TexStorage2D)                  \
+  X(TexStorage3D)                  \
   X(TexSubImage2D)                 \
   X(Uniform1i)                     \
   X(UniformBlockBinding)           \

@@ -14,13 +14,11 @@ struct Sampler {
   GLint unit;
 };
 // Names are the same in all shaders; a program that has no such sampler is left alone.
-constexpr Sampler kSamplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                 {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                 {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                 {"noise", KARST_UNIT_NOISE},
-                                 {"sky_line", KARST_UNIT_SKY_LINE},
-                                 {"depth", KARST_UNIT_DEPTH},
-                                 {"drape", KARST_UNIT_DRAPE}};
+constexpr Sampler kSamplers[] = {
+    {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+    {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
+    {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH},
+    {"drape", KARST_UNIT_DRAPE},           {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 

@@ -9,26 +9,11 @@
 #include "renderer/noise_texture.h"
 #include "renderer/present.h"
 #include "renderer/sky_line.h"
+#include "renderer/texture_layout.h"
 #include "terrain/patch/index_batches.h"
-#include "terrain/view/expand_indices.h"
 
 namespace karst {
 namespace {
-
-// Texels of a row of the textures that are looked up by page, by vertex of a slot and by patch.
-constexpr int kPageRowTexels = 1 << KARST_PAGE_ROW_BITS;
-constexpr int kEntryRowTexels = 1 << KARST_ENTRY_ROW_BITS;
-constexpr int kEntryRows = (patch_vertices(kMaxLevel) + kEntryRowTexels - 1) / kEntryRowTexels;
-constexpr int kPatchesPerRow = 1 << KARST_MORPH_ROW_BITS;
-
-constexpr std::size_t kPageBytes = kPageVertices * sizeof(GpuVertex);
-
-int page_rows(std::uint32_t pages) {
-  return static_cast<int>((pages + kPageRowTexels - 1) / kPageRowTexels);
-}
-int morph_texture_rows(std::uint32_t patches) {
-  return static_cast<int>((patches + kPatchesPerRow - 1) / kPatchesPerRow);
-}
 
 // Levels of a full mip pyramid, and its texels; 0 x 0 has none.
 constexpr int mip_levels(int width, int height) {
@@ -70,6 +55,11 @@ Status RendererSettings::validate() const {
   for (int axis = 0; axis < 3; ++axis) {
     if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
   }
+  if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
+  CascadeSettings shadows;
+  shadows.size = shadow_size;
+  if (!shadows.validate().ok()) return invalid("not a multiple of 16 within 512..2048", "shadow_size");
+  if (shadow_bits != 16 && shadow_bits != 24) return invalid("neither 16 nor 24", "shadow_bits");
   if (drape_width != 0 || drape_height != 0) {
     if (!inside(drape_width, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_width");
     if (!inside(drape_height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_height");
@@ -86,7 +76,9 @@ void RendererSettings::add_to(Budget& budget) const {
   budget.add(GpuConsumer::page_table, area(page_rows(vertex_pages), kPageRowTexels) * sizeof(PageTexel));
   budget.add(GpuConsumer::morph_rows, area(morph_texture_rows(morph_rows), kPatchesPerRow * kMorphRow) * 2);
   budget.add(GpuConsumer::stream_indices, std::size_t{stream_indices} * 4);
-  budget.add(GpuConsumer::uniforms, sizeof(shader::FrameBlock));
+  budget.add(GpuConsumer::uniforms, static_cast<std::size_t>(1 + cascades) * sizeof(shader::FrameBlock));
+  budget.add(GpuConsumer::shadow_maps, static_cast<std::size_t>(cascades) * area(shadow_size, shadow_size) *
+                                           (shadow_bits == 16 ? 2 : 4));
   budget.add(GpuConsumer::textures, mip_texels(kNoiseSide, kNoiseSide) * 4 + area(extent.x, extent.z) * 2 +
                                         mip_texels(drape_width, drape_height) * 4 +
                                         area(kEntryRowTexels, kEntryRows));
@@ -115,10 +107,12 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
   }
   Status status = programs_.create(gl_, message_);
   if (status.ok()) status = create_targets();
+  if (status.ok()) status = create_shadow_maps();
   if (status.ok()) {
     create_buffers();
     create_textures();
     timer_.create(gl_, caps_);
+    shadow_timer_.create(gl_, caps_);
     label_objects();
     if (take_error() != GL_NO_ERROR) {
       status = {StatusCode::limit_reached, "the driver could not make the buffers and textures",
@@ -133,12 +127,21 @@ void Renderer::destroy() {
   if (!created_) return;
   if (caps_.debug && settings_.debug) gl_.DebugMessageCallbackKHR(nullptr, nullptr);
   timer_.destroy(gl_);
+  shadow_timer_.destroy(gl_);
   programs_.destroy(gl_);
   GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
   GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
   GLuint* const textures[] = {&page_table_, &morph_entries_, &morph_rows_, &noise_,
-                              &sky_line_,   &drape_,         &depth_};
+                              &sky_line_,   &drape_,         &depth_,      &shadow_maps_};
   GLuint* const framebuffers[] = {&target_, &colour_target_};
+  for (GLuint& name : cascade_buffers_) {
+    if (name != 0) gl_.DeleteBuffers(1, &name);
+    name = 0;
+  }
+  for (GLuint& name : shadow_targets_) {
+    if (name != 0) gl_.DeleteFramebuffers(1, &name);
+    name = 0;
+  }
   for (GLuint* name : buffers) gl_.DeleteBuffers(1, name);
   for (GLuint* name : arrays) gl_.DeleteVertexArrays(1, name);
   for (GLuint* name : textures) {
@@ -157,7 +160,7 @@ void Renderer::destroy() {
   }
   changed_page_rows_.reset();
   mapped_ = nullptr;  // deleting the buffer unmapped it
-  uploaded_bytes_ = 0;
+  pending_ = {};
   has_picture_ = false;
   created_ = false;
 }
@@ -300,6 +303,7 @@ void Renderer::label_objects() {
   label(GL_TEXTURE, noise_, "noise");
   label(GL_TEXTURE, sky_line_, "sky_line");
   label(GL_TEXTURE, depth_, "depth");
+  if (shadow_maps_ != 0) label(GL_TEXTURE, shadow_maps_, "shadow_maps");
   if (drape_ != 0) label(GL_TEXTURE, drape_, "drape");
   label(GL_RENDERBUFFER, colour_, "colour");
   label(GL_FRAMEBUFFER, target_, "target");
@@ -331,122 +335,6 @@ void Renderer::upload_sky_line(const Octree& octree) {
   }
 }
 
-Status Renderer::check_upload(const PageTable& pages, PatchId patch, std::uint32_t first,
-                              std::size_t vertices, glm::ivec3 origin, std::uint32_t row) const {
-  if (patch >= pages.first_page.size()) return invalid("not a patch of the page table", "patch", patch);
-  if (first >= static_cast<std::uint32_t>(patch_vertices(kMaxLevel)) ||
-      vertices > static_cast<std::uint32_t>(patch_vertices(kMaxLevel)) - first || vertices == 0) {
-    return invalid("not vertices of a slot", "vertices", vertices);
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!inside(origin[axis], 0, 1023)) return invalid("not within 0..1023 voxels", "origin");
-  }
-  if (row >= settings_.morph_rows) return invalid("not a morph row", "row", row);
-  std::uint32_t page = pages.first_page[patch];
-  for (std::uint32_t n = 0; n < pages_for(first + vertices); ++n, page = pages.next_page[page]) {
-    if (page >= settings_.vertex_pages || page >= pages.next_page.size() || page >= pages.texels.size()) {
-      return invalid("has fewer pages in the buffer than its vertices need", "patch", patch);
-    }
-  }
-  return {};
-}
-
-// One mapping for all uploads between two frames. Unsynchronised, because the frames that the GPU still draws
-// do not use the pages that are written; flushed range by range, because a driver that has to copy what was
-// mapped shall copy no more than was written.
-bool Renderer::map_vertices() {
-  if (mapped_ != nullptr) return true;
-  wait_for_frame();
-  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
-  const auto bytes = static_cast<GLsizeiptr>(std::size_t{settings_.vertex_pages} * kPageBytes);
-  mapped_ = static_cast<GpuVertex*>(gl_.MapBufferRange(
-      GL_ARRAY_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_UNSYNCHRONIZED_BIT | GL_MAP_FLUSH_EXPLICIT_BIT));
-  return mapped_ != nullptr;
-}
-
-Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
-                                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row) {
-  if (const Status status = check_upload(pages, patch, first, vertices.size(), origin, row); !status.ok())
-    return status;
-  if (!map_vertices())
-    return {StatusCode::limit_reached, "the driver cannot map the vertex buffer", "GPU memory"};
-  gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
-
-  std::size_t run_begins = 0;  // a run of vertices that lie side by side in the buffer, not flushed yet
-  std::size_t run_ends = 0;
-  const auto flush_run = [&] {
-    if (run_begins == run_ends) return;
-    gl_.FlushMappedBufferRange(GL_ARRAY_BUFFER, static_cast<GLintptr>(run_begins * sizeof(GpuVertex)),
-                               static_cast<GLsizeiptr>((run_ends - run_begins) * sizeof(GpuVertex)));
-  };
-  std::uint32_t page = pages.first_page[patch];
-  std::uint32_t place = 0;
-  for (; place < first / kPageVertices; ++place) page = pages.next_page[page];
-  for (std::size_t done = 0; done < vertices.size(); ++place, page = pages.next_page[page]) {
-    const std::size_t skipped = done == 0 ? first % kPageVertices : 0;
-    const std::size_t count = std::min(vertices.size() - done, kPageVertices - skipped);
-    const std::size_t to = std::size_t{page} * kPageVertices + skipped;
-    std::memcpy(mapped_ + to, vertices.data() + done, count * sizeof(GpuVertex));
-    if (to != run_ends) {
-      flush_run();
-      run_begins = to;
-    }
-    run_ends = to + count;
-    pages.texels[page] = make_page_texel(origin, place, row);
-    changed_page_rows_.set(page >> KARST_PAGE_ROW_BITS);
-    done += count;
-  }
-  flush_run();
-  uploaded_bytes_ += vertices.size_bytes();
-  return {};
-}
-
-Status Renderer::upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows) {
-  const std::size_t count = rows.size() / kMorphRow;
-  if (rows.size() % kMorphRow != 0 || first_row > settings_.morph_rows ||
-      count > settings_.morph_rows - first_row) {
-    return invalid("not within the settings' morph_rows", "rows", first_row + count);
-  }
-  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_MORPH_ROWS);
-  for (std::size_t done = 0; done < count;) {
-    const std::size_t row = first_row + done;
-    const std::size_t beside = std::min<std::size_t>(kPatchesPerRow - row % kPatchesPerRow, count - done);
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(row % kPatchesPerRow * kMorphRow),
-                      static_cast<GLint>(row / kPatchesPerRow), static_cast<GLsizei>(beside * kMorphRow), 1,
-                      GL_RED, GL_HALF_FLOAT, rows.data() + done * kMorphRow);
-    done += beside;
-  }
-  uploaded_bytes_ += rows.size_bytes();
-  return {};
-}
-
-// Whole rows of texels, because pages come in any order and a call costs more than a row.
-void Renderer::upload_page_rows(const PageTable& pages) {
-  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_TABLE);
-  const auto rows = static_cast<std::size_t>(page_rows(settings_.vertex_pages));
-  for (std::size_t row = 0; row < rows; ++row) {
-    const std::size_t first = row << KARST_PAGE_ROW_BITS;
-    if (!changed_page_rows_.test(row) || first >= pages.texels.size()) continue;
-    const auto texels = pages.texels.subspan(first);
-    const std::size_t count = std::min<std::size_t>(texels.size(), kPageRowTexels);
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(row), static_cast<GLsizei>(count), 1,
-                      GL_RG_INTEGER, GL_UNSIGNED_INT, texels.data());
-    uploaded_bytes_ += count * sizeof(PageTexel);
-  }
-  changed_page_rows_.reset();
-}
-
-void Renderer::flush_uploads(const PageTable& pages, FrameCounts& counts) {
-  if (mapped_ != nullptr) {
-    gl_.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
-    counts.vertices_lost = gl_.UnmapBuffer(GL_ARRAY_BUFFER) == GL_FALSE;
-    mapped_ = nullptr;
-  }
-  if (changed_page_rows_.any()) upload_page_rows(pages);
-  counts.uploaded_bytes = uploaded_bytes_;
-  uploaded_bytes_ = 0;
-}
-
 void Renderer::wait_for_frame() {
   GLsync& fence = fences_[frame_ % kFramesInFlight];
   if (fence == nullptr) return;
@@ -459,16 +347,19 @@ void Renderer::wait_for_frame() {
 Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   counts = {};
   if (const Status status = input.light.validate(); !status.ok()) return status;
-  wait_for_frame();
-  flush_uploads(input.pages, counts);
+  if (input.cascades.size() > static_cast<std::size_t>(settings_.cascades)) {
+    return invalid("more than the settings' cascades", "cascades", input.cascades.size());
+  }
+  begin_frame(input.pages);
+  counts = pending_;
+  pending_ = {};
   const int upright_height = (input.quarter_turns & 1) != 0 ? settings_.width : settings_.height;
   shader::FrameBlock block =
       make_frame_block(input.camera, input.least_cos2, input.light, settings_.extent, upright_height);
   turn_frame_block(block, input.quarter_turns);
   set_drape(settings_.extent, settings_.drape_repeat, block);
-  gl_.BindBuffer(GL_UNIFORM_BUFFER, frame_buffer_);
-  gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
-  gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, frame_buffer_);
+  set_cascades(input.camera, input.light_space, input.cascades, settings_.shadow_size, block);
+  use_block(frame_buffer_, block);
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
   gl_.Viewport(0, 0, settings_.width, settings_.height);
@@ -490,7 +381,11 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   }
 
   push_group("terrain");
-  const Status status = counts.vertices_lost ? Status() : draw_items(input, counts);
+  const ShaderVariant shaded =
+      settings_.cascades > 0 ? ShaderVariant::terrain_shadowed : ShaderVariant::terrain;
+  gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : shaded]);
+  const ExpandIndices expand{input.index_table, input.items, input.pages, {}};
+  const Status status = counts.vertices_lost ? Status() : draw_items(expand, input.max_level, counts);
   pop_group();
   if (!status.ok()) return status;
 
@@ -519,23 +414,29 @@ void Renderer::draw_sky(FrameCounts& counts) {
   counts.triangles += 1;
 }
 
-Status Renderer::draw_items(const FrameInput& input, FrameCounts& counts) {
-  if (input.items.empty()) return {};
-  gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : ShaderVariant::terrain]);
+void Renderer::begin_frame(const PageTable& pages) {
+  wait_for_frame();
+  flush_uploads(pages);
+}
+
+void Renderer::use_block(GLuint buffer, const shader::FrameBlock& block) {
+  gl_.BindBuffer(GL_UNIFORM_BUFFER, buffer);
+  gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+  gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_FRAME, buffer);
+}
+
+Status Renderer::draw_items(ExpandIndices expand, int max_level, FrameCounts& counts) {
+  if (expand.items.empty()) return {};
   gl_.BindVertexArray(vertex_array_);
-  ExpandIndices expand;
-  expand.table = input.index_table;
-  expand.items = input.items;
-  expand.pages = input.pages;
   const auto bytes = static_cast<GLsizeiptr>(settings_.stream_indices) * 4;
-  for (ExpandIndices::Chunk chunk; chunk.next_item < input.items.size();) {
+  for (ExpandIndices::Chunk chunk; chunk.next_item < expand.items.size();) {
     // Invalidating lets the driver give fresh memory while the GPU still reads the last chunk.
     void* mapped = gl_.MapBufferRange(GL_ELEMENT_ARRAY_BUFFER, 0, bytes,
                                       GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT);
     if (mapped == nullptr)
       return {StatusCode::limit_reached, "the driver cannot map the index stream", "GPU memory"};
     expand.out = {static_cast<std::uint32_t*>(mapped), settings_.stream_indices};
-    const Status status = chunk.next_item == 0 ? expand.validate(input.max_level) : Status();
+    const Status status = chunk.next_item == 0 ? expand.validate(max_level) : Status();
     if (status.ok()) chunk = expand.run(chunk.next_item);
     const bool intact = gl_.UnmapBuffer(GL_ELEMENT_ARRAY_BUFFER) == GL_TRUE;
     if (!status.ok()) return status;

@@ -31,7 +31,9 @@
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/patch/page_table.h"
 #include "terrain/view/camera.h"
+#include "terrain/view/cascades.h"
 #include "terrain/view/draw_list.h"
+#include "terrain/view/expand_indices.h"
 #include "terrain/view/morph.h"
 #include "terrain/voxel/octree.h"
 
@@ -50,6 +52,9 @@ struct RendererSettings {
   int drape_width = 0;
   int drape_height = 0;
   double drape_repeat = 1;  // times that it covers the world's content on each axis, 2^-10..2^10
+  int cascades = 0;         // shadow maps, 0..kMostCascades; with a drape there are none
+  int shadow_size = 1024;   // texels a side, as in CascadeSettings
+  int shadow_bits = 16;     // of depth, 16 or 24 (which takes 32)
   bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   bool debug = false;  // takes the driver's error messages (message()); wants a debug context
@@ -70,9 +75,22 @@ struct FrameInput {
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables()
   int max_level = kMaxLevel;                   // of index_table and items
+  // Shadow maps that the sun's light is looked up in, smallest first, at most settings().cascades; their
+  // contents are those of the last draw_cascade(). None: the sun reaches everything.
+  LightSpace light_space;
+  std::span<const Cascade> cascades;
   // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
   // the target, and the camera's aspect is that of the upright picture.
   int quarter_turns = 0;
+};
+
+// What is drawn into a shadow map. items, pages, index_table, max_level: as in FrameInput.
+struct CascadeInput {
+  Cascade cascade;
+  std::span<const DrawItem> items;
+  PageTable pages;
+  std::span<const std::uint16_t> index_table;
+  int max_level = kMaxLevel;
 };
 
 struct FrameCounts {
@@ -122,6 +140,10 @@ class Renderer {
   // before it is drawn. invalid_argument where they are not whole or not within the settings' morph_rows.
   Status upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows);
 
+  // Draws a shadow map, which keeps until it is drawn again; its calls are counted by the next draw().
+  // invalid_argument names what does not fit.
+  Status draw_cascade(int index, const CascadeInput& input);
+
   // Draws one picture into the offscreen target. invalid_argument names what does not fit; nothing is drawn
   // then.
   Status draw(const FrameInput& input, FrameCounts& counts);
@@ -131,6 +153,8 @@ class Renderer {
 
   // GPU time of the newest finished frame's terrain pass in milliseconds; NaN where it is not known (yet).
   double terrain_gpu_ms() { return timer_.latest_ms(gl_); }
+  // The same of the newest shadow map that was drawn.
+  double shadow_gpu_ms() { return shadow_timer_.latest_ms(gl_); }
 
   // Reads the last picture, row 0 at the top. rgba: width x height x 4 bytes.
   Status read_colour(std::span<std::uint8_t> rgba);
@@ -154,11 +178,14 @@ class Renderer {
   Status check_upload(const PageTable& pages, PatchId patch, std::uint32_t first, std::size_t vertices,
                       glm::ivec3 origin, std::uint32_t row) const;
   bool map_vertices();
-  void flush_uploads(const PageTable& pages, FrameCounts& counts);
+  void flush_uploads(const PageTable& pages);
   void upload_page_rows(const PageTable& pages);
   void wait_for_frame();
+  Status create_shadow_maps();
+  void begin_frame(const PageTable& pages);
+  void use_block(GLuint buffer, const shader::FrameBlock& block);
   void draw_sky(FrameCounts& counts);
-  Status draw_items(const FrameInput& input, FrameCounts& counts);
+  Status draw_items(ExpandIndices expand, int max_level, FrameCounts& counts);
   void read_pixels(void* rgba);
   void push_group(const char* name);
   void pop_group();
@@ -172,9 +199,11 @@ class Renderer {
   bool has_picture_ = false;
   Programs programs_;
   GpuTimer timer_;
+  GpuTimer shadow_timer_;
   GLuint vertex_buffer_ = 0;
   GLuint index_buffer_ = 0;
-  GLuint frame_buffer_ = 0;  // the uniform block's
+  GLuint frame_buffer_ = 0;                     // the uniform block's
+  GLuint cascade_buffers_[kMostCascades] = {};  // the block's, of passes into shadow maps
   GLuint vertex_array_ = 0;
   GLuint no_attributes_ = 0;  // vertex array of the full-screen passes
   GLuint page_table_ = 0;
@@ -182,14 +211,16 @@ class Renderer {
   GLuint morph_rows_ = 0;
   GLuint noise_ = 0;
   GLuint sky_line_ = 0;
-  GLuint drape_ = 0;  // 0: none
+  GLuint drape_ = 0;                           // 0: none
+  GLuint shadow_maps_ = 0;                     // texture array, a layer a cascade
+  GLuint shadow_targets_[kMostCascades] = {};  // framebuffers, one a layer
   GLuint depth_ = 0;
   GLuint colour_ = 0;
   GLuint target_ = 0;                             // framebuffer: colour_ and depth_
   GLuint colour_target_ = 0;                      // framebuffer: colour_ alone
   std::bitset<kMostPageRows> changed_page_rows_;  // rows of texels that the texture does not have yet
   GpuVertex* mapped_ = nullptr;                   // the whole vertex buffer, between an upload and a frame
-  std::uint64_t uploaded_bytes_ = 0;
+  FrameCounts pending_;                           // of what was done for the next frame already
   std::uint64_t frame_ = 0;
   GLsync fences_[kFramesInFlight] = {};  // of the last frames, by frame
   char message_[2048] = {};

@@ -7,6 +7,7 @@
 
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
+#include "terrain/view/cascades.h"
 #include "terrain/view/morph.h"
 
 namespace karst::shader {
@@ -19,6 +20,7 @@ using ivec4 = glm::ivec4;
 
 static_assert(kPageVertices == 1u << KARST_PAGE_BITS);
 static_assert(kStepsPerVoxel == static_cast<int>(KARST_STEPS_PER_VOXEL));
+static_assert(kCascadeBorder == static_cast<int>(KARST_SHADOW_BORDER));
 static_assert(kMorphRow == KARST_MORPH_ROW);
 static_assert(kThresholdUnit == static_cast<float>(KARST_THRESHOLD_UNIT));
 static_assert(kMorphShare == static_cast<float>(KARST_MORPH_SHARE));

@@ -104,6 +104,8 @@ Budget Terrain::budget(const Config& config) {
         Arena::bytes_for<std::uint16_t>(index_count(static_cast<int>(config.max_level))));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
+  b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
+  b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint32_t>(config.max_patches));
   b.add(Consumer::scratch, Arena::bytes_for<GpuVertex>(block_samples(config)));
   b.add(Consumer::scratch, Arena::bytes_for<std::byte>(scratch_bytes(config)));
@@ -160,6 +162,8 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   take(index_table_, Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   take(levels_, Consumer::draw_list, config.max_patches);
   take(items_, Consumer::draw_list, config.max_draw_items);
+  take(caster_levels_, Consumer::draw_list, config.max_patches);
+  take(caster_items_, Consumer::draw_list, config.max_draw_items);
   take(list_scratch_, Consumer::draw_list, config.max_patches);
   take(vertices_, Consumer::scratch, block_samples(config));
   take(scratch_, Consumer::scratch, scratch_bytes(config));
@@ -405,6 +409,7 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   lod.lacking = lacking_;
   if (const Status status = lod.validate(); !status.ok()) return status;
   if (const Status status = set_thresholds(lod.settings, lod.scale); !status.ok()) return status;
+  lod_settings_ = lod.settings;
   selection.lod = lod.run();
   lacking_count_ = std::min<std::size_t>(selection.lod.capped, lacking_.size());
   lacking_is_heap_ = false;
@@ -486,6 +491,7 @@ bool Terrain::make_resident(PatchId patch, int level, PatchUpload& upload, Statu
                               static_cast<std::size_t>(patch_vertices(level) - first)),
             {volume.corner[0], volume.corner[1], volume.corner[2]}};
   if (old_level == 0) touch_morph_row(upload.row);
+  ++residency_version_;
   return true;
 }
 

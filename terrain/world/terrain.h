@@ -25,6 +25,7 @@
 #include "terrain/patch/page_table.h"
 #include "terrain/patch/resident_pool.h"
 #include "terrain/surface/extract_surface.h"
+#include "terrain/view/cascades.h"
 #include "terrain/view/draw_list.h"
 #include "terrain/view/morph.h"
 #include "terrain/view/occlusion.h"
@@ -157,6 +158,22 @@ class Terrain {
   const ErrorScale& error_scale() const { return scale_; }
   std::span<const PatchLod> lods() const { return lods_.first(info_.patches); }
 
+  // --- Casters of shadows, after the frame's last select()
+
+  struct Casters {
+    std::span<const DrawItem> items;  // valid until the next select_casters()
+    std::uint32_t missing = 0;        // patches in the cascade's box that are not resident
+    std::uint64_t hash = 0;           // of the items and their thresholds: the same ones draw the same map
+  };
+  // Levels of detail for the cascade's place, no finer than what is resident, with the settings of the last
+  // select(), and a list of what lies in its box. Errors as of select().
+  Status select_casters(const Cascade& cascade, Casters& casters);
+  // Makes vertices of the coarsest kind for a patch that the last select_casters() missed. False: none is
+  // missing, or there is no room. status: errors of reading heights.
+  bool generate_next_caster(const Cascade& cascade, PatchUpload& upload, Status& status);
+  // Changes whenever patches become resident at another level.
+  std::uint32_t residency_version() const { return residency_version_; }
+
   std::span<const DrawItem> items() const { return items_.first(listed_); }
   // Of patches in view and their neighbours, and of all without frustum_culling; 0 where none is resident.
   std::span<const std::uint8_t> levels() const { return levels_.first(info_.patches); }
@@ -212,6 +229,11 @@ class Terrain {
   std::uint32_t ahead_left_ = 0;  // patches to look at in this frame
   LodEye eye_;
   std::span<std::uint16_t> index_table_;
+  LodSettings lod_settings_;  // of the last select()
+  std::uint32_t residency_version_ = 0;
+  PatchId next_caster_ = 0;  // where looking for missing casters goes on
+  std::span<std::uint8_t> caster_levels_;
+  std::span<DrawItem> caster_items_;
   std::span<std::uint8_t> levels_;
   std::span<DrawItem> items_;
   std::span<std::uint32_t> list_scratch_;

@@ -136,6 +136,9 @@ TEST_F(Karst, UsageErrors) {
       {{"render", world_, "-o", out, "--drape-repeat", "2"}, "--drape-repeat needs a --drape"},
       {{"render", world_, "-o", out, "--drape", "a.png", "--drape-repeat", "0"},
        "--drape-repeat: 0 is not in"},
+      {{"render", world_, "-o", out, "--shadows", "4"}, "--shadows: 4 is not in 0 to 3"},
+      {{"render", world_, "-o", out, "--shadow-size", "1000"}, "--shadow-size: not a multiple of 16"},
+      {{"render", world_, "-o", out, "--shadow-reach", "3"}, "--shadow-reach: 3 is not in 4 to"},
       {{"render", world_, "-o", out, "--haze", "0"}, "--haze"},
       {{"render", world_, "-o", out, "--no-skip", "sky"}, "--no-skip: 'sky' is not frustum"},
       {{"render", world_, "-o", out, "--max-memory", "0"}, "--max-memory"},
@@ -234,9 +237,37 @@ TEST_F(Karst, StatisticsHaveTheDocumentedKeys) {
                           "flags"}) {
     EXPECT_NE(text.find(json_key(key)), std::string::npos) << key;
   }
-  EXPECT_NE(text.find("\"draw_calls\": 2,"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"draw_calls\": 4,"), std::string::npos) << "two shadow maps, terrain, sky: " << text;
   EXPECT_NE(text.find(json_key("heap_calls_after_init") + "0,"), std::string::npos) << text;
   EXPECT_NE(text.find(json_key("gl_objects_after_init") + "0,"), std::string::npos) << text;
+}
+
+// A turning camera: maps are drawn once, and again only where more of the world has become resident; drawing
+// them in every frame gives the same pictures.
+TEST_F(Karst, ShadowMapsAreKeptWhileTheCameraTurns) {
+  std::string path;
+  for (int frame = 0; frame < 24; ++frame) path += "8 12 8 " + std::to_string(30 * frame % 360) + " -30\n";
+  const std::string turning = folder_.write("turning.txt", path);
+  const auto run = [&](const std::string& pictures, const std::vector<std::string>& options) {
+    std::vector<std::string> words{"--path", turning, "-o", file(pictures), "--stats", "-"};
+    words.insert(words.end(), options.begin(), options.end());
+    const std::string text = render(words).out;
+    const std::size_t at = text.find(json_key("cascades"));
+    return at == std::string::npos ? -1.0
+                                   : std::strtod(text.c_str() + at + json_key("cascades").size(), nullptr);
+  };
+  EXPECT_EQ(run("all%02d.png", {"--no-skip", "cascades"}), 0.0);
+  EXPECT_GE(run("few%02d.png", {}), 1.5) << "of two";
+  EXPECT_EQ(run("none%02d.png", {"--shadows", "0"}), 0.0);
+  int shaded = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    char number[16];
+    std::snprintf(number, sizeof number, "%02d.png", frame);
+    const std::string few = read_text(file(std::string("few") + number));
+    EXPECT_EQ(few, read_text(file(std::string("all") + number))) << frame;
+    shaded += few != read_text(file(std::string("none") + number)) ? 1 : 0;
+  }
+  EXPECT_GT(shaded, 12);
 }
 
 TEST_F(Karst, DrapesComeFromPngFiles) {
@@ -399,7 +430,7 @@ TEST_F(Karst, WorldsTooLargeAreDrawnCoarserAndItIsSaid) {
 // Heights that find no room are read when they are needed, and the picture stays the same.
 TEST_F(Karst, HeightsCanStayInTheFile) {
   const std::string large = folder_.write("large.karst", small_world(5, {40, 12, 40}));
-  const Names words{"render", large, "--size", "64x36", "--stats", "-", "-o"};
+  const Names words{"render", large, "--shadows", "0", "--size", "64x36", "--stats", "-", "-o"};
   const auto with = [&](const char* mebibytes, const char* picture) {
     Names all = words;
     all.insert(all.end(), {file(picture), "--max-memory", mebibytes});

@@ -74,6 +74,7 @@ TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
   settings.morph_rows = 777;
   settings.stream_indices = 5000;
   settings.extent = {100, 20, 7};
+  settings.cascades = 2;
   settings.drape_width = 100;
   settings.drape_height = 3;
   Budget budget;
@@ -91,6 +92,7 @@ TEST(FrameMemory, EveryObjectIsDeleted) {
     RendererSettings settings;
     settings.vertex_pages = 10;
     settings.morph_rows = 10;
+    settings.cascades = 3;
     settings.stream_indices = 1000;
     ASSERT_TRUE(renderer.create(gl, settings).ok());
     // Creating again deletes what was there.

@@ -44,6 +44,7 @@ std::uint64_t texel_bytes(GLenum format) {
     case GL_R8UI:
       return 1;
     case GL_R16F:
+    case GL_DEPTH_COMPONENT16:
       return 2;
     default:
       return 4;  // RGBA8, DEPTH_COMPONENT24
@@ -80,6 +81,10 @@ void fill_objects(Gl& gl) {
   gl.DeleteProgram = remove_one;
   gl.DeleteShader = remove_one;
   gl.TexStorage2D = texture_storage;
+  gl.TexStorage3D = [](GLenum, GLsizei levels, GLenum format, GLsizei width, GLsizei height, GLsizei depth) {
+    for (GLsizei layer = 0; layer < depth; ++layer)
+      texture_storage(GL_TEXTURE_2D, levels, format, width, height);
+  };
   gl.RenderbufferStorage = [](GLenum, GLenum format, GLsizei width, GLsizei height) {
     texture_storage(GL_RENDERBUFFER, 1, format, width, height);
   };

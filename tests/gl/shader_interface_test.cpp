@@ -37,7 +37,11 @@ const std::map<std::string, Field> kFields = {
     KARST_FIELD(sun_light, GL_FLOAT_VEC4),         KARST_FIELD(sky_light, GL_FLOAT_VEC4),
     KARST_FIELD(ground_light, GL_FLOAT_VEC4),      KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
     KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),       KARST_FIELD(view_scale, GL_FLOAT_VEC4),
-    KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4),    KARST_FIELD(drape_place, GL_FLOAT_VEC4)};
+    KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4),    KARST_FIELD(shadow_x, GL_FLOAT_VEC4),
+    KARST_FIELD(shadow_y, GL_FLOAT_VEC4),          KARST_FIELD(shadow_z, GL_FLOAT_VEC4),
+    KARST_FIELD(shadow_box_0, GL_FLOAT_VEC4),      KARST_FIELD(shadow_box_1, GL_FLOAT_VEC4),
+    KARST_FIELD(shadow_box_2, GL_FLOAT_VEC4),      KARST_FIELD(shadow_scale, GL_FLOAT_VEC4),
+    KARST_FIELD(drape_place, GL_FLOAT_VEC4)};
 #undef KARST_FIELD
 
 class ShaderInterface : public testing::Test {
@@ -133,13 +137,11 @@ TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                              {"noise", KARST_UNIT_NOISE},
-                                              {"sky_line", KARST_UNIT_SKY_LINE},
-                                              {"depth", KARST_UNIT_DEPTH},
-                                              {"drape", KARST_UNIT_DRAPE}};
+  const std::map<std::string, GLint> units = {
+      {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+      {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
+      {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH},
+      {"drape", KARST_UNIT_DRAPE},           {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;
@@ -150,7 +152,8 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
       GLint count = 0;
       GLenum type = 0;
       get_uniform(program, static_cast<GLuint>(i), sizeof name, nullptr, &count, &type, name);
-      if (type != GL_SAMPLER_2D && type != GL_UNSIGNED_INT_SAMPLER_2D) continue;
+      if (type != GL_SAMPLER_2D && type != GL_UNSIGNED_INT_SAMPLER_2D && type != GL_SAMPLER_2D_ARRAY_SHADOW)
+        continue;
       ASSERT_TRUE(units.contains(name)) << name;
       GLint unit = -1;
       get_value(program, context_.gl().GetUniformLocation(program, name), &unit);
