@@ -6,9 +6,10 @@ uniform highp sampler2DArrayShadow shadow_maps;  // depth of what is nearest to 
 // Where a point is looked up, so that a surface does not shade itself. The filter compares with texels up to
 // 2 texels to each side. On a plane at the angle a to the light, depth changes by tan a a texel; moved by m
 // along its normal, a point is m / cos a above it as the light sees it: m = 2 sin a is enough at every angle,
-// and the shadow of what stands on the plane still begins at its foot. A little along the light for what is
-// not plane.
+// and the shadow of what stands on the plane still begins at its foot. A texel more, because what casts is of
+// a coarser level that is off by as much; and a little along the light for what is not plane.
 const float kNormalTexels = 2.0;
+const float kLevelTexels = 1.0;
 const float kSlopeTexels = 0.25;
 const float kMostSlope = 4.0;
 // Steps of depth in a map of 16 bits.
@@ -53,7 +54,7 @@ float sun_reaches(vec3 from_eye, vec3 normal) {
   if (shadow_scale.x < 1.0 || !covers(box, light)) return 1.0;
   float facing = max(dot(normal, sun_direction.xyz), 0.05);
   float across = sqrt(max(1.0 - facing * facing, 0.0));
-  vec3 moved = from_eye + normal * (kNormalTexels * box.w * across);
+  vec3 moved = from_eye + normal * ((kNormalTexels * across + kLevelTexels) * box.w);
   vec2 at = vec2(dot(shadow_x.xyz, moved), dot(shadow_y.xyz, moved)) * box.z + box.xy;
   float depth = dot(shadow_z.xyz, moved) + shadow_z.w;
   depth -= kSlopeTexels * box.w * min(across / facing, kMostSlope) * shadow_scale.w + kDepthSteps;

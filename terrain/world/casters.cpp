@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What casts into a cascade's shadow map (terrain/view/cascades.h). Patches that the picture does not show
-// cast at the level that happens to be resident, the coarsest one at least: its surface is off by less than a
-// texel of most maps.
+// What casts into a cascade's shadow map (terrain/view/cascades.h). A patch casts no finer than the map can
+// show: at the coarsest level that is off by a texel at most, if its place does not ask for a coarser one.
+// That is mostly a level that every resident patch has, so what streams in and out while the camera turns
+// leaves maps as they are; and a map costs fewer triangles than the picture.
+#include <algorithm>
 #include <cstring>
 
 #include "terrain/world/terrain.h"
@@ -29,7 +31,14 @@ Status Terrain::select_casters(const Cascade& cascade, Casters& casters) {
   lod.scale.least_cos2 = 1.0f;
   lod.lods = lods();
   lod.errors = level_errors();
-  lod.resident = pool_.levels();
+  const double texel = cascade.texel * kStepsPerVoxel;
+  const LevelErrors all_errors = level_errors();
+  for (PatchId p = 0; p < info_.patches; ++p) {
+    int level = base_level();
+    while (level < info_.level && all_errors.error(p, level) > texel) ++level;
+    caster_held_[p] = static_cast<std::uint8_t>(std::min(level, pool_.level(p)));
+  }
+  lod.resident = caster_held_.first(info_.patches);
   lod.levels = caster_levels_.first(info_.patches);
   if (const Status status = lod.validate(); !status.ok()) return status;
   casters.missing = lod.run().missing;

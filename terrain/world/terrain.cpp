@@ -105,6 +105,7 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
+  b.add(Consumer::draw_list, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::draw_list, Arena::bytes_for<DrawItem>(config.max_draw_items));
   b.add(Consumer::draw_list, Arena::bytes_for<std::uint32_t>(config.max_patches));
   b.add(Consumer::scratch, Arena::bytes_for<GpuVertex>(block_samples(config)));
@@ -162,6 +163,7 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   take(index_table_, Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   take(levels_, Consumer::draw_list, config.max_patches);
   take(items_, Consumer::draw_list, config.max_draw_items);
+  take(caster_held_, Consumer::draw_list, config.max_patches);
   take(caster_levels_, Consumer::draw_list, config.max_patches);
   take(caster_items_, Consumer::draw_list, config.max_draw_items);
   take(list_scratch_, Consumer::draw_list, config.max_patches);

@@ -165,8 +165,9 @@ class Terrain {
     std::uint32_t missing = 0;        // patches in the cascade's box that are not resident
     std::uint64_t hash = 0;           // of the items and their thresholds: the same ones draw the same map
   };
-  // Levels of detail for the cascade's place, no finer than what is resident, with the settings of the last
-  // select(), and a list of what lies in its box. Errors as of select().
+  // Levels of detail for the cascade's place with the settings of the last select(), no finer than what is
+  // resident and than what is off by a texel of the map; and a list of what lies in its box. Errors as of
+  // select().
   Status select_casters(const Cascade& cascade, Casters& casters);
   // Makes vertices of the coarsest kind for a patch that the last select_casters() missed. False: none is
   // missing, or there is no room. status: errors of reading heights.
@@ -231,7 +232,8 @@ class Terrain {
   std::span<std::uint16_t> index_table_;
   LodSettings lod_settings_;  // of the last select()
   std::uint32_t residency_version_ = 0;
-  PatchId next_caster_ = 0;  // where looking for missing casters goes on
+  PatchId next_caster_ = 0;              // where looking for missing casters goes on
+  std::span<std::uint8_t> caster_held_;  // finest level that each patch casts with
   std::span<std::uint8_t> caster_levels_;
   std::span<DrawItem> caster_items_;
   std::span<std::uint8_t> levels_;
