@@ -69,7 +69,7 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   const std::int64_t start = now_ns();
   Terrain::Casters casters;
   Status status = terrain_.select_casters(cascade, casters);
-  if (casters.missing > 0) {
+  if (casters.lacking > 0) {
     PatchUpload upload;
     bool made = false;
     while (ms_between(start, now_ns()) < until_ms && terrain_.generate_next_caster(cascade, upload, status)) {

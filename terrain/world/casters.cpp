@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What casts into a cascade's shadow map (terrain/view/cascades.h). A patch casts no finer than the map can
 // show: at the coarsest level that is off by a texel at most, if its place does not ask for a coarser one.
-// That is mostly a level that every resident patch has, so what streams in and out while the camera turns
-// leaves maps as they are; and a map costs fewer triangles than the picture.
+// Patches out of view are made resident at that level, too: as long as the pool has room, maps depend neither
+// on where the camera looks nor on what it saw before, and cost fewer triangles than the picture.
 #include <algorithm>
 #include <cstring>
 
@@ -18,6 +18,19 @@ std::uint64_t mix(std::uint64_t hash, std::uint64_t word) {
 
 }  // namespace
 
+int Terrain::caster_level(const Cascade& cascade, const LodEye& eye, PatchId patch) const {
+  int wanted = lod_settings_.top_level();
+  if (lod_settings_.mode == LodMode::error) {
+    const PatchLod& lod = lods_[patch];
+    wanted = level_at(lod, least_apparent_distance(lod, eye));
+  }
+  const LevelErrors errors = level_errors();
+  const double texel = cascade.texel * kStepsPerVoxel;
+  int level = base_level();
+  while (level < wanted && errors.error(patch, level) > texel) ++level;
+  return level;
+}
+
 Status Terrain::select_casters(const Cascade& cascade, Casters& casters) {
   casters = {};
   SelectLod lod;
@@ -31,17 +44,26 @@ Status Terrain::select_casters(const Cascade& cascade, Casters& casters) {
   lod.scale.least_cos2 = 1.0f;
   lod.lods = lods();
   lod.errors = level_errors();
-  const double texel = cascade.texel * kStepsPerVoxel;
-  const LevelErrors all_errors = level_errors();
+  const LodEye eye = make_lod_eye(cascade.eye, 1.0f);
+  std::uint32_t lacking = 0;
   for (PatchId p = 0; p < info_.patches; ++p) {
-    int level = base_level();
-    while (level < info_.level && all_errors.error(p, level) > texel) ++level;
-    caster_held_[p] = static_cast<std::uint8_t>(std::min(level, pool_.level(p)));
+    const int level = caster_level(cascade, eye, p);
+    int held = pool_.level(p);
+    if (held < level) {
+      // Out of the box nothing is drawn, and must not lower what is: it counts as held.
+      if (classify(cascade.frustum, patch_box(surface(), bounds(), p), kAllPlanes) == kOutside) {
+        held = level;
+      } else {
+        ++lacking;
+      }
+    }
+    caster_held_[p] = static_cast<std::uint8_t>(std::min(level, held));
   }
   lod.resident = caster_held_.first(info_.patches);
   lod.levels = caster_levels_.first(info_.patches);
   if (const Status status = lod.validate(); !status.ok()) return status;
-  casters.missing = lod.run().missing;
+  lod.run();
+  casters.lacking = lacking;
 
   BuildDrawList list;
   list.frustum = &cascade.frustum;
@@ -69,15 +91,18 @@ Status Terrain::select_casters(const Cascade& cascade, Casters& casters) {
 
 bool Terrain::generate_next_caster(const Cascade& cascade, PatchUpload& upload, Status& status) {
   status = {};
-  for (std::uint32_t n = 0; n < info_.patches; ++n) {
-    if (next_caster_ >= info_.patches) next_caster_ = 0;
-    const PatchId patch = next_caster_++;
-    if (pool_.level(patch) > 0 ||
-        classify(cascade.frustum, patch_box(surface(), bounds(), patch), kAllPlanes) == kOutside) {
-      continue;
+  const LodEye eye = make_lod_eye(cascade.eye, 1.0f);
+  // What is not there at all comes first.
+  for (const bool holes : {true, false}) {
+    for (std::uint32_t n = 0; n < info_.patches; ++n) {
+      if (next_caster_ >= info_.patches) next_caster_ = 0;
+      const PatchId patch = next_caster_++;
+      const int level = holes ? base_level() : caster_level(cascade, eye, patch);
+      if (pool_.level(patch) >= level || (holes && pool_.level(patch) > 0)) continue;
+      if (classify(cascade.frustum, patch_box(surface(), bounds(), patch), kAllPlanes) == kOutside) continue;
+      if (!pool_.make_room(patch, level)) return false;
+      return make_resident(patch, level, upload, status);
     }
-    if (!pool_.make_room(patch, base_level())) return false;
-    return make_resident(patch, base_level(), upload, status);
   }
   return false;
 }

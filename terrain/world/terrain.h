@@ -162,15 +162,16 @@ class Terrain {
 
   struct Casters {
     std::span<const DrawItem> items;  // valid until the next select_casters()
-    std::uint32_t missing = 0;        // patches in the cascade's box that are not resident
-    std::uint64_t hash = 0;           // of the items and their thresholds: the same ones draw the same map
+    // Patches in the cascade's box that are held coarser than they should cast, or not at all.
+    std::uint32_t lacking = 0;
+    std::uint64_t hash = 0;  // of the items and their thresholds: the same ones draw the same map
   };
   // Levels of detail for the cascade's place with the settings of the last select(), no finer than what is
   // resident and than what is off by a texel of the map; and a list of what lies in its box. Errors as of
   // select().
   Status select_casters(const Cascade& cascade, Casters& casters);
-  // Makes vertices of the coarsest kind for a patch that the last select_casters() missed. False: none is
-  // missing, or there is no room. status: errors of reading heights.
+  // Makes vertices for a patch in the cascade's box that lacks some, holes first. False: none lacks any, or
+  // there is no room. status: errors of reading heights.
   bool generate_next_caster(const Cascade& cascade, PatchUpload& upload, Status& status);
   // Changes whenever patches become resident at another level.
   std::uint32_t residency_version() const { return residency_version_; }
@@ -193,6 +194,8 @@ class Terrain {
   void govern(Selection& selection);
   bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
   bool generate_ahead(PatchUpload& upload, Status& status);
+  // The level that a patch should cast at.
+  int caster_level(const Cascade& cascade, const LodEye& eye, PatchId patch) const;
   void touch_morph_row(std::uint32_t row);
 
   Config config_;

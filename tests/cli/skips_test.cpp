@@ -72,6 +72,8 @@ TEST(Skips, ChangeNoPixel) {
                                           "1",
                                           "--vertex-memory",
                                           "64",
+                                          "--shadows",
+                                          "0",
                                           "-o",
                                           folder.path(name + "%04d.png"),
                                           "--stats",

@@ -163,7 +163,7 @@ class ShadowedWorld {
       cascade.cascade = cascades[n];
       Terrain::Casters casters;
       ASSERT_TRUE(drawn.terrain().select_casters(cascade.cascade, casters).ok());
-      EXPECT_EQ(casters.missing, 0u);
+      EXPECT_EQ(casters.lacking, 0u);
       cascade.items = casters.items;
       cascade.pages = input.pages;
       cascade.index_table = input.index_table;
