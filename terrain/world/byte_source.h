@@ -18,8 +18,8 @@ struct ByteSource {
   // Bytes in memory, borrowed.
   static ByteSource of(std::span<const std::byte> memory) {
     return {memory.size(), memory.data(),
-            [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
-              std::memcpy(out.data(), static_cast<const std::byte*>(context) + offset, out.size());
+            [](const void* from, std::uint64_t offset, std::span<std::byte> out) {
+              std::memcpy(out.data(), static_cast<const std::byte*>(from) + offset, out.size());
               return true;
             }};
   }
