@@ -69,7 +69,9 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   const std::int64_t start = now_ns();
   Terrain::Casters casters;
   Status status = terrain_.select_casters(cascade, casters);
+  double making_ms = 0;
   if (casters.lacking > 0) {
+    const std::int64_t selected = now_ns();
     PatchUpload upload;
     bool made = false;
     while (ms_between(start, now_ns()) < until_ms && terrain_.generate_next_caster(cascade, upload, status)) {
@@ -80,6 +82,7 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
       made = true;
       ++record.generated;
     }
+    making_ms = ms_between(selected, now_ns());
     if (made) status = terrain_.select_casters(cascade, casters);
   }
   if (status.code() == StatusCode::limit_reached) {
@@ -88,7 +91,8 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   }
   if (!status.ok()) return status;
   const std::int64_t listed = now_ns();
-  record.cull_lod_ms += ms_between(start, listed);
+  record.generate_ms += making_ms;
+  record.cull_lod_ms += ms_between(start, listed) - making_ms;
   map.residency = terrain_.residency_version();
   map.thresholds = terrain_.thresholds_version();
   if (same_box && map.casters == casters.hash) {

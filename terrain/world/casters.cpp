@@ -33,6 +33,8 @@ int Terrain::caster_level(const Cascade& cascade, const LodEye& eye, PatchId pat
 
 Status Terrain::select_casters(const Cascade& cascade, Casters& casters) {
   casters = {};
+  caster_pass_ = 0;
+  next_caster_ = 0;
   SelectLod lod;
   lod.settings = lod_settings_;
   lod.camera = &cascade.eye;
@@ -93,9 +95,9 @@ bool Terrain::generate_next_caster(const Cascade& cascade, PatchUpload& upload, 
   status = {};
   const LodEye eye = make_lod_eye(cascade.eye, 1.0f);
   // What is not there at all comes first.
-  for (const bool holes : {true, false}) {
-    for (std::uint32_t n = 0; n < info_.patches; ++n) {
-      if (next_caster_ >= info_.patches) next_caster_ = 0;
+  for (; caster_pass_ < 2; ++caster_pass_, next_caster_ = 0) {
+    const bool holes = caster_pass_ == 0;
+    while (next_caster_ < info_.patches) {
       const PatchId patch = next_caster_++;
       const int level = holes ? base_level() : caster_level(cascade, eye, patch);
       if (pool_.level(patch) >= level || (holes && pool_.level(patch) > 0)) continue;

@@ -235,7 +235,8 @@ class Terrain {
   std::span<std::uint16_t> index_table_;
   LodSettings lod_settings_;  // of the last select()
   std::uint32_t residency_version_ = 0;
-  PatchId next_caster_ = 0;              // where looking for missing casters goes on
+  int caster_pass_ = 0;                  // looking for missing casters: 0 holes, 1 lack of detail, 2 done
+  PatchId next_caster_ = 0;              // where it goes on
   std::span<std::uint8_t> caster_held_;  // finest level that each patch casts with
   std::span<std::uint8_t> caster_levels_;
   std::span<DrawItem> caster_items_;

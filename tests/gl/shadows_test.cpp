@@ -253,7 +253,6 @@ void judge(ShadowedWorld& world, const Triangles& triangles, const CameraSetting
 TEST(Shadows, AgreeWithRaysOnTheCpu) {
   const test::TestWorld world = shadow_world();
   const Triangles triangles(world);
-  Tally all;
   for (const int size : {512, 1024}) {
     for (const int bits : {16, 24}) {
       if (size == 512 && bits == 24) continue;
