@@ -125,6 +125,7 @@ class Reader {
   }
   void scene(SceneOptions& options) {
     options.world = arguments_.positional()[0];
+    options.shadows.count = 0;  // what is measured is levels of detail
     options.drape = text("drape");
     options.drape_repeat = number("drape-repeat", 0x1p-10, 0x1p10, options.drape_repeat);
     options.vertex_bytes = static_cast<std::uint64_t>(number("vertex-memory", 0, 1024, 0) * (1 << 20));

@@ -19,7 +19,8 @@ struct ByteSource {
   static ByteSource of(std::span<const std::byte> memory) {
     return {memory.size(), memory.data(),
             [](const void* from, std::uint64_t offset, std::span<std::byte> out) {
-              std::memcpy(out.data(), static_cast<const std::byte*>(from) + offset, out.size());
+              if (!out.empty())
+                std::memcpy(out.data(), static_cast<const std::byte*>(from) + offset, out.size());
               return true;
             }};
   }

@@ -54,7 +54,9 @@ TEST(WorldFile, WhatIsWrittenIsReadAgain) {
     EXPECT_TRUE(std::equal(heights.level_errors.begin(), heights.level_errors.end(), world.errors.begin(),
                            world.errors.end()));
     ASSERT_EQ(heights.bounds.size(), world.bounds.size());
-    EXPECT_EQ(std::memcmp(heights.bounds.data(), world.bounds.data(), heights.bounds.size_bytes()), 0);
+    if (!heights.bounds.empty()) {
+      EXPECT_EQ(std::memcmp(heights.bounds.data(), world.bounds.data(), heights.bounds.size_bytes()), 0);
+    }
 
     // Written from what was read, it is the same file.
     std::vector<std::byte> again(file.size());
