@@ -43,8 +43,7 @@ constexpr Command kCommands[] = {{"view", run_view},
 
 // A software driver takes a frame's working memory from the heap and frees it when the frame is drawn. By
 // default glibc gives the end of the heap back to the kernel each time, and the next frame faults it in page
-// by page: measured with llvmpipe, a fifth of the frame. Memory that was once needed is kept instead; the
-// most that is ever used does not change.
+// by page. Memory that was once needed is kept instead; the most that is ever used does not change.
 void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_TRIM_THRESHOLD, 256 << 20);  // bytes

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/common/file_source.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+
+#include "app/common/regular_file.h"
 
 namespace karst::app {
 namespace {
-
-std::string failure(const std::string& path, int error) {
-  return path + ": cannot read: " + std::strerror(error);
-}
 
 bool read_all(int file, std::uint64_t offset, std::span<std::byte> out) {
   while (!out.empty()) {
@@ -33,27 +28,11 @@ FileSource::~FileSource() {
 }
 
 std::string FileSource::open(const std::string& path) {
-  // Without O_NONBLOCK, opening a pipe would wait for a writer.
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return failure(path, errno);
-  std::string error;
-  struct stat info {};
-  if (fstat(file, &info) != 0) {
-    error = failure(path, errno);
-  } else if (S_ISDIR(info.st_mode)) {
-    error = failure(path, EISDIR);
-  } else if (!S_ISREG(info.st_mode)) {
-    error = path + ": cannot read: not a regular file";
-  } else if (info.st_size == 0) {
-    error = path + ": the file is empty";
-  } else {
-    if (file_ >= 0) ::close(file_);
-    file_ = file;
-    bytes_ = static_cast<std::uint64_t>(info.st_size);
-    return {};
-  }
-  ::close(file);
-  return error;
+  int file = -1;
+  if (std::string error = open_regular_file(path, file, bytes_); !error.empty()) return error;
+  if (file_ >= 0) ::close(file_);
+  file_ = file;
+  return {};
 }
 
 ByteSource FileSource::source() const {

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "app/common/regular_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace karst::app {
+
+std::string read_failure(const std::string& path, int error) {
+  return path + ": cannot read: " + std::strerror(error);
+}
+
+std::string open_regular_file(const std::string& path, int& file, std::uint64_t& bytes) {
+  // Without O_NONBLOCK, opening a pipe would wait for a writer.
+  const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (opened < 0) return read_failure(path, errno);
+  std::string error;
+  struct stat info {};
+  if (fstat(opened, &info) != 0) {
+    error = read_failure(path, errno);
+  } else if (S_ISDIR(info.st_mode)) {
+    error = read_failure(path, EISDIR);
+  } else if (!S_ISREG(info.st_mode)) {
+    error = path + ": cannot read: not a regular file";
+  } else if (info.st_size == 0) {
+    error = path + ": the file is empty";
+  }
+  if (!error.empty()) {
+    ::close(opened);
+    return error;
+  }
+  file = opened;
+  bytes = static_cast<std::uint64_t>(info.st_size);
+  return {};
+}
+
+}  // namespace karst::app

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Opening files that are there to be read as a whole or in pieces.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace karst::app {
+
+// Opens a regular file that is not empty. Returns an empty string and a descriptor that the caller closes,
+// else one line that names the file and the cause.
+[[nodiscard]] std::string open_regular_file(const std::string& path, int& file, std::uint64_t& bytes);
+
+// path: cannot read: what errno says.
+std::string read_failure(const std::string& path, int error);
+
+}  // namespace karst::app
