@@ -2,6 +2,7 @@
 #include "app/bake/bake.h"
 
 #include "app/bake/bake_error.h"
+#include "app/bake/bake_materials.h"
 #include "app/bake/carve.h"
 #include "app/bake/elevation_solid.h"
 #include "app/bake/parallel.h"
@@ -404,11 +405,25 @@ class Baker {
     const std::vector<PatchBounds> boxes = bounds();
     const std::vector<NormalCone> cones = normal_cones();
     const WorldPatches world_patches{mask, heights_, errors, boxes, cones};
-    std::vector<std::byte> file(world_file_bytes(info));
+    const BakedMaterials ground = materials();
+    std::vector<std::byte> file(world_file_bytes(info, ground.view()));
     std::size_t written = 0;
-    check(write_world(info, voxels_.octree, world_patches, file, written), "world");
+    check(write_world(info, voxels_.octree, world_patches, ground.view(), file, written), "world");
     file.resize(written);
     return file;
+  }
+
+  BakedMaterials materials() const {
+    BakeMaterials bake;
+    bake.threads = job_.threads;
+    bake.relief.sample = job_.sample;
+    bake.relief.voxel_m = grid_.voxel_m;
+    const auto [low, high] =
+        std::minmax_element(volumes_.begin(), volumes_.end(),
+                            [](const Volume& a, const Volume& b) { return a.corner[1] < b.corner[1]; });
+    bake.relief.low = static_cast<float>(low->corner[1]);
+    bake.relief.high = static_cast<float>(high->corner[1]);
+    return bake.run();
   }
 
   void set_name(const std::string& name) {

@@ -78,6 +78,7 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::octets, Octree::bytes_for(config.max_octets));
   b.add(Consumer::volumes, Arena::bytes_for<Volume>(config.max_volumes));
   b.add(Consumer::patches, Arena::bytes_for<Patch>(config.max_patches));
+  b.add(Consumer::patches, Arena::bytes_for<std::uint8_t>(config.max_patches));
   b.add(Consumer::heights,
         Arena::bytes_for<std::int16_t>(held_groups(config) * kHeightGroup * block_samples(config)));
   b.add(Consumer::heights, Arena::bytes_for<std::uint32_t>(height_groups(config.max_patches)));
@@ -123,6 +124,7 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   }
   config_ = config;
   info_ = {};
+  reader_ = {};
   arena_ = Arena(memory.first(needed));
   if (const Status status = octree_.create(arena_, static_cast<int>(config.max_depth), config.max_octets);
       !status.ok())
@@ -132,6 +134,7 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   };
   take(volumes_, Consumer::volumes, config.max_volumes);
   take(patches_, Consumer::patches, config.max_patches);
+  take(overrides_, Consumer::patches, config.max_patches);
   HeightCache::Storage heights;
   take(heights.samples, Consumer::heights, held_groups(config) * kHeightGroup * block_samples(config));
   take(heights.slot_of_group, Consumer::heights, height_groups(config.max_patches));
@@ -196,12 +199,15 @@ Status Terrain::load(const ByteSource& source) {
                 {info.volumes, config_.max_volumes, "max_volumes"},
                 {info.patches, config_.max_patches, "max_patches"}};
   for (const auto& l : limits) {
-    if (l.needed > l.limit)
-      return {StatusCode::limit_reached, "the world is larger than a limit", l.name, l.needed};
+    if (l.needed <= l.limit) continue;
+    const std::uint32_t needed = l.needed;
+    reader_ = {};
+    return {StatusCode::limit_reached, "the world is larger than a limit", l.name, needed};
   }
   info_ = info;
   if (const Status status = load_world(); !status.ok()) {
     info_ = {};
+    reader_ = {};
     return status;
   }
   patch_scratch_ = make_patch_scratch(scratch_);
@@ -259,7 +265,8 @@ Status Terrain::load_patches() {
   if (const Status status = reader_.read_level_errors(level_errors_.first(level_error_count())); !status.ok())
     return status;
   if (const Status status = reader_.read_bounds(bounds_.first(info_.patches)); !status.ok()) return status;
-  return reader_.read_cones(cones_.first(info_.patches));
+  if (const Status status = reader_.read_cones(cones_.first(info_.patches)); !status.ok()) return status;
+  return reader_.read_overrides(overrides_.first(info_.patches));
 }
 
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at

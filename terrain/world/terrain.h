@@ -31,6 +31,7 @@
 #include "terrain/view/occlusion.h"
 #include "terrain/view/select_lod.h"
 #include "terrain/voxel/octree.h"
+#include "terrain/world/materials.h"
 #include "terrain/world/world_file.h"
 #include "terrain/world/world_reader.h"
 
@@ -91,10 +92,10 @@ class Terrain {
   Status create(const Config& config, std::span<std::byte> memory);
 
   // Reads a world. Where max_height_blocks holds all its heights, they are read now, copies of shared
-  // vertices are compared, and the source need not outlive the call; else heights are read from it whenever
-  // vertices are made. Errors of world_reader.h; limit_reached naming the Config field; corrupt ("patches",
-  // "volumes", "heights") where the file contradicts the surface of its own voxels. After a failure the
-  // terrain holds an empty world and can load again.
+  // vertices are compared, and the source need outlive the call only for read_textures(); else heights are
+  // read from it whenever vertices are made. Errors of world_reader.h; limit_reached naming the Config field;
+  // corrupt ("patches", "volumes", "heights") where the file contradicts the surface of its own voxels. After
+  // a failure the terrain holds an empty world and can load again.
   Status load(const ByteSource& source);
   Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
 
@@ -109,6 +110,19 @@ class Terrain {
   std::span<const PatchBounds> bounds() const { return bounds_.first(info_.patches); }
   std::span<const NormalCone> cones() const { return cones_.first(info_.patches); }
   const BoundsTree& tree() const { return tree_; }
+  // Empty where the world has none.
+  const MaterialSet& materials() const { return reader_.materials(); }
+  std::span<const PointLight> lights() const { return reader_.lights(); }
+  // Of patches: 0, or one more than the number of the material that all of it has. Empty where none has one.
+  std::span<const std::uint8_t> material_overrides() const {
+    return overrides_.first(reader_.has_overrides() ? info_.patches : 0);
+  }
+  // Layers [first, first + count) of a level of an array, from the source. out: count x
+  // texture_image_bytes(). Errors as of WorldReader::read_textures. Precondition: they are there.
+  Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
+                       std::span<std::byte> out) const {
+    return reader_.read_textures(array, level, first, count, out);
+  }
   // Box of everything, lattice steps. Precondition: there is a patch.
   LatticeBox box() const;
   // Where all heights are held: of the world. Else of what happens to be held.
@@ -209,6 +223,7 @@ class Terrain {
   std::span<std::uint32_t> height_crcs_;  // by group
   std::span<PatchBounds> bounds_;
   std::span<NormalCone> cones_;
+  std::span<std::uint8_t> overrides_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
   Occluders occluders_;

@@ -2,6 +2,7 @@
 #include "terrain/world/world_file.h"
 
 #include "terrain/base/checksum.h"
+#include "terrain/world/material_section.h"
 #include "terrain/world/octree_section.h"
 #include "terrain/world/world_layout.h"
 
@@ -105,14 +106,71 @@ Status check_patches(const WorldInfo& info, const WorldPatches& patches) {
   return fault.what == nullptr ? Status() : invalid(fault.what, fault.field);
 }
 
+// Where a fault of a section lies in the file.
+Status corrupt_section(const Table& table, WorldSection section, const char* what, std::size_t offset) {
+  const auto index = static_cast<std::size_t>(section);
+  return corrupt(what,
+                 {kSectionNames[index], static_cast<std::size_t>(table.sections[index].offset) + offset});
+}
+
+// The sections that may be missing.
+Status verify_materials(std::span<const std::byte> file, const Table& table) {
+  MaterialSet set;
+  std::array<std::uint32_t, material_section::kMostImages> crcs;
+  if (table.sections[static_cast<std::size_t>(WorldSection::materials)].present) {
+    const material_section::Fault fault =
+        material_section::decode(bytes_of(file, table, WorldSection::materials), set, crcs);
+    if (fault.what != nullptr)
+      return corrupt_section(table, WorldSection::materials, fault.what, fault.offset);
+    const std::span<const std::byte> textures = bytes_of(file, table, WorldSection::textures);
+    if (textures.size() != texture_bytes(set))
+      return corrupt_section(table, WorldSection::textures, "the section's length does not fit the materials",
+                             0);
+    const std::size_t image = material_section::find_image_fault(set, crcs, textures);
+    if (image != material_section::image_count(set)) {
+      return corrupt_section(table, WorldSection::textures, "an image does not match its checksum",
+                             material_section::image_offset(set, image));
+    }
+  }
+  const material_section::Fault override_fault = material_section::check_overrides(
+      as<std::uint8_t>(bytes_of(file, table, WorldSection::overrides)), set.count);
+  if (override_fault.what != nullptr)
+    return corrupt_section(table, WorldSection::overrides, override_fault.what, override_fault.offset);
+  const material_section::Fault light_fault =
+      material_section::check_lights(as<PointLight>(bytes_of(file, table, WorldSection::lights)));
+  if (light_fault.what != nullptr)
+    return corrupt_section(table, WorldSection::lights, light_fault.what, light_fault.offset);
+  return {};
+}
+
+// Whether they can be written with info.
+Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
+  if (const auto fault = material_section::check_set(materials.set); fault.what != nullptr)
+    return invalid(fault.what, "materials");
+  if (materials.textures.size() != texture_bytes(materials.set))
+    return invalid("the textures do not fit the materials", "textures");
+  if (!materials.overrides.empty() && materials.set.count == 0)
+    return invalid("there are no materials to choose from", "overrides");
+  if (!materials.overrides.empty() && materials.overrides.size() != info.patches)
+    return invalid("the overrides do not fit the patches", "overrides");
+  if (const auto fault = material_section::check_overrides(materials.overrides, materials.set.count);
+      fault.what != nullptr)
+    return invalid(fault.what, "overrides");
+  if (const auto fault = material_section::check_lights(materials.lights); fault.what != nullptr)
+    return invalid(fault.what, "lights");
+  return {};
+}
+
 // The header and the table over sections whose contents are in place.
 void store_header(const WorldInfo& info, const WorldSections& sections, std::span<std::byte> file) {
-  const std::size_t header = kHeaderBytes + kWorldSections * kEntryBytes;
+  std::uint32_t count = 0;
+  for (const WorldSectionPlace& place : sections) count += place.present ? 1 : 0;
+  const std::size_t header = kHeaderBytes + count * kEntryBytes;
   std::memcpy(file.data(), kMagic.data(), kMagic.size());
   store(file, kVersion.offset, kWorldFileVersion);
   store(file, kHeaderLength.offset, static_cast<std::uint32_t>(header));
   store(file, kFileBytes.offset, std::uint64_t{file.size()});
-  store(file, kSections.offset, static_cast<std::uint32_t>(kWorldSections));
+  store(file, kSections.offset, count);
   store(file, kVoxelSize.offset, info.voxel_size_m);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     store(file, kOrigin.offset + axis * sizeof(double), info.origin_m[axis]);
@@ -125,10 +183,11 @@ void store_header(const WorldInfo& info, const WorldSections& sections, std::spa
   store(file, kPatches.offset, info.patches);
   store(file, kHeightBlocks.offset, info.height_blocks);
   std::memcpy(file.data() + kName.offset, info.name, kWorldNameBytes);
-  for (std::size_t i = 0; i < kWorldSections; ++i) {
-    const std::size_t entry = kHeaderBytes + i * kEntryBytes;
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (!sections[i].present) continue;
+    const std::size_t entry = sections[i].entry;
     store(file, entry + kEntryKind, kKinds[i]);
-    store(file, entry + kEntryFlags, kRequired);
+    store(file, entry + kEntryFlags, i < kWorldSections ? kRequired : 0);
     store(file, entry + kEntryOffset, sections[i].offset);
     store(file, entry + kEntryBytesField, sections[i].bytes);
     store(file, entry + kEntryCrc, crc32c(place_of(file, sections, static_cast<WorldSection>(i))));
@@ -154,19 +213,15 @@ Status read_world_info(std::span<const std::byte> file, WorldInfo& info) {
   if (const Status status = read_head(head_of(file), file.size(), read, table); !status.ok()) return status;
   if (const Status status = verify_sections(file, table); !status.ok()) return status;
   const WorldPatches patches = read_patches(file, read);
-  if (const PatchesFault fault = find_patches_fault(read, patches); fault.what != nullptr) {
-    const auto section = static_cast<std::size_t>(fault.section);
-    return corrupt(fault.what, {kSectionNames[section],
-                                static_cast<std::size_t>(table.sections[section].offset) + fault.offset});
-  }
+  if (const PatchesFault fault = find_patches_fault(read, patches); fault.what != nullptr)
+    return corrupt_section(table, fault.section, fault.what, fault.offset);
   const auto crcs = as<std::uint32_t>(bytes_of(file, table, WorldSection::sample_crcs));
   for (std::uint32_t group = 0; group < crcs.size(); ++group) {
     if (group_crc(patches.samples, read.level, group) == crcs[group]) continue;
-    const auto section = static_cast<std::size_t>(WorldSection::sample_crcs);
-    return corrupt("a group of heights does not match its checksum",
-                   {kSectionNames[section], static_cast<std::size_t>(table.sections[section].offset) +
-                                                group * sizeof(std::uint32_t)});
+    return corrupt_section(table, WorldSection::sample_crcs, "a group of heights does not match its checksum",
+                           group * sizeof(std::uint32_t));
   }
+  if (const Status status = verify_materials(file, table); !status.ok()) return status;
   info = read;
   return {};
 }
@@ -194,20 +249,46 @@ WorldPatches read_patches(std::span<const std::byte> file, const WorldInfo& info
           as<NormalCone>(bytes_of(file, table, WorldSection::cones))};
 }
 
-std::size_t world_file_bytes(const WorldInfo& info) {
+WorldMaterials read_materials(std::span<const std::byte> file, const WorldInfo& info) {
+  WorldInfo read;
+  Table table;
+  if (!read_head(head_of(file), file.size(), read, table).ok() || read.patches != info.patches)
+    return WorldMaterials();
+  WorldMaterials materials;
+  std::array<std::uint32_t, material_section::kMostImages> crcs;
+  // Without the section there is nothing to decode, and the set stays empty.
+  static_cast<void>(
+      material_section::decode(bytes_of(file, table, WorldSection::materials), materials.set, crcs));
+  materials.textures = bytes_of(file, table, WorldSection::textures);
+  materials.overrides = as<std::uint8_t>(bytes_of(file, table, WorldSection::overrides));
+  materials.lights = as<PointLight>(bytes_of(file, table, WorldSection::lights));
+  return materials;
+}
+
+std::size_t world_file_bytes(const WorldInfo& info, const WorldMaterials& materials) {
   WorldSections sections;
   const std::uint64_t most = std::numeric_limits<std::size_t>::max();
-  return static_cast<std::size_t>(std::min(lay_out(info, sections), most));
+  return static_cast<std::size_t>(std::min(lay_out(info, materials, sections), most));
+}
+
+std::size_t world_file_bytes(const WorldInfo& info) {
+  return world_file_bytes(info, WorldMaterials());
 }
 
 Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches& patches,
                    std::span<std::byte> out, std::size_t& written) {
+  return write_world(info, tree, patches, WorldMaterials(), out, written);
+}
+
+Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches& patches,
+                   const WorldMaterials& materials, std::span<std::byte> out, std::size_t& written) {
   written = 0;
   if (const Status status = validate_world_info(info); !status.ok()) return status;
   if (tree.depth() != info.depth) return invalid("the octree has another depth", "depth");
   if (const Status status = check_patches(info, patches); !status.ok()) return status;
+  if (const Status status = check_materials(info, materials); !status.ok()) return status;
   WorldSections sections;
-  const std::uint64_t bytes = lay_out(info, sections);
+  const std::uint64_t bytes = lay_out(info, materials, sections);
   if (bytes > out.size())
     return {StatusCode::limit_reached, "the output is too short for the file", "out", bytes};
 
@@ -226,6 +307,13 @@ Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches
   copy(WorldSection::level_errors, std::as_bytes(patches.level_errors));
   copy(WorldSection::bounds, std::as_bytes(patches.bounds));
   copy(WorldSection::cones, std::as_bytes(patches.cones));
+  if (materials.set.count > 0) {
+    material_section::encode(materials.set, materials.textures,
+                             place_of(file, sections, WorldSection::materials));
+  }
+  copy(WorldSection::textures, materials.textures);
+  copy(WorldSection::overrides, std::as_bytes(materials.overrides));
+  copy(WorldSection::lights, std::as_bytes(materials.lights));
   const std::span<std::byte> crcs = place_of(file, sections, WorldSection::sample_crcs);
   for (std::uint32_t group = 0; group < height_groups(info.height_blocks); ++group) {
     store(crcs, group * sizeof(std::uint32_t), group_crc(patches.samples, info.level, group));

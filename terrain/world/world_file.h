@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The .karst world file over bytes that the caller reads, maps and writes; docs/formats.md has it byte by
 // byte. It holds the octree, and of patches the heights, the errors of their coarser levels, the boxes and
-// the cones of normals. Patches are not stored: extraction makes them again, in the same order, and their
-// counts tell whether it did.
+// the cones of normals; and, where the world has them, materials with their textures, and point lights.
+// Patches are not stored: extraction makes them again, in the same order, and their counts tell whether it
+// did.
 //
 // These functions have the whole file in memory: for writing, and for checking all of it. What draws reads it
 // piece by piece (world_reader.h).
@@ -18,6 +19,7 @@
 #include "terrain/patch/level_error.h"
 #include "terrain/patch/normal_cone.h"
 #include "terrain/voxel/octree.h"
+#include "terrain/world/materials.h"
 
 #include <glm/vec3.hpp>
 
@@ -28,7 +30,7 @@
 
 namespace karst {
 
-inline constexpr std::uint32_t kWorldFileVersion = 2;
+inline constexpr std::uint32_t kWorldFileVersion = 3;
 inline constexpr std::size_t kWorldNameBytes = 64;
 inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes, in the file
 inline constexpr std::size_t kWorldAlignment = 4;          // bytes, of a whole file in memory
@@ -46,9 +48,22 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// The sections, in the order in which they are written.
-enum class WorldSection : std::uint8_t { octree, mask, samples, sample_crcs, level_errors, bounds, cones };
-inline constexpr std::size_t kWorldSections = 7;
+// The sections, in the order in which they are written. The last four may be missing.
+enum class WorldSection : std::uint8_t {
+  octree,
+  mask,
+  samples,
+  sample_crcs,
+  level_errors,
+  bounds,
+  cones,
+  materials,
+  textures,
+  overrides,
+  lights
+};
+inline constexpr std::size_t kWorldSections = 7;  // that every world has
+inline constexpr std::size_t kWorldSectionKinds = 11;
 
 struct WorldSectionPlace {
   std::uint64_t offset = 0;  // bytes from the start of the file
@@ -57,7 +72,7 @@ struct WorldSectionPlace {
   std::size_t entry = 0;  // offset of its entry in the section table
   bool present = false;
 };
-using WorldSections = std::array<WorldSectionPlace, kWorldSections>;
+using WorldSections = std::array<WorldSectionPlace, kWorldSectionKinds>;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -74,6 +89,14 @@ struct WorldPatches {
       {};                                    // of all patches, with heights or without: LevelErrors::values
   std::span<const PatchBounds> bounds = {};  // of all patches
   std::span<const NormalCone> cones = {};    // of all patches
+};
+
+// What the ground is made of, and what lights it, as it lies in the file; all of it may be missing.
+struct WorldMaterials {
+  MaterialSet set;
+  std::span<const std::byte> textures = {};      // texture_bytes(set)
+  std::span<const std::uint8_t> overrides = {};  // empty, or of all patches: 0, or 1 + its material
+  std::span<const PointLight> lights = {};       // at most kMostLights
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.
@@ -93,12 +116,17 @@ Status read_octree(std::span<const std::byte> file, const WorldInfo& info, Octre
 // Views into file; no copy. Valid as long as file is.
 WorldPatches read_patches(std::span<const std::byte> file, const WorldInfo& info);
 
+WorldMaterials read_materials(std::span<const std::byte> file, const WorldInfo& info);
+
 // Exact length of the file that write_world makes for a valid info; SIZE_MAX where that does not fit size_t.
 std::size_t world_file_bytes(const WorldInfo& info);
+std::size_t world_file_bytes(const WorldInfo& info, const WorldMaterials& materials);
 
 // Writes the file to out. written is world_file_bytes(info) on success and 0 on failure, when out holds
-// garbage. invalid_argument: a field of info is out of range or contradicts tree or patches (same rules as
-// for reading). limit_reached ("out", value: bytes that are needed) where out is too short.
+// garbage. invalid_argument: a field is out of range or contradicts another (same rules as for reading).
+// limit_reached ("out", value: bytes that are needed) where out is too short.
+Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches& patches,
+                   const WorldMaterials& materials, std::span<std::byte> out, std::size_t& written);
 Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches& patches,
                    std::span<std::byte> out, std::size_t& written);
 

@@ -5,6 +5,7 @@
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
 #include "terrain/surface/case_tables.h"
+#include "terrain/world/material_section.h"
 #include "terrain/world/octree_section.h"
 
 #include <algorithm>
@@ -119,7 +120,7 @@ void load_info(std::span<const std::byte> file, WorldInfo& info) {
 }
 
 // One entry of the table: its section begins at the next multiple of the alignment after end, which moves to
-// the section's end. known: index of its kind, kWorldSections for others.
+// the section's end. known: index of its kind, kWorldSectionKinds for others.
 Status read_entry(std::span<const std::byte> file, std::size_t entry, std::uint64_t file_bytes,
                   std::uint64_t& end, Entry& section, std::size_t& known) {
   const auto kind = load<std::uint32_t>(file, entry + kEntryKind);
@@ -139,12 +140,44 @@ Status read_entry(std::span<const std::byte> file, std::size_t entry, std::uint6
   if (bytes > file_bytes - start) {
     return corrupt("a section ends outside the file", {"section bytes", entry + kEntryBytesField});
   }
-  if (known == kWorldSections && (flags & kRequired) != 0) {
+  if (known == kWorldSectionKinds && (flags & kRequired) != 0) {
     return {StatusCode::unsupported, "the file needs a section that this version does not know",
             "section kind", entry + kEntryKind};
   }
   section = {start, bytes, load<std::uint32_t>(file, entry + kEntryCrc), end, entry};
   end = start + bytes;
+  return {};
+}
+
+// The lengths that counts of the header, or nothing but the kind, decide.
+bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
+  switch (section) {
+    case WorldSection::materials:
+      return bytes >= material_section::kHeaderBytes && bytes <= material_section::kMostBytes;
+    case WorldSection::textures:
+      return true;
+    case WorldSection::overrides:
+      return bytes == info.patches;
+    case WorldSection::lights:
+      return bytes > 0 && bytes <= kMostLights * sizeof(PointLight) && bytes % sizeof(PointLight) == 0;
+    default:
+      return bytes == section_bytes(section, info);
+  }
+}
+
+// Which sections are there.
+Status check_presence(const Table& table) {
+  const auto present = [&](WorldSection s) { return table.sections[static_cast<std::size_t>(s)].present; };
+  const auto missing = [](WorldSection s) {
+    return corrupt("a section is missing", {kSectionNames[static_cast<std::size_t>(s)], kSections.offset});
+  };
+  for (std::size_t i = 0; i < kWorldSections; ++i) {
+    if (!table.sections[i].present) return missing(static_cast<WorldSection>(i));
+  }
+  if (present(WorldSection::materials) && !present(WorldSection::textures))
+    return missing(WorldSection::textures);
+  const bool needed = present(WorldSection::textures) || present(WorldSection::overrides);
+  if (needed && !present(WorldSection::materials)) return missing(WorldSection::materials);
   return {};
 }
 
@@ -155,24 +188,21 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
   std::uint64_t end = kHeaderBytes + std::uint64_t{count} * kEntryBytes;
   for (std::uint32_t i = 0; i < count; ++i) {
     Entry& entry = table.entries[table.count++];
-    std::size_t known = kWorldSections;
+    std::size_t known = kWorldSectionKinds;
     if (const Status status = read_entry(head, kHeaderBytes + i * kEntryBytes, file_bytes, end, entry, known);
         !status.ok()) {
       return status;
     }
-    if (known == kWorldSections) continue;
+    if (known == kWorldSectionKinds) continue;
     const Field name{kSectionNames[known], entry.at};
     if (table.sections[known].present) return corrupt("a section is there twice", name);
-    if (entry.bytes != section_bytes(static_cast<WorldSection>(known), info)) {
+    if (!fits(static_cast<WorldSection>(known), entry.bytes, info)) {
       return corrupt("a section's length does not fit the counts of the header",
                      {name.name, entry.at + kEntryBytesField});
     }
     table.sections[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
   }
-  for (std::size_t i = 0; i < kWorldSections; ++i) {
-    if (!table.sections[i].present)
-      return corrupt("a section is missing", {kSectionNames[i], kSections.offset});
-  }
+  if (const Status status = check_presence(table); !status.ok()) return status;
   if (end != file_bytes)
     return corrupt("bytes follow the last section", {"padding", static_cast<std::size_t>(end)});
   return {};
@@ -208,17 +238,31 @@ std::uint64_t section_bytes(WorldSection section, const WorldInfo& info) {
       return std::uint64_t{info.patches} * sizeof(PatchBounds);
     case WorldSection::cones:
       return std::uint64_t{info.patches} * sizeof(NormalCone);
+    default:
+      return 0;
   }
-  return 0;
 }
 
-std::uint64_t lay_out(const WorldInfo& info, WorldSections& sections) {
-  std::uint64_t end = kHeaderBytes + kWorldSections * kEntryBytes;
-  for (std::size_t i = 0; i < kWorldSections; ++i) {
-    const std::uint64_t start = align_up(end);
-    const std::uint64_t bytes = section_bytes(static_cast<WorldSection>(i), info);
-    end = start + bytes;
-    sections[i] = {start, bytes, 0, kHeaderBytes + i * kEntryBytes, true};
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, WorldSections& sections) {
+  sections = {};
+  const bool has_materials = materials.set.count > 0;
+  const std::uint64_t optional[] = {has_materials ? material_section::section_bytes(materials.set) : 0,
+                                    has_materials ? texture_bytes(materials.set) : 0,
+                                    materials.overrides.size(), materials.lights.size_bytes()};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    WorldSectionPlace& place = sections[i];
+    place.present = i < kWorldSections || optional[i - kWorldSections] > 0;
+    if (!place.present) continue;
+    place.bytes =
+        i < kWorldSections ? section_bytes(static_cast<WorldSection>(i), info) : optional[i - kWorldSections];
+    place.entry = kHeaderBytes + count++ * kEntryBytes;
+  }
+  std::uint64_t end = kHeaderBytes + count * kEntryBytes;
+  for (WorldSectionPlace& place : sections) {
+    if (!place.present) continue;
+    place.offset = align_up(end);
+    end = place.offset + place.bytes;
   }
   return end;
 }

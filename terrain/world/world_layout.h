@@ -65,12 +65,13 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
   return value;
 }
 
-inline constexpr std::array<std::uint32_t, kWorldSections> kKinds = {
+inline constexpr std::array<std::uint32_t, kWorldSectionKinds> kKinds = {
     four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"), four_letters("HCRC"),
-    four_letters("LERR"), four_letters("PBND"), four_letters("CONE")};
-inline constexpr std::array<const char*, kWorldSections> kSectionNames = {
-    "octree",       "height mask",  "height samples", "height checksums",
-    "level errors", "patch bounds", "normal cones"};
+    four_letters("LERR"), four_letters("PBND"), four_letters("CONE"), four_letters("MATL"),
+    four_letters("MTEX"), four_letters("MOVR"), four_letters("LGTS")};
+inline constexpr std::array<const char*, kWorldSectionKinds> kSectionNames = {
+    "octree",       "height mask", "height samples", "height checksums", "level errors", "patch bounds",
+    "normal cones", "materials",   "textures",       "overrides",        "lights"};
 
 template <class T>
 T load(std::span<const std::byte> bytes, std::size_t offset) {
@@ -102,11 +103,11 @@ struct Fault {
 };
 Fault check_info(const WorldInfo& info);
 
-// Bytes of a section; the product of the largest counts is far below 2^64.
+// Bytes of a section that every world has; the product of the largest counts is far below 2^64.
 std::uint64_t section_bytes(WorldSection section, const WorldInfo& info);
 
 // Where write_world puts the sections, valid where the file's length, which is returned, fits size_t.
-std::uint64_t lay_out(const WorldInfo& info, WorldSections& sections);
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, WorldSections& sections);
 
 // --- Contents of sections
 

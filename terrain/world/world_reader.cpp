@@ -26,8 +26,7 @@ Status wrong_length(WorldSection section) {
 }  // namespace
 
 Status WorldReader::open(const ByteSource& source) {
-  info_ = {};
-  sections_ = {};
+  *this = {};
   source_ = source;
   std::array<std::byte, kMostHead> bytes;
   const std::span<std::byte> head =
@@ -46,13 +45,83 @@ Status WorldReader::open(const ByteSource& source) {
       return corrupt("bytes between sections are not 0", {"padding", static_cast<std::size_t>(entry.gap)});
     }
   }
-  info_ = info;
   sections_ = table.sections;
+  Status status = read_materials();
+  if (status.ok()) status = read_lights();
+  if (!status.ok()) {
+    *this = {};
+    return status;
+  }
+  info_ = info;
+  return {};
+}
+
+Status WorldReader::read_materials() {
+  const WorldSectionPlace& section = place_of(WorldSection::materials);
+  if (!section.present) return {};
+  std::array<std::byte, material_section::kMostBytes> room;
+  const std::span<std::byte> bytes = std::span(room).first(static_cast<std::size_t>(section.bytes));
+  if (const Status status = read_section(WorldSection::materials, bytes); !status.ok()) return status;
+  const auto fault = material_section::decode(bytes, materials_, image_crcs_);
+  if (fault.what != nullptr)
+    return corrupt(fault.what, {"materials", static_cast<std::size_t>(section.offset) + fault.offset});
+  const WorldSectionPlace& textures = place_of(WorldSection::textures);
+  if (textures.bytes != texture_bytes(materials_)) {
+    return corrupt("the section's length does not fit the materials",
+                   {"textures", static_cast<std::size_t>(textures.offset)});
+  }
+  return {};
+}
+
+Status WorldReader::read_lights() {
+  const WorldSectionPlace& section = place_of(WorldSection::lights);
+  light_count_ = static_cast<std::size_t>(section.bytes) / sizeof(PointLight);
+  if (!section.present) return {};
+  const std::span<PointLight> lights = std::span(lights_).first(light_count_);
+  if (const Status status = read_section(WorldSection::lights, std::as_writable_bytes(lights)); !status.ok())
+    return status;
+  const auto fault = material_section::check_lights(lights);
+  if (fault.what == nullptr) return {};
+  return corrupt(fault.what, {"lights", static_cast<std::size_t>(section.offset) + fault.offset});
+}
+
+bool WorldReader::has_overrides() const {
+  return place_of(WorldSection::overrides).present;
+}
+
+Status WorldReader::read_overrides(std::span<std::uint8_t> overrides) const {
+  if (!has_overrides()) {
+    if (overrides.size() != info_.patches) return wrong_length(WorldSection::overrides);
+    std::fill(overrides.begin(), overrides.end(), std::uint8_t{0});
+    return {};
+  }
+  const Status status = read_section(WorldSection::overrides, std::as_writable_bytes(overrides));
+  if (!status.ok()) return status;
+  const auto fault = material_section::check_overrides(overrides, materials_.count);
+  if (fault.what == nullptr) return {};
+  return corrupt(
+      fault.what,
+      {"overrides", static_cast<std::size_t>(place_of(WorldSection::overrides).offset) + fault.offset});
+}
+
+Status WorldReader::read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
+                                  std::span<std::byte> out) const {
+  const std::size_t image = texture_image_bytes(materials_.format, materials_.side, level);
+  if (out.size() != image * count) return wrong_length(WorldSection::textures);
+  const std::uint64_t start =
+      place_of(WorldSection::textures).offset + texture_offset(materials_, array, level, first);
+  if (!source_.read(source_.context, start, out)) return unreadable(start);
+  const std::size_t index = material_section::image_index(materials_, array, level, first);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (crc32c(out.subspan(k * image, image)) == image_crcs_[index + k]) continue;
+    return corrupt("an image does not match its checksum",
+                   {"textures", static_cast<std::size_t>(start) + k * image});
+  }
   return {};
 }
 
 Status WorldReader::read_section(WorldSection section, std::span<std::byte> out) const {
-  const WorldSectionPlace& place = sections_[static_cast<std::size_t>(section)];
+  const WorldSectionPlace& place = place_of(section);
   if (out.size() != place.bytes) return wrong_length(section);
   if (!source_.read(source_.context, place.offset, out)) return unreadable(place.offset);
   if (crc32c(out) != place.crc) {
@@ -114,7 +183,7 @@ Status WorldReader::read_height_crcs(std::span<std::uint32_t> crcs) const {
 }
 
 Status WorldReader::read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const {
-  const WorldSectionPlace& place = sections_[static_cast<std::size_t>(WorldSection::samples)];
+  const WorldSectionPlace& place = place_of(WorldSection::samples);
   const std::uint64_t whole = std::uint64_t{kHeightGroup} *
                               static_cast<std::uint64_t>(patch_vertices(info_.level)) * sizeof(std::int16_t);
   const std::uint64_t first = group * whole;

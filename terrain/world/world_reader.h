@@ -4,21 +4,27 @@
 // against its own. Errors are those of world_file.h; unreadable bytes are corrupt, too, naming "file".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
 #include "terrain/base/status.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/byte_source.h"
+#include "terrain/world/material_section.h"
 #include "terrain/world/world_file.h"
 
 namespace karst {
 
 class WorldReader {
  public:
-  // Checks the header. The source is borrowed for the reader's life. info() is empty after a failure.
+  // Checks the header, materials and lights. The source is borrowed for the reader's life. info() and the
+  // others are empty after a failure.
   Status open(const ByteSource& source);
   const WorldInfo& info() const { return info_; }
+  const MaterialSet& materials() const { return materials_; }
+  std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
+  bool has_overrides() const;
 
   // As karst::read_octree. room: working memory of octree_room(info.octets) bytes.
   Status read_octree(std::span<std::byte> room, Octree& tree) const;
@@ -31,16 +37,33 @@ class WorldReader {
   Status read_cones(std::span<NormalCone> cones) const;
   Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
 
+  // Materials of patches: one byte a patch, all 0 where the world has no overrides.
+  Status read_overrides(std::span<std::uint8_t> overrides) const;
+
+  // Layers [first, first + count) of one level of an array, as they lie in the file, each checked against its
+  // checksum. out: count x texture_image_bytes(). Precondition: they are there.
+  Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
+                       std::span<std::byte> out) const;
+
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
   // short.
   Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;
 
  private:
+  const WorldSectionPlace& place_of(WorldSection section) const {
+    return sections_[static_cast<std::size_t>(section)];
+  }
   Status read_section(WorldSection section, std::span<std::byte> out) const;
+  Status read_materials();
+  Status read_lights();
 
   ByteSource source_;
   WorldInfo info_;
   WorldSections sections_;
+  MaterialSet materials_;
+  std::array<std::uint32_t, material_section::kMostImages> image_crcs_{};
+  std::array<PointLight, kMostLights> lights_{};
+  std::size_t light_count_ = 0;
 };
 
 }  // namespace karst

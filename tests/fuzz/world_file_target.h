@@ -29,6 +29,30 @@ inline void promise_stated(const Status& status, std::size_t file_bytes) {
   promise(!at_offset || status.value() <= file_bytes);
 }
 
+// Every level of both arrays, layer by layer, is what the texture data holds there.
+inline void fuzz_textures(std::span<const std::byte> file, const WorldReader& reader, bool accepted) {
+  const MaterialSet& set = reader.materials();
+  const WorldMaterials whole = accepted ? read_materials(file, reader.info()) : WorldMaterials();
+  if (accepted) {
+    promise(whole.set.count == set.count && whole.textures.size() == texture_bytes(set));
+    promise(whole.lights.size() == reader.lights().size());
+  }
+  std::vector<std::byte> image;
+  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
+    for (int level = 0; level < texture_levels(set.side); ++level) {
+      for (std::uint32_t layer = 0; layer < set.count; ++layer) {
+        image.resize(texture_image_bytes(set.format, set.side, level));
+        const Status status = reader.read_textures(array, level, layer, 1, image);
+        if (!status.ok()) promise_stated(status, file.size());
+        if (!accepted) continue;
+        promise(status.ok());
+        const auto there = whole.textures.subspan(texture_offset(set, array, level, layer), image.size());
+        promise(std::equal(image.begin(), image.end(), there.begin()));
+      }
+    }
+  }
+}
+
 // Piece by piece, every piece of a file that the whole check accepts reads the same; others fail in words.
 inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatches* whole) {
   WorldReader reader;
@@ -56,6 +80,9 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
     const std::span<std::int16_t> rest = std::span(samples).subspan(g * group);
     check(reader.read_heights(g, crcs[g], rest.first(std::min(rest.size(), group))));
   }
+  std::vector<std::uint8_t> overrides(info.patches);
+  check(reader.read_overrides(overrides));
+  fuzz_textures(file, reader, whole != nullptr);
   if (whole == nullptr) return;
   promise(std::equal(mask.begin(), mask.end(), whole->mask.begin(), whole->mask.end()));
   promise(std::equal(errors.begin(), errors.end(), whole->level_errors.begin(), whole->level_errors.end()));
@@ -105,9 +132,11 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
                                      static_cast<std::uint64_t>(info.extent.z));
 
   // What was accepted can be written, and read again.
-  std::vector<std::byte> copy(world_file_bytes(info));
+  const WorldMaterials materials = read_materials(file, info);
+  for (const std::uint8_t material : materials.overrides) promise(material <= materials.set.count);
+  std::vector<std::byte> copy(world_file_bytes(info, materials));
   std::size_t written = 0;
-  promise(write_world(info, tree, heights, copy, written).ok() && written == copy.size());
+  promise(write_world(info, tree, heights, materials, copy, written).ok() && written == copy.size());
   WorldInfo again;
   promise(read_world_info(copy, again).ok());
   promise(again.octets == info.octets && again.patches == info.patches && again.extent == info.extent);

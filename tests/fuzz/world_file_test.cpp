@@ -34,6 +34,16 @@ const std::vector<std::byte>& small_file() {
   return file;
 }
 
+// The same with two materials of 16 x 16 texels, overrides and a light.
+const std::vector<std::byte>& material_file() {
+  static const std::vector<std::byte> file = [] {
+    TestWorld world(3, 1, 12);
+    world.add_materials(2, 16, TextureFormat::etc2, 1, 5);
+    return world.bytes();
+  }();
+  return file;
+}
+
 // Depth 3 and level 1: the header, a few octets, a mask of some bytes and some blocks of nine samples.
 TEST(WorldFileFuzz, TheSeedItselfIsAccepted) {
   EXPECT_EQ(fuzz_world_file(small_file()), Reached::octree);
@@ -77,6 +87,59 @@ TEST(WorldFileFuzz, FlippedBitsBehindTheChecksums) {
   EXPECT_GT(tally.rejected, 500);
   EXPECT_GT(tally.header, 50);
   EXPECT_GT(tally.octree, 500);
+}
+
+TEST(WorldFileFuzz, MaterialsFlippedAndCut) {
+  EXPECT_EQ(fuzz_world_file(material_file()), Reached::octree);
+  std::vector<std::byte> file = material_file();
+  Tally tally;
+  for (std::size_t bit = 0; bit < file.size() * 8; ++bit) {
+    const auto mask = static_cast<std::byte>(1u << bit % 8);
+    file[bit / 8] ^= mask;
+    ASSERT_EQ(fuzz_world_file(file), Reached::rejected) << "bit " << bit;
+    std::vector<std::byte> fixed = file;
+    fix_checksums(fixed);
+    tally.add(fuzz_world_file(fixed));
+    file[bit / 8] ^= mask;
+  }
+  EXPECT_GT(tally.rejected, 1'000);
+  EXPECT_GT(tally.octree, 1'000);
+  for (std::size_t length = 0; length < file.size(); ++length) {
+    std::vector<std::byte> cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
+    if (length >= kTable) store_at(cut, kFileBytes, std::uint64_t{length});
+    fix_checksums(cut);
+    ASSERT_EQ(fuzz_world_file(cut), Reached::rejected) << length;
+  }
+}
+
+// Numbers that mean something, in every field of the sections of materials, overrides and lights.
+TEST(WorldFileFuzz, InterestingNumbersInMaterials) {
+  std::vector<std::uint32_t> values;
+  for (int bits = 0; bits < 32; ++bits) {
+    for (const std::uint32_t d : {~std::uint32_t{0}, std::uint32_t{0}, std::uint32_t{1}})
+      values.push_back((std::uint32_t{1} << bits) + d);
+  }
+  for (const float f : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                        -std::numeric_limits<float>::infinity(), -0.0f, 1e-4f, -1.0f, 1e6f, 0.5f})
+    values.push_back(std::bit_cast<std::uint32_t>(f));
+  Tally tally;
+  for (std::size_t i = 7; i < 11; ++i) {
+    if (i == 8) continue;  // texels: any bits will do
+    const std::size_t entry = kTable + i * kEntry;
+    const auto start = load_at<std::uint64_t>(material_file(), entry + kEntryOffset);
+    const auto bytes =
+        std::min<std::uint64_t>(load_at<std::uint64_t>(material_file(), entry + kEntryBytes), 144);
+    for (std::size_t offset = start; offset + 4 <= start + bytes; offset += 4) {
+      for (const std::uint32_t value : values) {
+        std::vector<std::byte> file = material_file();
+        store_at(file, offset, value);
+        fix_checksums(file);
+        tally.add(fuzz_world_file(file));
+      }
+    }
+  }
+  EXPECT_GT(tally.rejected, 1'000);
+  EXPECT_GT(tally.octree, 100);
 }
 
 TEST(WorldFileFuzz, InterestingNumbersInEveryField) {
@@ -168,7 +231,7 @@ TEST(WorldFileFuzz, RandomMutations) {
   TestRandom random(13);
   Tally tally;
   for (int round = 0; round < 100'000; ++round) {
-    std::vector<std::byte> file = small_file();
+    std::vector<std::byte> file = round % 4 == 0 ? material_file() : small_file();
     const int steps = random.range(1, 4);
     for (int step = 0; step < steps && file.size() >= kTable + kWorldSections * kEntry; ++step) {
       if (random.chance(0.4)) {

@@ -26,6 +26,11 @@ struct TestWorld {
   std::vector<std::uint16_t> errors;
   std::vector<PatchBounds> bounds;
   std::vector<NormalCone> cones;
+  // None, unless add_materials() was called.
+  MaterialSet set;
+  std::vector<std::byte> textures;
+  std::vector<std::uint8_t> overrides;
+  std::vector<PointLight> lights;
 
   TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
     TestRandom random(seed);
@@ -70,11 +75,40 @@ struct TestWorld {
     std::snprintf(info.name, sizeof info.name, "world %llu", static_cast<unsigned long long>(seed));
   }
 
+  // Random ones of `count` layers, overrides of all patches, and `light_count` lights.
+  void add_materials(std::uint32_t count, std::uint32_t side, TextureFormat format, int light_count,
+                     std::uint64_t seed) {
+    TestRandom random(seed);
+    set.count = count;
+    set.side = side;
+    set.format = format;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      Material& material = set.materials[k];
+      std::snprintf(material.name, sizeof material.name, "material %u", k);
+      material.slope_low = 0.01f * static_cast<float>(random.range(-100, 0));
+      material.slope_high = 0.01f * static_cast<float>(random.range(0, 100));
+      material.height_high = static_cast<float>(random.range(0, 500));
+      material.cave = 0.01f * static_cast<float>(random.range(0, 100));
+      for (float& channel : material.average) channel = 0.01f * static_cast<float>(random.range(1, 100));
+    }
+    textures.resize(texture_bytes(set));
+    for (std::byte& b : textures) b = static_cast<std::byte>(random.below(256));
+    overrides.resize(info.patches);
+    for (std::uint8_t& b : overrides) b = static_cast<std::uint8_t>(random.below(count + 1));
+    lights.resize(static_cast<std::size_t>(light_count));
+    for (PointLight& light : lights) {
+      light.position = {0.5f * static_cast<float>(random.range(0, 100)), 3, 4};
+      light.radius = static_cast<float>(random.range(1, 20));
+    }
+  }
+
+  WorldPatches patches() const { return {mask, samples, errors, bounds, cones}; }
+  WorldMaterials materials() const { return {set, textures, overrides, lights}; }
+
   std::vector<std::byte> bytes() const {
-    std::vector<std::byte> out(world_file_bytes(info));
+    std::vector<std::byte> out(world_file_bytes(info, materials()));
     std::size_t written = 0;
-    const Status status =
-        write_world(info, memory.tree, {mask, samples, errors, bounds, cones}, out, written);
+    const Status status = write_world(info, memory.tree, patches(), materials(), out, written);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     EXPECT_EQ(written, out.size());
     return out;

@@ -74,6 +74,40 @@ inline void fix_group_checksums(std::span<std::byte> file, std::uint64_t section
   }
 }
 
+// Of texture images: as many as fit what MATL says and what MTEX holds.
+inline void fix_image_checksums(std::span<std::byte> file, std::uint64_t sections) {
+  using namespace world_offsets;
+  std::span<std::byte> materials;
+  std::span<std::byte> textures;
+  for (std::size_t i = 0; i < sections; ++i) {
+    const std::size_t entry = kTable + i * kEntry;
+    const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+    const auto bytes = load_at<std::uint64_t>(file, entry + kEntryBytes);
+    if (offset > file.size() || bytes > file.size() - offset) continue;
+    if (std::memcmp(file.data() + entry, "MATL", 4) == 0 && offset >= kTable)
+      materials = file.subspan(offset, bytes);
+    if (std::memcmp(file.data() + entry, "MTEX", 4) == 0) textures = file.subspan(offset, bytes);
+  }
+  if (materials.size() < 16) return;
+  const auto count = load_at<std::uint32_t>(materials, 0);
+  const auto side = load_at<std::uint32_t>(materials, 4);
+  const auto format = load_at<std::uint32_t>(materials, 8);
+  if (count < 1 || count > 8 || side < 16 || side > 1024 || (side & (side - 1)) != 0 || format > 1) return;
+  std::size_t crc = 16 + count * 64;
+  for (int array = 0; array < 2; ++array) {
+    for (std::size_t texels = side; texels > 0; texels /= 2) {
+      const std::size_t blocks = (texels + 3) / 4;
+      const std::size_t image = format == 0 ? texels * texels * 4 : blocks * blocks * 16;
+      for (std::uint32_t layer = 0; layer < count; ++layer) {
+        if (crc + 4 > materials.size() || image > textures.size()) return;
+        store_at(materials, crc, crc32c(textures.first(image)));
+        crc += 4;
+        textures = textures.subspan(image);
+      }
+    }
+  }
+}
+
 // Makes the checksums fit whatever the bytes say now, as far as they lie inside, so that damage reaches the
 // checks behind them.
 inline void fix_checksums(std::span<std::byte> file) {
@@ -82,6 +116,7 @@ inline void fix_checksums(std::span<std::byte> file) {
   std::uint64_t sections = load_at<std::uint32_t>(file, kSections);
   sections = std::min<std::uint64_t>(sections, (file.size() - kTable) / kEntry);
   fix_group_checksums(file, sections);
+  fix_image_checksums(file, sections);
   for (std::size_t i = 0; i < sections; ++i) {
     const std::size_t entry = kTable + i * kEntry;
     const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);

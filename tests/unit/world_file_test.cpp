@@ -70,7 +70,7 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   const TestWorld world(4, 3, 5);
   const std::vector<std::byte> file = world.bytes();
   EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 2u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 3u);
   EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 7 * 32);
   EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
   EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 7u);
@@ -233,7 +233,7 @@ TEST(WorldFile, NothingButAWorldFileIsOne) {
   EXPECT_STREQ(read_world_info(text, info).field(), "magic");
 
   std::vector<std::byte> file = TestWorld(3, 1, 8).bytes();
-  store_at(file, kVersion, std::uint32_t{3});
+  store_at(file, kVersion, std::uint32_t{2});
   fix_checksums(file);
   const Status status = read_world_info(file, info);
   EXPECT_EQ(status.code(), StatusCode::unsupported);

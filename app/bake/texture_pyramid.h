@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// From images of materials to the bytes of texture arrays: pyramids, quantised, in the layout of
+// terrain/world/materials.h.
+//
+// Albedo and height are averaged, albedo in linear light. Normals are averaged as slopes; what a coarser
+// level loses of their variance makes its roughness: alpha^2 grows by the variance of the slopes along s and
+// t (Olano and Baker, "LEAN mapping", 2010, section 3; a GGX lobe of alpha stands for slopes of variance
+// alpha^2 / 2 along each axis, as Beckmann's does).
+#pragma once
+
+#include "app/bake/material_image.h"
+#include "terrain/world/materials.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace karst::bake {
+
+struct MakeTextures {
+  std::span<const MaterialImage> images;  // one a material, each set.side texels a side
+  int threads = 1;
+
+  // In: count, side and format of set. Out: its averages. Returns the texture data.
+  std::vector<std::byte> run(MaterialSet& set) const;
+};
+
+}  // namespace karst::bake

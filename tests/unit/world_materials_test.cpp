@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: MIT
+// Materials, their textures, overrides and lights in the world file, whole and piece by piece.
+#include "terrain/world/materials.h"
+
+#include "terrain/world/terrain.h"
+#include "terrain/world/world_reader.h"
+#include "tests/support/test_world.h"
+#include "tests/support/world_bytes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+namespace karst {
+namespace {
+
+using namespace world_offsets;
+
+constexpr std::size_t kRecord = 16;  // of the first material, in MATL
+
+TestWorld with_materials(std::uint32_t count, std::uint32_t side, TextureFormat format) {
+  TestWorld world(4, 2, 6);
+  world.add_materials(count, side, format, 3, 77);
+  return world;
+}
+
+std::size_t start_of(std::span<const std::byte> file, std::size_t section) {
+  return load_at<std::uint64_t>(file, kTable + section * kEntry + kEntryOffset);
+}
+
+bool same_bytes(const auto& a, const auto& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
+}
+
+TEST(Materials, TextureLayoutIsTheDocumentedOne) {
+  MaterialSet set;
+  set.count = 3;
+  set.side = 16;
+  EXPECT_EQ(texture_levels(16), 5);
+  EXPECT_EQ(texture_levels(1024), 11);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, 0), 1024u);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, 4), 4u);
+  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 0, 2), 2048u);
+  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 1, 0), 3072u);
+  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 2, 1), 3u * 1280 + 64);
+  EXPECT_EQ(texture_offset(set, TextureArray::normal_roughness, 0, 0), 3u * 1364);
+  EXPECT_EQ(texture_bytes(set), 6u * 1364);
+  set.format = TextureFormat::etc2;
+  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 0), 256u);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 2), 16u);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 4), 16u);
+  EXPECT_EQ(texture_bytes(set), 6u * (256 + 64 + 3 * 16));
+  EXPECT_EQ(texture_bytes(MaterialSet()), 0u);
+}
+
+TEST(Materials, WhatIsWrittenIsReadAgain) {
+  for (const TextureFormat format : {TextureFormat::rgba8, TextureFormat::etc2}) {
+    for (const std::uint32_t count : {1u, 5u, 8u}) {
+      const TestWorld world = with_materials(count, count == 5 ? 64 : 16, format);
+      const std::vector<std::byte> file = world.bytes();
+      WorldInfo info;
+      const Status status = read_world_info(file, info);
+      ASSERT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
+      const WorldMaterials read = read_materials(file, info);
+      EXPECT_EQ(read.set.count, count);
+      EXPECT_EQ(read.set.side, world.set.side);
+      EXPECT_EQ(read.set.format, format);
+      EXPECT_EQ(std::memcmp(read.set.materials, world.set.materials, count * sizeof(Material)), 0);
+      EXPECT_TRUE(same_bytes(read.textures, world.textures));
+      EXPECT_TRUE(same_bytes(read.overrides, world.overrides));
+      EXPECT_TRUE(same_bytes(read.lights, world.lights));
+      std::vector<std::byte> again(file.size());
+      std::size_t written = 0;
+      ASSERT_TRUE(write_world(info, world.memory.tree, read_patches(file, info), read, again, written).ok());
+      EXPECT_EQ(again, file);
+    }
+  }
+}
+
+TEST(Materials, SectionsAreTheDocumentedOnes) {
+  const TestWorld world = with_materials(2, 32, TextureFormat::rgba8);
+  const std::vector<std::byte> file = world.bytes();
+  ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 11u);
+  const char* const kinds[] = {"MATL", "MTEX", "MOVR", "LGTS"};
+  const std::size_t bytes[] = {16 + 2 * 64 + 4 * 2 * 6 * 2, world.textures.size(), world.info.patches,
+                               3 * 32};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t entry = kTable + (7 + i) * kEntry;
+    EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
+    EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 0u);
+    EXPECT_EQ(load_at<std::uint64_t>(file, entry + kEntryBytes), bytes[i]);
+  }
+  const std::size_t start = start_of(file, 7);
+  EXPECT_EQ(load_at<std::uint32_t>(file, start), 2u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, start + 4), 32u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, start + 8), 0u);
+  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + start + kRecord + 64), "material 1");
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 16), world.set.materials[0].slope_low);
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 40), world.set.materials[0].cave);
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 48), world.set.materials[0].average[0]);
+  EXPECT_EQ(load_at<std::uint32_t>(file, start + 16 + 2 * 64 + 4),
+            crc32c(std::span(world.textures).subspan(32 * 32 * 4, 32 * 32 * 4)));
+}
+
+TEST(Materials, EverySectionMayBeMissing) {
+  const TestWorld full = with_materials(2, 16, TextureFormat::rgba8);
+  const WorldMaterials none;
+  WorldMaterials some = full.materials();
+  some.overrides = {};
+  WorldMaterials lights;
+  lights.lights = full.lights;
+  for (const WorldMaterials& materials : {none, some, lights}) {
+    std::vector<std::byte> file(world_file_bytes(full.info, materials));
+    std::size_t written = 0;
+    ASSERT_TRUE(write_world(full.info, full.memory.tree, full.patches(), materials, file, written).ok());
+    EXPECT_EQ(written, file.size());
+    WorldInfo info;
+    ASSERT_TRUE(read_world_info(file, info).ok());
+    const WorldMaterials read = read_materials(file, info);
+    EXPECT_EQ(read.set.count, materials.set.count);
+    EXPECT_EQ(read.lights.size(), materials.lights.size());
+    EXPECT_TRUE(read.overrides.empty());
+    WorldReader reader;
+    ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+    EXPECT_FALSE(reader.has_overrides());
+    std::vector<std::uint8_t> overrides(info.patches, 9);
+    ASSERT_TRUE(reader.read_overrides(overrides).ok());
+    for (const std::uint8_t material : overrides) EXPECT_EQ(material, 0);
+  }
+}
+
+TEST(Materials, LayersAreReadOneByOneOrTogether) {
+  const TestWorld world = with_materials(4, 32, TextureFormat::etc2);
+  const std::vector<std::byte> file = world.bytes();
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+  EXPECT_EQ(reader.materials().count, 4u);
+  EXPECT_EQ(reader.lights().size(), 3u);
+  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
+    for (int level = 0; level < texture_levels(32); ++level) {
+      const std::size_t image = texture_image_bytes(TextureFormat::etc2, 32, level);
+      for (std::uint32_t first = 0; first < 4; ++first) {
+        std::vector<std::byte> out((4 - first) * image);
+        ASSERT_TRUE(reader.read_textures(array, level, first, 4 - first, out).ok());
+        EXPECT_TRUE(same_bytes(
+            out,
+            std::span(world.textures).subspan(texture_offset(world.set, array, level, first), out.size())));
+      }
+    }
+  }
+  std::vector<std::byte> small(7);
+  EXPECT_EQ(reader.read_textures(TextureArray::albedo_height, 0, 0, 1, small).code(),
+            StatusCode::invalid_argument);
+}
+
+TEST(Materials, ADamagedLayerFailsAlone) {
+  const TestWorld world = with_materials(3, 16, TextureFormat::rgba8);
+  std::vector<std::byte> file = world.bytes();
+  const std::size_t at = start_of(file, 8) + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
+  file[at + 5] ^= std::byte{1};
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+  std::vector<std::byte> out(2 * texture_image_bytes(TextureFormat::rgba8, 16, 1));
+  EXPECT_TRUE(reader.read_textures(TextureArray::normal_roughness, 1, 0, 2, out).ok());
+  const Status status = reader.read_textures(TextureArray::normal_roughness, 1, 1, 2, out);
+  EXPECT_EQ(status.code(), StatusCode::corrupt);
+  EXPECT_STREQ(status.field(), "textures");
+  EXPECT_EQ(status.value(), at);
+  WorldInfo info;
+  EXPECT_STREQ(read_world_info(file, info).field(), "section crc");
+  // With a checksum of the section that fits, the image's own finds it.
+  store_at(file, kTable + 8 * kEntry + kEntryCrc,
+           crc32c(std::span(file).subspan(start_of(file, 8), world.textures.size())));
+  const std::size_t header = kTable + 11 * kEntry;
+  store_at(file, kHeaderCrc,
+           crc32c(std::span(file).subspan(kHeaderCrc + 4, header - kHeaderCrc - 4),
+                  crc32c(std::span(file).first(kHeaderCrc))));
+  EXPECT_STREQ(read_world_info(file, info).field(), "textures");
+  EXPECT_EQ(read_world_info(file, info).value(), at);
+}
+
+// One field broken at a time: both readers and the writer refuse it, and say where.
+TEST(Materials, EveryFieldOutOfRangeIsNamed) {
+  const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
+  const std::vector<std::byte> file = world.bytes();
+  const auto expect = [&](std::size_t section, std::size_t offset, auto value, const char* field,
+                          const char* what) {
+    std::vector<std::byte> damaged = file;
+    const std::size_t at = start_of(file, section) + offset;
+    store_at(damaged, at, value);
+    fix_checksums(damaged);
+    WorldInfo info;
+    const Status whole = read_world_info(damaged, info);
+    WorldReader reader;
+    Status piece = reader.open(ByteSource::of(damaged));
+    std::vector<std::uint8_t> overrides(world.info.patches);
+    if (piece.ok()) piece = reader.read_overrides(overrides);
+    for (const Status& status : {whole, piece}) {
+      EXPECT_EQ(status.code(), StatusCode::corrupt) << what;
+      EXPECT_STREQ(status.field(), field);
+      EXPECT_NE(std::string(status.what()).find(what), std::string::npos) << status.what();
+      EXPECT_GE(status.value(), start_of(file, section));
+      EXPECT_LE(status.value(), at);
+    }
+  };
+  for (const std::uint32_t bad : {0u, 9u, 0xffffffffu}) expect(7, 0, bad, "materials", "count");
+  for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u}) expect(7, 4, bad, "materials", "side");
+  expect(7, 8, 2u, "materials", "format");
+  expect(7, 12, 1u, "materials", "reserved");
+  expect(7, 4, 32u, "materials", "length");
+  expect(7, 0, 1u, "materials", "length");
+  expect(7, kRecord, char{0}, "materials", "name");
+  expect(7, kRecord + 1, '\n', "materials", "name");
+  expect(7, kRecord + 15, 'x', "materials", "name");
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const char* const fields[] = {"slope_low",   "slope_high",  "slope_soft", "height_low",
+                                "height_high", "height_soft", "cave",       "fray"};
+  for (std::size_t k = 0; k < 8; ++k) {
+    for (const float bad : {kNan, kInfinity, -kInfinity, 2e6f, -2e6f})
+      expect(7, kRecord + 16 + 4 * k, bad, "materials", fields[k]);
+  }
+  for (const std::size_t soft : {2u, 5u}) {
+    for (const float bad : {0.0f, -1.0f}) expect(7, kRecord + 16 + 4 * soft, bad, "materials", "soft");
+  }
+  expect(7, kRecord + 16, 3.5f, "materials", "slope_low is above");
+  expect(7, kRecord + 64 + 28, 9e5f, "materials", "");
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (const float bad : {0.0f, -0.5f, 1.5f, kNan})
+      expect(7, kRecord + 48 + 4 * c, bad, "materials", "average");
+  }
+  expect(7, kRecord + 60, 1.0f, "materials", "reserved");
+  expect(9, 3, std::uint8_t{3}, "overrides", "not there");
+  expect(10, 32, kNan, "lights", "position");
+  for (const float bad : {0.0f, -1.0f, kInfinity}) expect(10, 12, bad, "lights", "radius");
+  for (const float bad : {-0.1f, kNan, kInfinity}) expect(10, 20, bad, "lights", "colour");
+  expect(10, 28, 1.0f, "lights", "reserved");
+}
+
+TEST(Materials, TheWriterRefusesWhatTheReaderWould) {
+  const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
+  std::vector<std::byte> out(world_file_bytes(world.info, world.materials()));
+  const auto field_of = [&](const WorldMaterials& materials) {
+    std::size_t written = 1;
+    const Status status =
+        write_world(world.info, world.memory.tree, world.patches(), materials, out, written);
+    EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+    EXPECT_EQ(written, 0u);
+    return std::string(status.field());
+  };
+  WorldMaterials bad = world.materials();
+  bad.set.side = 17;
+  EXPECT_EQ(field_of(bad), "materials");
+  bad = world.materials();
+  bad.set.count = 9;
+  EXPECT_EQ(field_of(bad), "materials");
+  bad = world.materials();
+  bad.set.materials[1].name[0] = 0;
+  EXPECT_EQ(field_of(bad), "materials");
+  bad = world.materials();
+  bad.textures = bad.textures.first(9);
+  EXPECT_EQ(field_of(bad), "textures");
+  bad = world.materials();
+  bad.overrides = bad.overrides.first(9);
+  EXPECT_EQ(field_of(bad), "overrides");
+  bad = world.materials();
+  std::vector<std::uint8_t> overrides = world.overrides;
+  overrides[2] = 3;
+  bad.overrides = overrides;
+  EXPECT_EQ(field_of(bad), "overrides");
+  bad = WorldMaterials();
+  bad.overrides = world.overrides;
+  EXPECT_EQ(field_of(bad), "overrides");
+  bad = world.materials();
+  const std::vector<PointLight> many(17);
+  bad.lights = many;
+  EXPECT_EQ(field_of(bad), "lights");
+}
+
+// Sections that need each other.
+TEST(Materials, ASectionThatIsMissingIsNamed) {
+  const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
+  const std::vector<std::byte> file = world.bytes();
+  const auto without = [&](std::size_t section) {
+    std::vector<std::byte> damaged = file;
+    std::memcpy(damaged.data() + kTable + section * kEntry, "XTRA", 4);
+    fix_checksums(damaged);
+    WorldInfo info;
+    return read_world_info(damaged, info);
+  };
+  EXPECT_STREQ(without(7).field(), "materials");
+  EXPECT_STREQ(without(8).field(), "textures");
+  EXPECT_TRUE(without(9).ok());
+  EXPECT_TRUE(without(10).ok());
+}
+
+TEST(Materials, ATerrainHandsThemOut) {
+  const test::TestWorld shape =
+      test::TestWorld({8, 6, 8}, [](glm::ivec3 v) { return v.y < 2 + (v.x + v.z) % 2; });
+  const WorldInfo info = shape.info();
+  MaterialSet set;
+  set.count = 2;
+  set.side = 16;
+  std::strcpy(set.materials[0].name, "one");
+  std::strcpy(set.materials[1].name, "two");
+  std::vector<std::byte> textures(texture_bytes(set), std::byte{7});
+  std::vector<std::uint8_t> overrides(info.patches, 0);
+  overrides[3] = 2;
+  const PointLight light{{1, 2, 3}, 4, {1, 1, 1}};
+  const std::vector<std::byte> plain = shape.file();
+  WorldMaterials materials{set, textures, overrides, std::span(&light, 1)};
+  std::vector<std::byte> file(world_file_bytes(info, materials));
+  std::size_t written = 0;
+  ASSERT_TRUE(write_world(info, shape.octree(), read_patches(plain, info), materials, file, written).ok());
+
+  const Config config = Terrain::config_for(info, info.level);
+  const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
+  Terrain terrain;
+  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
+  EXPECT_EQ(terrain.materials().count, 0u);
+  const Status status = terrain.load(file);
+  ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+  EXPECT_EQ(terrain.materials().count, 2u);
+  EXPECT_STREQ(terrain.materials().materials[1].name, "two");
+  ASSERT_EQ(terrain.lights().size(), 1u);
+  EXPECT_EQ(terrain.lights()[0].radius, 4);
+  EXPECT_TRUE(same_bytes(terrain.material_overrides(), overrides));
+  std::vector<std::byte> out(2 * texture_image_bytes(set.format, set.side, 0));
+  ASSERT_TRUE(terrain.read_textures(TextureArray::normal_roughness, 0, 0, 2, out).ok());
+  EXPECT_EQ(out[9], std::byte{7});
+
+  // Loading a world without any leaves none.
+  ASSERT_TRUE(terrain.load(plain).ok());
+  EXPECT_EQ(terrain.materials().count, 0u);
+  EXPECT_TRUE(terrain.lights().empty());
+  EXPECT_TRUE(terrain.material_overrides().empty());
+  ASSERT_FALSE(terrain.load(std::span(file).first(100)).ok());
+  EXPECT_EQ(terrain.materials().count, 0u);
+}
+
+}  // namespace
+}  // namespace karst
