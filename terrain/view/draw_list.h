@@ -20,9 +20,9 @@ namespace karst {
 
 struct DrawItem {
   PatchId patch;
-  std::uint8_t level;          // level of detail it is drawn at, 1..kMaxLevel
-  std::uint8_t lower_edges;    // bit e: the neighbour across edge e is drawn one level lower; one that is
-                               // not drawn counts as the same level
+  std::uint8_t level;        // level of detail it is drawn at, 1..kMaxLevel
+  std::uint8_t lower_edges;  // bit e: the neighbour across edge e has a level one lower, as SelectLod leaves
+                             // it whether or not it is in view
   std::uint8_t skipped_edges;  // bit e: edge e is a point; the triangles that stand on it have no area and
                                // are left out
   std::uint8_t reserved = 0;

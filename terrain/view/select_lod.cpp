@@ -20,6 +20,9 @@
 // vertices at home (morph.h (2) holds for all its lower levels and for its neighbours), and a finer neighbour
 // leaves out the vertices between them, whatever their share. So the edge is off by what error(m - 1) covers
 // of the finer one, a mixture of its level and the next lower, and the bound is raised to that.
+//
+// A patch out of view keeps the level it would have if it were held: a neighbour in view leaves out vertices
+// of their edge by it, and the triangles along that edge may be seen.
 #include "terrain/view/select_lod.h"
 
 #include <algorithm>
@@ -256,7 +259,7 @@ bool is_held(const SelectLod& stage, PatchId first, std::uint32_t count) {
   return lacking == 0;
 }
 
-// Cuts the levels of a run of patches to what is held; true where that changed any that is in view.
+// Cuts the levels of patches in view to what is held; true where that changed any.
 bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std::uint32_t count,
              SelectLod::Result& result) {
   if (is_held(stage, first, count)) return false;
@@ -265,9 +268,8 @@ bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std
   for (PatchId id = first; id < first + count; ++id) {
     const std::uint8_t wanted = stage.levels[id];
     const std::uint8_t held = stage.resident[id];
-    if (wanted <= held) continue;
+    if (wanted <= held || !bound.in_view(id)) continue;
     stage.levels[id] = held;
-    if (!bound.in_view(id)) continue;
     changed = true;
     if (result.capped < stage.lacking.size()) {
       const float px =
@@ -279,6 +281,15 @@ bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std
     result.missing += held == 0 ? 1u : 0u;
   }
   return changed;
+}
+
+// Where something is missing, what it would hide is drawn, too.
+void cut_hidden(const SelectLod& stage) {
+  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
+    for (PatchId id = first; id < first + count; ++id) {
+      stage.levels[id] = std::min(stage.levels[id], stage.resident[id]);
+    }
+  });
 }
 
 // Patches of a level lower their neighbours to one more than it; both in view, so both are among those that
@@ -345,6 +356,7 @@ SelectLod::Result select_by_error(const SelectLod& stage) {
     if (!stage.resident.empty()) cut = cap_run(stage, bound, first, count, result) || cut;
   });
   if (cut) {
+    if (result.missing > 0 && stage.occlusion != nullptr) cut_hidden(stage);
     result.lowered = lower_finer(stage, bound);
     raise_capped_bound(stage, bound, result.bound_px);
   }
@@ -410,7 +422,9 @@ SelectLod::Result SelectLod::run() const {
   if (!resident.empty()) {
     const PixelBound bound(*this);
     const auto patches = static_cast<std::uint32_t>(levels.size());
-    if (cap_run(*this, bound, 0, patches, result)) result.lowered = lower_finer(*this, bound);
+    const bool cut = cap_run(*this, bound, 0, patches, result);
+    if (cut && result.missing > 0 && occlusion != nullptr) cut_hidden(*this);
+    if (cut) result.lowered = lower_finer(*this, bound);
   }
   result.bound_px = bound_of_levels(*this);
   return result;

@@ -75,8 +75,9 @@ struct SelectLod {
   // until those that are drawn differ by at most one; where nothing is held nothing is drawn or imposed.
   std::span<const std::uint8_t> resident;
 
-  // Output, borrowed: by patch, 1..settings.top_level(), and 0 where nothing is held. Two neighbours that are
-  // drawn differ by at most one; with `resident` that holds for two in view.
+  // Output, borrowed: by patch, 1..settings.top_level(), and 0 where nothing is held of a patch in view. Two
+  // neighbours that are drawn differ by at most one; with `resident` that holds for two in view, and patches
+  // out of view have the level that they would have if they were held.
   std::span<std::uint8_t> levels;
   // Output, borrowed, may be empty: the first so many of the patches that `capped` counts, in their order.
   std::span<LackingPatch> lacking;

@@ -19,7 +19,7 @@ using test::Random;
 using test::read_text;
 
 constexpr glm::ivec3 kExtent{34, 24, 34};
-constexpr int kFrames = 14;
+constexpr int kFrames = 24;
 
 bool is_rock(glm::ivec3 v) {
   if (v.y > kExtent.y - 4) return false;
@@ -72,8 +72,6 @@ TEST(Skips, ChangeNoPixel) {
                                           "1",
                                           "--vertex-memory",
                                           "64",
-                                          "--shadows",
-                                          "0",
                                           "-o",
                                           folder.path(name + "%04d.png"),
                                           "--stats",
@@ -88,7 +86,7 @@ TEST(Skips, ChangeNoPixel) {
   EXPECT_GT(mean_in(skipping, "culled_occluded"), 50.0);
   EXPECT_GT(mean_in(skipping, "culled_backface"), 10.0);
   EXPECT_EQ(mean_in(skipping, "error_scale"), 1.0);
-  for (const char* name : {"occlusion", "backface", "frustum", "all"}) {
+  for (const char* name : {"occlusion", "backface", "frustum", "cascades", "all"}) {
     const std::string stats = render(name);
     EXPECT_EQ(mean_in(stats, "error_scale"), 1.0) << name;
     for (int n = 0; n < kFrames; ++n) {
