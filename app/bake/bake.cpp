@@ -2,7 +2,6 @@
 #include "app/bake/bake.h"
 
 #include "app/bake/bake_error.h"
-#include "app/bake/bake_materials.h"
 #include "app/bake/carve.h"
 #include "app/bake/elevation_solid.h"
 #include "app/bake/parallel.h"
@@ -405,24 +404,24 @@ class Baker {
     const std::vector<PatchBounds> boxes = bounds();
     const std::vector<NormalCone> cones = normal_cones();
     const WorldPatches world_patches{mask, heights_, errors, boxes, cones};
-    const BakedMaterials ground = materials();
-    std::vector<std::byte> file(world_file_bytes(info, ground.view()));
+    report_.materials = materials(boxes);
+    const WorldMaterials ground = report_.materials.view();
+    std::vector<std::byte> file(world_file_bytes(info, ground));
     std::size_t written = 0;
-    check(write_world(info, voxels_.octree, world_patches, ground.view(), file, written), "world");
+    check(write_world(info, voxels_.octree, world_patches, ground, file, written), "world");
     file.resize(written);
     return file;
   }
 
-  BakedMaterials materials() const {
+  BakedMaterials materials(std::span<const PatchBounds> boxes) const {
     BakeMaterials bake;
+    bake.options = job_.materials;
+    bake.sample = job_.sample;
+    bake.grid = grid_;
+    bake.octree = &voxels_.octree;
+    bake.surface = {volumes_, patches_};
+    bake.bounds = boxes;
     bake.threads = job_.threads;
-    bake.relief.sample = job_.sample;
-    bake.relief.voxel_m = grid_.voxel_m;
-    const auto [low, high] =
-        std::minmax_element(volumes_.begin(), volumes_.end(),
-                            [](const Volume& a, const Volume& b) { return a.corner[1] < b.corner[1]; });
-    bake.relief.low = static_cast<float>(low->corner[1]);
-    bake.relief.high = static_cast<float>(high->corner[1]);
     return bake.run();
   }
 

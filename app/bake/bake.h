@@ -3,6 +3,7 @@
 // of it.
 #pragma once
 
+#include "app/bake/bake_materials.h"
 #include "app/bake/elevation.h"
 #include "app/bake/measure_fit.h"
 #include "terrain/world/world_file.h"
@@ -28,7 +29,8 @@ struct Bake {
   double voxel_m = 0;        // 0: the sample's, or so that about 128 voxels span the image
   int level = 0;             // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
   std::string carve_path{};  // empty: nothing is carved
-  int threads = 1;           // >= 1; the result does not depend on it
+  MaterialOptions materials{};
+  int threads = 1;  // >= 1; the result does not depend on it
 
   struct Report {
     // The image; zeros for a sample.
@@ -46,6 +48,7 @@ struct Bake {
     double quantisation_m = 0;              // kVertexStep; coordinates are off by half of it at most
     std::optional<MeasureFit::Result> fit;  // of height fields: with an image
     bool fit_is_partial = false;            // holes and carved places are left out of fit
+    BakedMaterials materials;
     double seconds_read = 0, seconds_voxels = 0, seconds_fit = 0, seconds_measure = 0;
   };
 

@@ -1,25 +1,157 @@
 // SPDX-License-Identifier: MIT
 #include "app/bake/bake_materials.h"
 
+#include "app/bake/bake_error.h"
+#include "app/bake/cave_lights.h"
+#include "app/bake/material_files.h"
 #include "app/bake/parallel.h"
 #include "app/bake/sample_materials.h"
 #include "app/bake/texture_pyramid.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace karst::bake {
+namespace {
+
+// Limits that say "no limit", outside of every slope and height.
+constexpr float kNoSlope = 2;
+constexpr float kNoHeight = 1e6f;
+// A limit's softness where a material file does not say.
+constexpr float kSlopeSoft = 0.1f;
+constexpr float kHeightSoft = 1;
+
+std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  if (slash == std::string::npos) return {};
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+float within(double value, float most) {
+  return static_cast<float>(std::clamp(value, -double{most}, double{most}));
+}
+
+}  // namespace
+
+WorldRelief BakeMaterials::relief() const {
+  const auto [low, high] =
+      std::minmax_element(surface.volumes.begin(), surface.volumes.end(),
+                          [](const Volume& a, const Volume& b) { return a.corner[1] < b.corner[1]; });
+  return {sample, static_cast<float>(low->corner[1]), static_cast<float>(high->corner[1]), grid.voxel_m};
+}
+
+Material BakeMaterials::resolve(const MaterialSpec& spec) const {
+  Material material;
+  material.slope_soft = kSlopeSoft;
+  material.height_soft = kHeightSoft;
+  if (!spec.sample.empty()) material = default_material(spec.sample, relief());
+  std::memset(material.name, 0, sizeof material.name);
+  std::memcpy(material.name, spec.name.data(), spec.name.size());
+  if (spec.slope) {
+    material.slope_low = static_cast<float>((*spec.slope)[0].value_or(-kNoSlope));
+    material.slope_high = static_cast<float>((*spec.slope)[1].value_or(kNoSlope));
+  }
+  if (spec.elevation) {
+    const auto height = [&](std::optional<double> y_m, float otherwise) {
+      return y_m ? within((*y_m - grid.origin_m.y) / grid.voxel_m, kNoHeight) : otherwise;
+    };
+    material.height_low = height((*spec.elevation)[0], -kNoHeight);
+    material.height_high = height((*spec.elevation)[1], kNoHeight);
+  }
+  if (spec.slope_soft) material.slope_soft = static_cast<float>(*spec.slope_soft);
+  if (spec.elevation_soft)
+    material.height_soft = std::max(within(*spec.elevation_soft / grid.voxel_m, kNoHeight), 1e-3f);
+  if (spec.cave) material.cave = static_cast<float>(*spec.cave);
+  if (spec.fray) material.fray = static_cast<float>(*spec.fray);
+  return material;
+}
+
+std::vector<MaterialImage> BakeMaterials::read_images(const std::vector<MaterialSpec>& specs,
+                                                      int side) const {
+  std::vector<MaterialImage> images(specs.size());
+  const std::string folder = folder_of(options.path);
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    if (!specs[k].sample.empty()) continue;
+    try {
+      images[k] = read_material_image(specs[k], folder, side);
+    } catch (const BakeError& e) {
+      throw BakeError(options.path + ": material " + std::to_string(k) + ": " + e.what());
+    }
+  }
+  parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
+    if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side);
+  });
+  return images;
+}
+
+// A patch has the material of the last box that its middle lies in.
+void BakeMaterials::paint(const MaterialFile& file, BakedMaterials& baked) const {
+  if (file.paint.empty()) return;
+  baked.overrides.assign(surface.patches.size(), 0);
+  for (std::size_t b = 0; b < file.paint.size(); ++b) {
+    const PaintBox& box = file.paint[b];
+    const Material* const end = baked.set.materials + baked.set.count;
+    const Material* const found = std::find_if(static_cast<const Material*>(baked.set.materials), end,
+                                               [&](const Material& m) { return box.material == m.name; });
+    if (found == end) {
+      throw BakeError(options.path + ": paint " + std::to_string(b) + ": material: there is no '" +
+                      box.material + "'");
+    }
+    const auto number = static_cast<std::uint8_t>(found - baked.set.materials + 1);
+    const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);
+    const glm::dvec3 high = to_voxels(box.centre_m + 0.5 * box.size_m);
+    for (std::size_t p = 0; p < surface.patches.size(); ++p) {
+      const Volume& volume = surface.volumes[surface.patches[p].volume];
+      bool in = true;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double middle =
+            volume.corner[axis] + 0.5 * (bounds[p].min[axis] + bounds[p].max[axis]) / kStepsPerVoxel;
+        in = in && middle >= low[axis] && middle <= high[axis];
+      }
+      if (in) baked.overrides[p] = number;
+    }
+  }
+  baked.painted = static_cast<std::size_t>(
+      std::count_if(baked.overrides.begin(), baked.overrides.end(), [](std::uint8_t m) { return m != 0; }));
+}
+
+void BakeMaterials::light(const MaterialFile& file, BakedMaterials& baked) const {
+  if (!file.lights) {
+    if (sample == "caves") baked.lights = PlaceCaveLights{octree, grid.extent}.run();
+    return;
+  }
+  for (const LightSpec& spec : *file.lights) {
+    PointLight light;
+    light.position = glm::vec3(to_voxels(spec.position_m));
+    light.radius = static_cast<float>(spec.radius_m / grid.voxel_m);
+    light.colour = glm::vec3(spec.colour);
+    baked.lights.push_back(light);
+  }
+}
 
 BakedMaterials BakeMaterials::run() const {
   BakedMaterials baked;
-  const std::vector<Material> materials = default_materials(relief);
-  baked.set.count = static_cast<std::uint32_t>(materials.size());
+  if (options.none) return baked;
+  MaterialFile file;
+  if (!options.path.empty()) file = read_material_file(options.path);
+  if (file.materials.empty()) {
+    for (const Material& material : default_materials(relief())) {
+      MaterialSpec spec;
+      spec.name = spec.sample = material.name;
+      file.materials.push_back(spec);
+      baked.set.materials[baked.set.count++] = material;
+    }
+  } else {
+    for (const MaterialSpec& spec : file.materials) baked.set.materials[baked.set.count++] = resolve(spec);
+  }
+  const int side = options.side.value_or(file.side.value_or(kDefaultMaterialSide));
   baked.set.side = static_cast<std::uint32_t>(side);
-  baked.set.format = format;
-  std::copy(materials.begin(), materials.end(), baked.set.materials);
-  std::vector<MaterialImage> images(materials.size());
-  parallel_chunks(images.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
-    images[k] = make_sample_material(materials[k].name, side);
-  });
+  baked.set.format = options.format.value_or(file.format.value_or(kDefaultTextureFormat));
+  if (baked.set.format != TextureFormat::rgba8)
+    throw BakeError("--material-format: this build makes rgba8 alone");
+  paint(file, baked);
+  light(file, baked);
+  const std::vector<MaterialImage> images = read_images(file.materials, side);
   baked.textures = MakeTextures{images, threads}.run(baked.set);
   return baked;
 }

@@ -9,10 +9,9 @@
 #include "app/bake/envi.h"
 #include "app/bake/exr_header.h"
 #include "app/bake/geo_scale.h"
+#include "app/bake/quiet_stderr.h"
 
 #include <OpenImageIO/imageio.h>
-#include <fcntl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
@@ -143,27 +142,6 @@ void check_8bit(const ReadElevation& settings, const Format& format) {
     fail(settings.path, "sample type: 8 bits give steps, not slopes; --allow-8bit takes it all the same");
   }
 }
-
-// While it lives, stderr goes nowhere: libpng, as OpenImageIO 2.4 uses it, prints messages of its own beside
-// the error that it returns.
-class QuietStderr {
- public:
-  QuietStderr() : kept_(dup(STDERR_FILENO)) {
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (kept_ >= 0 && nowhere >= 0) dup2(nowhere, STDERR_FILENO);
-    if (nowhere >= 0) close(nowhere);
-  }
-  ~QuietStderr() {
-    if (kept_ < 0) return;
-    dup2(kept_, STDERR_FILENO);
-    close(kept_);
-  }
-  QuietStderr(const QuietStderr&) = delete;
-  QuietStderr& operator=(const QuietStderr&) = delete;
-
- private:
-  int kept_;
-};
 
 using InputFile = std::unique_ptr<OIIO::ImageInput>;
 

@@ -10,6 +10,7 @@
 #include "terrain/base/lattice.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <chrono>
 #include <cstdio>
@@ -47,6 +48,9 @@ constexpr const char* kHelpOptions = R"(
       --crop X,Z,W,H   only these samples: first column, first row, columns, rows
       --allow-8bit     takes 8-bit images, whose heights are steps
       --carve FILE     fills or empties boxes, spheres and tunnels (docs/formats.md)
+      --materials FILE what the ground is made of, painted boxes, lights (docs/materials.md); `none`: nothing
+      --material-side N    texels of a texture's side: 16, 32, .. 1024 (default 256)
+      --material-format F  of textures: etc2 or rgba8 (default rgba8)
       --threads N      default: all; the world does not depend on it
       --stats FILE     writes the report as JSON
       --json           prints the report as JSON
@@ -152,6 +156,22 @@ void parse_source(const app::Arguments& arguments, Bake& job) {
   job.sample = *sample;
 }
 
+void parse_materials(const app::Arguments& arguments, MaterialOptions& options) {
+  options.path = arguments.value("materials").value_or("");
+  options.none = options.path == "none";
+  if (options.none) options.path.clear();
+  if (arguments.has("material-side")) {
+    const int side = integer_of(arguments, "material-side", kLeastTextureSide, kMostTextureSide, 0);
+    if (!std::has_single_bit(static_cast<unsigned>(side)))
+      throw UsageError("--material-side: not a power of two");
+    options.side = side;
+  }
+  const auto format = arguments.value("material-format");
+  if (!format) return;
+  if (*format != "etc2" && *format != "rgba8") throw UsageError("--material-format: not one of etc2, rgba8");
+  options.format = *format == "etc2" ? TextureFormat::etc2 : TextureFormat::rgba8;
+}
+
 CommandLine parse(const app::Arguments& arguments) {
   CommandLine line;
   Bake& job = line.job;
@@ -165,6 +185,7 @@ CommandLine parse(const app::Arguments& arguments) {
   job.level = integer_of(arguments, "levels", 1, kMaxLevel, 0);
   const int all = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   job.threads = integer_of(arguments, "threads", 1, kMaxThreads, all);
+  parse_materials(arguments, job.materials);
   job.carve_path = arguments.value("carve").value_or("");
   job.read.pixel_size_m = number_of(arguments, "pixel-size", kMinSpacingM, kMaxSpacingM, 0);
   job.read.z_scale = number_of(arguments, "z-scale", -1e9, 1e9, 1);
@@ -235,6 +256,9 @@ int run_main(int count, char** words) {
       {"nodata"},
       {"crop"},
       {"carve"},
+      {"materials"},
+      {"material-side"},
+      {"material-format"},
       {"threads"},
       {"stats"},
       {"allow-8bit", 0, false},

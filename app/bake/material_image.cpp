@@ -50,6 +50,17 @@ int linear_to_srgb(float linear) {
   return static_cast<int>(std::upper_bound(above.begin(), above.end(), linear) - above.begin());
 }
 
+float srgb_fraction_to_linear(float encoded) {
+  constexpr int kCodes = 65'536;
+  static const std::vector<float> table = [] {
+    std::vector<float> values;
+    for (int i = 0; i < kCodes; ++i) values.push_back(static_cast<float>(decode(i / (kCodes - 1.0))));
+    return values;
+  }();
+  const float scaled = std::clamp(encoded, 0.0f, 1.0f) * (kCodes - 1) + 0.5f;
+  return table[static_cast<std::size_t>(std::min(scaled, static_cast<float>(kCodes - 1)))];
+}
+
 void MaterialImage::derive_slopes(float relief) {
   const float scale = relief * 0.5f * static_cast<float>(side);
   for (int j = 0; j < side; ++j) {

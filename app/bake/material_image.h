@@ -35,5 +35,7 @@ struct MaterialImage {
 // sRGB (IEC 61966-2-1) for 8 bits. Encoding takes the nearest code, without libm: the same everywhere.
 float srgb_to_linear(int code);
 int linear_to_srgb(float linear);
+// Of any value; below 0 and above 1 as at 0 and 1. To the nearest of 65,536 codes.
+float srgb_fraction_to_linear(float encoded);
 
 }  // namespace karst::bake
