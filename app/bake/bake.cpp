@@ -100,6 +100,9 @@ class Baker {
  private:
   // The solid, the grid, and for an image the column tops.
   void read() {
+    bake_materials_.options = job_.materials;
+    bake_materials_.threads = job_.threads;
+    bake_materials_.load();
     if (!job_.carve_path.empty()) shapes_ = read_carve(job_.carve_path);
     report_.carve_shapes = shapes_.size();
     if (job_.sample.empty()) {
@@ -414,14 +417,12 @@ class Baker {
   }
 
   BakedMaterials materials(std::span<const PatchBounds> boxes) const {
-    BakeMaterials bake;
-    bake.options = job_.materials;
+    BakeMaterials bake = bake_materials_;
     bake.sample = job_.sample;
     bake.grid = grid_;
     bake.octree = &voxels_.octree;
     bake.surface = {volumes_, patches_};
     bake.bounds = boxes;
-    bake.threads = job_.threads;
     return bake.run();
   }
 
@@ -435,6 +436,7 @@ class Baker {
   Bake::Report& report_;
   const ReportProgress& progress_;
 
+  BakeMaterials bake_materials_;
   Elevation elevation_;
   std::vector<CarveShape> shapes_;
   std::unique_ptr<Solid> base_;             // the image's surface or the sample

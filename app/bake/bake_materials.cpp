@@ -66,30 +66,27 @@ Material BakeMaterials::resolve(const MaterialSpec& spec) const {
   return material;
 }
 
-std::vector<MaterialImage> BakeMaterials::read_images(const std::vector<MaterialSpec>& specs,
-                                                      int side) const {
-  std::vector<MaterialImage> images(specs.size());
+void BakeMaterials::load() {
+  if (options.none || options.path.empty()) return;
+  file_ = read_material_file(options.path);
   const std::string folder = folder_of(options.path);
-  for (std::size_t k = 0; k < specs.size(); ++k) {
-    if (!specs[k].sample.empty()) continue;
+  for (std::size_t k = 0; k < file_.materials.size(); ++k) {
+    images_.emplace_back();
+    if (!file_.materials[k].sample.empty()) continue;
     try {
-      images[k] = read_material_image(specs[k], folder, side);
+      images_[k] = read_material_image(file_.materials[k], folder, side());
     } catch (const BakeError& e) {
       throw BakeError(options.path + ": material " + std::to_string(k) + ": " + e.what());
     }
   }
-  parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
-    if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side);
-  });
-  return images;
 }
 
 // A patch has the material of the last box that its middle lies in.
-void BakeMaterials::paint(const MaterialFile& file, BakedMaterials& baked) const {
-  if (file.paint.empty()) return;
+void BakeMaterials::paint(BakedMaterials& baked) const {
+  if (file_.paint.empty()) return;
   baked.overrides.assign(surface.patches.size(), 0);
-  for (std::size_t b = 0; b < file.paint.size(); ++b) {
-    const PaintBox& box = file.paint[b];
+  for (std::size_t b = 0; b < file_.paint.size(); ++b) {
+    const PaintBox& box = file_.paint[b];
     const Material* const end = baked.set.materials + baked.set.count;
     const Material* const found = std::find_if(static_cast<const Material*>(baked.set.materials), end,
                                                [&](const Material& m) { return box.material == m.name; });
@@ -115,12 +112,12 @@ void BakeMaterials::paint(const MaterialFile& file, BakedMaterials& baked) const
       std::count_if(baked.overrides.begin(), baked.overrides.end(), [](std::uint8_t m) { return m != 0; }));
 }
 
-void BakeMaterials::light(const MaterialFile& file, BakedMaterials& baked) const {
-  if (!file.lights) {
+void BakeMaterials::light(BakedMaterials& baked) const {
+  if (!file_.lights) {
     if (sample == "caves") baked.lights = PlaceCaveLights{octree, grid.extent}.run();
     return;
   }
-  for (const LightSpec& spec : *file.lights) {
+  for (const LightSpec& spec : *file_.lights) {
     PointLight light;
     light.position = glm::vec3(to_voxels(spec.position_m));
     light.radius = static_cast<float>(spec.radius_m / grid.voxel_m);
@@ -129,30 +126,36 @@ void BakeMaterials::light(const MaterialFile& file, BakedMaterials& baked) const
   }
 }
 
+// The materials with their rules, and where their images come from.
+std::vector<MaterialSpec> BakeMaterials::list(MaterialSet& set) const {
+  if (!file_.materials.empty()) {
+    for (const MaterialSpec& spec : file_.materials) set.materials[set.count++] = resolve(spec);
+    return file_.materials;
+  }
+  std::vector<MaterialSpec> specs;
+  for (const Material& material : default_materials(relief())) {
+    MaterialSpec spec;
+    spec.name = spec.sample = material.name;
+    specs.push_back(spec);
+    set.materials[set.count++] = material;
+  }
+  return specs;
+}
+
 BakedMaterials BakeMaterials::run() const {
   BakedMaterials baked;
   if (options.none) return baked;
-  MaterialFile file;
-  if (!options.path.empty()) file = read_material_file(options.path);
-  if (file.materials.empty()) {
-    for (const Material& material : default_materials(relief())) {
-      MaterialSpec spec;
-      spec.name = spec.sample = material.name;
-      file.materials.push_back(spec);
-      baked.set.materials[baked.set.count++] = material;
-    }
-  } else {
-    for (const MaterialSpec& spec : file.materials) baked.set.materials[baked.set.count++] = resolve(spec);
-  }
-  const int side = options.side.value_or(file.side.value_or(kDefaultMaterialSide));
-  baked.set.side = static_cast<std::uint32_t>(side);
-  baked.set.format = options.format.value_or(file.format.value_or(kDefaultTextureFormat));
-  if (baked.set.format != TextureFormat::rgba8)
-    throw BakeError("--material-format: this build makes rgba8 alone");
-  paint(file, baked);
-  light(file, baked);
-  const std::vector<MaterialImage> images = read_images(file.materials, side);
-  baked.textures = MakeTextures{images, threads}.run(baked.set);
+  const std::vector<MaterialSpec> specs = list(baked.set);
+  baked.set.side = static_cast<std::uint32_t>(side());
+  baked.set.format = options.format.value_or(file_.format.value_or(kDefaultTextureFormat));
+  paint(baked);
+  light(baked);
+  std::vector<MaterialImage> images = images_;
+  images.resize(specs.size());
+  parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
+    if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side());
+  });
+  baked.textures = MakeTextures{images, threads}.run(baked.set, baked.loss);
   return baked;
 }
 

@@ -6,6 +6,7 @@
 #include "app/bake/material_json.h"
 #include "app/bake/material_rules.h"
 #include "app/bake/solid.h"
+#include "app/bake/texture_pyramid.h"
 #include "terrain/surface/surface.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/world_file.h"
@@ -19,7 +20,7 @@
 namespace karst::bake {
 
 inline constexpr int kDefaultMaterialSide = 256;
-inline constexpr TextureFormat kDefaultTextureFormat = TextureFormat::rgba8;
+inline constexpr TextureFormat kDefaultTextureFormat = TextureFormat::etc2;
 
 // What the command line says. What it does not say, the file says, or else the defaults.
 struct MaterialOptions {
@@ -35,30 +36,41 @@ struct BakedMaterials {
   std::vector<std::uint8_t> overrides;
   std::vector<PointLight> lights;
   std::size_t painted = 0;  // patches
+  TextureLoss loss;
 
   WorldMaterials view() const { return {set, textures, overrides, lights}; }
 };
 
-// Borrows what it is given for the run.
-struct BakeMaterials {
+// Two steps: load() reads files, before the work of a bake, so that a mistake in them costs no time; run()
+// needs what the bake made. Borrows what it is given.
+class BakeMaterials {
+ public:
   MaterialOptions options;
+  int threads = 1;
+
+  // Throws BakeError naming the material file or the image, and the field.
+  void load();
+
   std::string sample;  // of the world; empty: an elevation image
   WorldGrid grid;
   const Octree* octree = nullptr;
   Surface surface;
   std::span<const PatchBounds> bounds;
-  int threads = 1;
 
-  // Throws BakeError naming the material file or the image, and the field.
+  // Throws BakeError where the file paints with a material that is not there.
   BakedMaterials run() const;
 
  private:
   WorldRelief relief() const;
   Material resolve(const MaterialSpec& spec) const;
-  std::vector<MaterialImage> read_images(const std::vector<MaterialSpec>& specs, int side) const;
-  void paint(const MaterialFile& file, BakedMaterials& baked) const;
-  void light(const MaterialFile& file, BakedMaterials& baked) const;
+  std::vector<MaterialSpec> list(MaterialSet& set) const;
+  void paint(BakedMaterials& baked) const;
+  void light(BakedMaterials& baked) const;
+  int side() const { return options.side.value_or(file_.side.value_or(kDefaultMaterialSide)); }
   glm::dvec3 to_voxels(glm::dvec3 position_m) const { return (position_m - grid.origin_m) / grid.voxel_m; }
+
+  MaterialFile file_;
+  std::vector<MaterialImage> images_;  // of the file's materials; empty ones are procedural
 };
 
 }  // namespace karst::bake

@@ -50,7 +50,7 @@ constexpr const char* kHelpOptions = R"(
       --carve FILE     fills or empties boxes, spheres and tunnels (docs/formats.md)
       --materials FILE what the ground is made of, painted boxes, lights (docs/materials.md); `none`: nothing
       --material-side N    texels of a texture's side: 16, 32, .. 1024 (default 256)
-      --material-format F  of textures: etc2 or rgba8 (default rgba8)
+      --material-format F  of textures: etc2 or rgba8 (default etc2)
       --threads N      default: all; the world does not depend on it
       --stats FILE     writes the report as JSON
       --json           prints the report as JSON

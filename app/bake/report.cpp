@@ -4,6 +4,7 @@
 #include "app/common/json_writer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -44,6 +45,63 @@ void write_fit(app::JsonWriter& json, const Bake::Report& report) {
   json.end_object();
 }
 
+// Bytes of the same textures in another format.
+std::size_t bytes_as(MaterialSet set, TextureFormat format) {
+  set.format = format;
+  return texture_bytes(set);
+}
+
+void print_materials(std::string& out, const BakedMaterials& materials) {
+  const MaterialSet& set = materials.set;
+  if (set.count == 0) return;
+  print(out, "materials     ");
+  for (std::uint32_t k = 0; k < set.count; ++k) print(out, "%s%s", k == 0 ? "" : ", ", set.materials[k].name);
+  print(out, "; %u x %u texels, %zu patches painted, %zu lights\n", set.side, set.side, materials.painted,
+        materials.lights.size());
+  if (set.format != TextureFormat::etc2) {
+    print(out, "textures      %zu bytes, not compressed\n", materials.textures.size());
+    return;
+  }
+  print(out, "textures      %zu bytes of ETC2 for %zu; albedo %.1f dB, height %.1f dB, roughness %.1f dB, ",
+        materials.textures.size(), bytes_as(set, TextureFormat::rgba8), materials.loss.albedo_db,
+        materials.loss.height_db, materials.loss.roughness_db);
+  print(out, "normals %.2f degrees rms\n", materials.loss.normal_degrees);
+}
+
+// A PSNR is infinite where nothing changed.
+void write_decibels(app::JsonWriter& json, const char* name, double decibels) {
+  if (std::isfinite(decibels)) {
+    json.field(name, decibels);
+  } else {
+    json.key(name).null();
+  }
+}
+
+void write_materials(app::JsonWriter& json, const BakedMaterials& materials) {
+  const MaterialSet& set = materials.set;
+  if (set.count == 0) {
+    json.key("materials").null();
+    return;
+  }
+  json.key("materials").begin_object();
+  json.key("names").begin_array();
+  for (std::uint32_t k = 0; k < set.count; ++k) json.value(std::string_view(set.materials[k].name));
+  json.end_array();
+  json.field("side", std::uint64_t{set.side});
+  json.field("format", set.format == TextureFormat::etc2 ? "etc2" : "rgba8");
+  json.field("bytes", std::uint64_t{materials.textures.size()});
+  json.field("bytes_etc2", std::uint64_t{bytes_as(set, TextureFormat::etc2)});
+  json.field("bytes_rgba8", std::uint64_t{bytes_as(set, TextureFormat::rgba8)});
+  json.key("psnr_db").begin_object();
+  write_decibels(json, "albedo", materials.loss.albedo_db);
+  write_decibels(json, "height", materials.loss.height_db);
+  write_decibels(json, "roughness", materials.loss.roughness_db);
+  json.end_object();
+  json.field("normal_rms_degrees", materials.loss.normal_degrees);
+  json.field("patches_painted", std::uint64_t{materials.painted});
+  json.field("lights", std::uint64_t{materials.lights.size()}).end_object();
+}
+
 }  // namespace
 
 std::string report_text(const Bake& job, const Bake::Report& report, std::size_t bytes, double seconds) {
@@ -72,6 +130,7 @@ std::string report_text(const Bake& job, const Bake::Report& report, std::size_t
     print(out, "coverage      %llu points in holes, %llu folded triangles\n", number(fit.holes),
           number(fit.folded));
   }
+  print_materials(out, report.materials);
   print(out, "quantisation  %.6g m\n", report.quantisation_m);
   print(out, "written       %zu bytes in %.2f s (read %.2f, voxels %.2f, heights %.2f, measure %.2f)\n",
         bytes, seconds, report.seconds_read, report.seconds_voxels, report.seconds_fit,
@@ -105,6 +164,7 @@ std::string report_json(const Bake& job, const Bake::Report& report, std::size_t
   json.field("voxels_settled", report.voxels_settled);
   json.field("folds_repaired", report.folds_repaired).field("folds_left", report.folds_left);
   write_fit(json, report);
+  write_materials(json, report.materials);
   json.field("quantisation_m", report.quantisation_m);
   json.field("bytes", std::uint64_t{bytes}).field("seconds", seconds);
   json.key("stage_seconds").begin_object();

@@ -8,9 +8,10 @@
 namespace karst::bake {
 namespace {
 
-// Detail finer than a texel of a small image would be lost or alias: images are made this large at least,
-// and averaged down.
-constexpr int kLeastMade = 512;
+// Detail finer than a texel of a small image would be lost or alias: images are made larger, and averaged
+// down.
+constexpr int kLargestFinerMade = 512;
+constexpr int kFiner = 8;
 
 struct Entry {
   std::string_view name;
@@ -31,7 +32,7 @@ bool is_sample_material(std::string_view name) {
 }
 
 MaterialImage make_sample_material(std::string_view name, int side) {
-  MaterialImage image(std::max(side, kLeastMade));
+  MaterialImage image(std::max(side, std::min(kFiner * side, kLargestFinerMade)));
   find(name)->paint(image);
   while (image.side > side) image = image.halved();
   return image;

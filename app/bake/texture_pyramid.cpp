@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "app/bake/texture_pyramid.h"
 
+#include "app/bake/etc2.h"
 #include "app/bake/parallel.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace karst::bake {
@@ -11,6 +15,10 @@ namespace {
 
 // The least average that a file may state: the shader divides by it.
 constexpr float kLeastAverage = 1e-3f;
+
+// What errors weigh in ETC2. A wrong normal is seen before a wrong roughness, of which there are two copies.
+constexpr std::array<std::uint8_t, 3> kAlbedoWeights = {1, 1, 1};
+constexpr std::array<std::uint8_t, 3> kNormalWeights = {1, 8, 1};
 
 // What of a texel can be averaged.
 struct Texel {
@@ -85,29 +93,131 @@ void store_normals(const Level& level, std::span<std::byte> rgba) {
   }
 }
 
+// Sums over texels of one layer, of the squares of what compression changed.
+struct Squares {
+  double albedo = 0, height = 0, roughness = 0, degrees = 0;
+};
+
+using Rgba = std::span<const std::byte>;
+
+double square_of(Rgba a, Rgba b, std::size_t at) {
+  const int difference = std::to_integer<int>(a[at]) - std::to_integer<int>(b[at]);
+  return static_cast<double>(difference * difference);
+}
+
+glm::dvec3 normal_at(Rgba rgba, std::size_t at) {
+  const double s = std::to_integer<int>(rgba[at + 3]) / 127.5 - 1;
+  const double t = std::to_integer<int>(rgba[at + 1]) / 127.5 - 1;
+  return glm::dvec3(s, t, std::sqrt(std::max(1 - s * s - t * t, 0.0)));
+}
+
+void add_albedo_loss(Rgba before, Rgba after, Squares& squares) {
+  for (std::size_t at = 0; at < before.size(); at += 4) {
+    for (std::size_t c = 0; c < 3; ++c) squares.albedo += square_of(before, after, at + c) / 3;
+    squares.height += square_of(before, after, at + 3);
+  }
+}
+
+void add_normal_loss(Rgba before, Rgba after, Squares& squares) {
+  for (std::size_t at = 0; at < before.size(); at += 4) {
+    squares.roughness += square_of(before, after, at);
+    const glm::dvec3 a = normal_at(before, at), b = normal_at(after, at);
+    const double cosine = glm::dot(a, b) / std::sqrt(glm::dot(a, a) * glm::dot(b, b));
+    const double degrees = std::acos(std::clamp(cosine, -1.0, 1.0)) * (180 / 3.14159265358979324);
+    squares.degrees += degrees * degrees;
+  }
+}
+
+// One layer of one array: an image a level.
+class Layer {
+ public:
+  Layer(TextureArray array, TextureFormat format) : array_(array), format_(format) {}
+
+  // out: texture_image_bytes. Returns the level's texels as they are read back; valid until the next call.
+  Rgba store(const Level& level, std::span<std::byte> out) {
+    rgba_.resize(level.texels.size() * 4);
+    if (array_ == TextureArray::albedo_height) {
+      store_albedo(level, rgba_);
+    } else {
+      store_normals(level, rgba_);
+    }
+    if (format_ == TextureFormat::rgba8) {
+      std::copy(rgba_.begin(), rgba_.end(), out.begin());
+      return rgba_;
+    }
+    const auto side = static_cast<std::uint32_t>(level.side);
+    Etc2Settings settings;
+    settings.weights = array_ == TextureArray::albedo_height ? kAlbedoWeights : kNormalWeights;
+    decoded_.resize(rgba_.size());
+    const std::span<std::uint8_t> blocks(reinterpret_cast<std::uint8_t*>(out.data()), out.size());
+    const Status encoded = encode_etc2(as_bytes(rgba_), side, side, blocks, settings);
+    const Status decoded =
+        decode_etc2(blocks, side, side, {reinterpret_cast<std::uint8_t*>(decoded_.data()), decoded_.size()});
+    // Sizes and settings are this file's own.
+    static_cast<void>(encoded);
+    static_cast<void>(decoded);
+    return decoded_;
+  }
+  Rgba before() const { return rgba_; }
+
+ private:
+  static std::span<const std::uint8_t> as_bytes(const std::vector<std::byte>& bytes) {
+    return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+  }
+
+  TextureArray array_;
+  TextureFormat format_;
+  std::vector<std::byte> rgba_, decoded_;
+};
+
+double psnr(double square_sum, double texels) {
+  return 10 * std::log10(255.0 * 255.0 * texels / square_sum);
+}
+
+TextureLoss loss_of(std::span<const Squares> layers, double texels) {
+  Squares sum;
+  for (const Squares& s : layers) {
+    sum.albedo += s.albedo;
+    sum.height += s.height;
+    sum.roughness += s.roughness;
+    sum.degrees += s.degrees;
+  }
+  return {psnr(sum.albedo, texels), psnr(sum.height, texels), psnr(sum.roughness, texels),
+          std::sqrt(sum.degrees / texels)};
+}
+
 }  // namespace
 
-std::vector<std::byte> MakeTextures::run(MaterialSet& set) const {
+std::vector<std::byte> MakeTextures::run(MaterialSet& set, TextureLoss& loss) const {
   std::vector<std::byte> bytes(texture_bytes(set));
-  const auto place = [&](TextureArray array, int level, std::uint32_t layer) {
-    return std::span(bytes).subspan(texture_offset(set, array, level, layer),
-                                    texture_image_bytes(set.format, set.side, level));
-  };
-  parallel_chunks(images.size(), 1, threads, [&](std::size_t layer, std::size_t, int) {
-    const auto index = static_cast<std::uint32_t>(layer);
-    Level level = finest(images[layer]);
+  std::vector<Squares> squares(kTextureArrays * images.size());
+  // A layer of an array a task.
+  parallel_chunks(squares.size(), 1, threads, [&](std::size_t task, std::size_t, int) {
+    const std::size_t index = task / kTextureArrays;
+    const auto array = static_cast<TextureArray>(task % kTextureArrays);
+    const auto number = static_cast<std::uint32_t>(index);
+    Layer layer(array, set.format);
+    Level level = finest(images[index]);
+    Rgba texels;
     for (int k = 0; k < texture_levels(set.side); ++k) {
       if (k > 0) level = coarser(level);
-      store_albedo(level, place(TextureArray::albedo_height, k, index));
-      store_normals(level, place(TextureArray::normal_roughness, k, index));
+      const std::span<std::byte> out = std::span(bytes).subspan(texture_offset(set, array, k, number),
+                                                                texture_image_bytes(set.format, set.side, k));
+      texels = layer.store(level, out);
+      if (k > 0) continue;
+      if (array == TextureArray::albedo_height) {
+        add_albedo_loss(layer.before(), texels, squares[task]);
+      } else {
+        add_normal_loss(layer.before(), texels, squares[task]);
+      }
     }
-    const std::span<const std::byte> last =
-        place(TextureArray::albedo_height, texture_levels(set.side) - 1, index);
+    if (array != TextureArray::albedo_height) return;
     for (std::size_t c = 0; c < 3; ++c) {
-      const float average = srgb_to_linear(std::to_integer<int>(last[c]));
+      const float average = srgb_to_linear(std::to_integer<int>(texels[c]));
       set.materials[index].average[c] = std::max(average, kLeastAverage);
     }
   });
+  loss = loss_of(squares, static_cast<double>(images.size()) * set.side * set.side);
   return bytes;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From images of materials to the bytes of texture arrays: pyramids, quantised, in the layout of
+// From images of materials to the bytes of texture arrays: pyramids, quantised, compressed, in the layout of
 // terrain/world/materials.h.
 //
 // Albedo and height are averaged, albedo in linear light. Normals are averaged as slopes; what a coarser
@@ -12,17 +12,26 @@
 #include "terrain/world/materials.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 namespace karst::bake {
+
+// What compression changes, over the finest level of all layers. Zeros and infinities without it.
+struct TextureLoss {
+  double albedo_db = 0;       // PSNR of the sRGB codes
+  double height_db = 0;       // PSNR
+  double roughness_db = 0;    // PSNR of r
+  double normal_degrees = 0;  // root of the mean square of the angle
+};
 
 struct MakeTextures {
   std::span<const MaterialImage> images;  // one a material, each set.side texels a side
   int threads = 1;
 
   // In: count, side and format of set. Out: its averages. Returns the texture data.
-  std::vector<std::byte> run(MaterialSet& set) const;
+  std::vector<std::byte> run(MaterialSet& set, TextureLoss& loss) const;
 };
 
 }  // namespace karst::bake

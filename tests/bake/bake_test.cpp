@@ -52,6 +52,7 @@ class BakeTest : public ::testing::Test {
   }
   Bake job(bool voids = false) const {
     Bake result;
+    result.materials.none = true;
     result.read.path = hills(voids);
     result.voxel_m = 40;
     result.level = 4;
@@ -101,6 +102,7 @@ TEST_F(BakeTest, ThreadsChangeNothing) {
   const auto bytes = one.run(report, {});
   EXPECT_EQ(five.run(report, {}), bytes);
   Bake sample;
+  sample.materials.none = true;
   sample.sample = "hills";
   sample.level = 1;
   const auto sample_bytes = sample.run(report, {});
@@ -221,6 +223,7 @@ TEST_F(BakeTest, MeasureSeesHolesFoldsAndErrors) {
 
 TEST_F(BakeTest, DefaultsFollowTheImage) {
   Bake defaults;
+  defaults.materials.none = true;
   defaults.read.path = hills();
   Bake::Report report;
   (void)defaults.run(report, {});
@@ -289,6 +292,7 @@ TEST_F(BakeTest, FlatAndTinyImages) {
   const std::string path = folder_.write(
       "flat.tif", TiffBuilder(3, 3, 32, 3, std::string(bytes_of(flat))).pixel_scale(5, 5).bytes());
   Bake tiny;
+  tiny.materials.none = true;
   tiny.read.path = path;
   Bake::Report report;
   (void)tiny.run(report, {});
@@ -298,6 +302,7 @@ TEST_F(BakeTest, FlatAndTinyImages) {
 
 TEST(BakeSample, CanyonHasTheSizeOfKsScene) {
   Bake job;
+  job.materials.none = true;
   job.sample = "canyon";
   job.level = 2;
   job.threads = 2;
@@ -320,6 +325,7 @@ class BakeData : public ::testing::Test {
 
 TEST_F(BakeData, BigTujungaMeetsItsLimits) {
   Bake job;
+  job.materials.none = true;
   job.read.path = find("bigtujunga.tif");
   if (job.read.path.empty()) GTEST_SKIP() << "no elevation data in " << KARST_DATA_DIR;
   job.voxel_m = 256;
@@ -341,6 +347,7 @@ TEST_F(BakeData, BigTujungaMeetsItsLimits) {
 
 TEST_F(BakeData, FujiBakesWithVoidsAndSea) {
   Bake job;
+  job.materials.none = true;
   job.read.path = find("mt_fuji_90m.tif");
   if (job.read.path.empty()) GTEST_SKIP() << "no elevation data in " << KARST_DATA_DIR;
   job.threads = 2;
@@ -361,6 +368,7 @@ TEST_F(BakeData, FujiBakesWithVoidsAndSea) {
 
 TEST_F(BakeData, EtopoNeedsAPixelSize) {
   Bake job;
+  job.materials.none = true;
   job.read.path = find("etopo20.tif");
   if (job.read.path.empty()) GTEST_SKIP() << "no elevation data in " << KARST_DATA_DIR;
   EXPECT_NE(error_of(job).find("--pixel-size"), std::string::npos);

@@ -47,7 +47,8 @@ class BakeCli : public ::testing::Test {
 };
 
 TEST_F(BakeCli, BakesAndReports) {
-  const auto result = run({dem_, "-o", world_, "--voxel", "20", "--levels", "2", "--threads", "2"});
+  const auto result =
+      run({dem_, "-o", world_, "--voxel", "20", "--levels", "2", "--threads", "2", "--material-side", "16"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   for (const char* word : {"40 x 30 samples", "voxels", "patches", "rms", "quantisation", "written"}) {
@@ -58,7 +59,7 @@ TEST_F(BakeCli, BakesAndReports) {
 
 TEST_F(BakeCli, JsonAndStatsAreTheSame) {
   const std::string stats = folder_.path("stats.json");
-  const auto result = run({dem_, "-o", world_, "--json", "--stats", stats});
+  const auto result = run({dem_, "-o", world_, "--json", "--stats", stats, "--material-side", "16"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(test::read_text(stats), result.out);
   for (const char* field :
@@ -70,7 +71,7 @@ TEST_F(BakeCli, JsonAndStatsAreTheSame) {
 }
 
 TEST_F(BakeCli, QuietSaysNothing) {
-  const auto result = run({dem_, "-o", world_, "--quiet"});
+  const auto result = run({dem_, "-o", world_, "--quiet", "--materials", "none"});
   EXPECT_EQ(result.code, 0);
   EXPECT_EQ(result.out + result.err, "");
 }
@@ -129,7 +130,7 @@ TEST_F(BakeCli, AFailedBakeKeepsTheOldFile) {
   folder_.write("world.karst", std::string("what was there"));
   EXPECT_EQ(run({no_size_, "-o", world_}).code, 1);
   EXPECT_EQ(test::read_text(world_), "what was there");
-  EXPECT_EQ(run({dem_, "-o", world_}).code, 0);
+  EXPECT_EQ(run({dem_, "-o", world_, "--materials", "none"}).code, 0);
   EXPECT_NE(test::read_text(world_), "what was there");
 }
 
