@@ -113,6 +113,11 @@ class Scene {
   Status complete(const TerrainView& view, FrameRecord& record);
   Status upload_morph_rows();
   Status draw_shadows(const SceneView& view, double until_ms, FrameRecord& record);
+  struct ShadowMap;
+  Status generate_casters(std::int64_t start, double until_ms, std::uint32_t& made);
+  Status complete_casters(ShadowMap& map, const Cascade& cascade, double until_ms, Terrain::Casters& casters,
+                          FrameRecord& record);
+  bool is_current(const ShadowMap& map, const Cascade& cascade) const;
   Status draw_cascade(int index, double until_ms, bool caching, FrameRecord& record);
   Status draw_selected(const SceneView& view, FrameRecord& record);
 
@@ -136,14 +141,17 @@ class Scene {
   struct ShadowMap {
     bool drawn = false;
     Cascade cascade;
-    std::uint64_t casters = 0;    // Terrain::Casters::hash
-    std::uint32_t residency = 0;  // versions that the casters were listed for
-    std::uint32_t thresholds = 0;
+    bool complete = false;         // nothing was lacking
+    double error_texels = 0;       // SelectCasters
+    std::uint64_t casters = 0;     // Terrain::Casters::hash
+    std::uint32_t thresholds = 0;  // version that the casters were listed for
+    ErrorScale scale;              // of those thresholds
   };
   ShadowMap shadow_maps_[kMostCascades];
   LightSpace light_space_;
   Cascade cascades_[kMostCascades];  // of this frame
   int cascade_count_ = 0;
+  float error_scale_ = 1;  // Terrain::Selection, of this frame
 };
 
 }  // namespace karst::app

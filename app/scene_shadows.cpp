@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The shadow maps of a frame: which of them have to be drawn anew, and with what.
+#include <algorithm>
+
 #include "app/scene.h"
 #include "platform/clock.h"
 
@@ -8,6 +10,10 @@ namespace {
 
 // The sun's disc has set, and its light is zero (renderer/frame_block.cpp).
 constexpr double kSunset = -1.5;  // degrees
+
+// How far casters may stray (SelectCasters); and at most, where the pool has no room for better ones.
+constexpr double kErrorTexels = 1;
+constexpr double kMostErrorTexels = 64;
 
 // Whether pixels of the patches listed can lie in the cascade's box and not in a smaller one's.
 bool has_receivers(const Terrain& terrain, const Cascade& cascade, const Cascade* smaller) {
@@ -57,48 +63,91 @@ Status Scene::draw_shadows(const SceneView& view, double until_ms, FrameRecord& 
   return {};
 }
 
+// Makes vertices for casters, for as long as there is time and room; how many patches got some.
+Status Scene::generate_casters(std::int64_t start, double until_ms, std::uint32_t& made) {
+  PatchUpload upload;
+  Status status;
+  while (status.ok() && ms_between(start, now_ns()) < until_ms &&
+         terrain_.generate_next_caster(upload, status)) {
+    status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
+                                       static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                       upload.origin, upload.row);
+    ++made;
+  }
+  return status;
+}
+
+// Makes what casters lack. Where there is no room for it they may stray further: twice as far until there is.
+Status Scene::complete_casters(ShadowMap& map, const Cascade& cascade, double until_ms,
+                               Terrain::Casters& casters, FrameRecord& record) {
+  const std::int64_t start = now_ns();
+  const bool all = until_ms == SceneView::kComplete;
+  Status status;
+  bool has_time = true;
+  while (casters.lacking > 0 && has_time) {
+    std::uint32_t made = 0;
+    status = generate_casters(start, until_ms, made);
+    if (status.ok() && all) {
+      // With nothing in flight, what patches give up is free at once.
+      renderer_.finish();
+      terrain_.release_kept_pages();
+      status = generate_casters(start, until_ms, made);
+    }
+    record.generated += made;
+    if (!status.ok()) break;
+    has_time = ms_between(start, now_ns()) < until_ms;
+    status = terrain_.select_casters(cascade, map.error_texels, casters);
+    if (!status.ok() || casters.lacking == 0 || !has_time) break;
+    record.flags |= kFlagPool;
+    if (map.error_texels >= kMostErrorTexels) break;
+    map.error_texels *= 2;
+    status = terrain_.select_casters(cascade, map.error_texels, casters);
+    if (!status.ok()) break;
+  }
+  if (!has_time && casters.lacking > 0) record.flags |= kFlagGenerate;
+  record.generate_ms += ms_between(start, now_ns());
+  return status;
+}
+
+// Whether a map shows what it would show if it were drawn now. While the pool is too small for the view, the
+// error that is aimed at swings, and thresholds with it: within a factor of two the map stays.
+bool Scene::is_current(const ShadowMap& map, const Cascade& cascade) const {
+  if (!map.drawn || !map.complete || !map.cascade.same_as(cascade)) return false;
+  if (map.thresholds == terrain_.thresholds_version()) return true;
+  const ErrorScale& now = terrain_.error_scale();
+  if (error_scale_ == 1.0f || now.pixels != map.scale.pixels) return false;
+  const float ratio = now.steps_per_step / map.scale.steps_per_step;
+  return ratio > 0.5f && ratio < 2.0f;
+}
+
 Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord& record) {
   const Cascade& cascade = cascades_[index];
   ShadowMap& map = shadow_maps_[index];
-  const bool same_box = caching && map.drawn && map.cascade.same_as(cascade);
-  if (same_box && map.residency == terrain_.residency_version() &&
-      map.thresholds == terrain_.thresholds_version()) {
+  error_scale_ = record.selection.error_scale;
+  if (caching && is_current(map, cascade)) {
     ++record.cascades_skipped;
     return {};
   }
   const std::int64_t start = now_ns();
+  const bool same_box = caching && map.drawn && map.cascade.same_as(cascade);
+  if (!same_box) map.error_texels = std::max(map.error_texels / 2, kErrorTexels);
   Terrain::Casters casters;
-  Status status = terrain_.select_casters(cascade, casters);
-  double making_ms = 0;
-  if (casters.lacking > 0) {
-    const std::int64_t selected = now_ns();
-    PatchUpload upload;
-    bool made = false;
-    while (ms_between(start, now_ns()) < until_ms && terrain_.generate_next_caster(cascade, upload, status)) {
-      status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
-                                         static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
-                                         upload.origin, upload.row);
-      if (!status.ok()) return status;
-      made = true;
-      ++record.generated;
-    }
-    making_ms = ms_between(selected, now_ns());
-    if (made) status = terrain_.select_casters(cascade, casters);
-  }
+  Status status = terrain_.select_casters(cascade, map.error_texels, casters);
+  record.cull_lod_ms += ms_between(start, now_ns());
+  if (status.ok() && casters.lacking > 0) status = complete_casters(map, cascade, until_ms, casters, record);
   if (status.code() == StatusCode::limit_reached) {
     record.flags |= kFlagDrawItems;
     status = {};
   }
   if (!status.ok()) return status;
-  const std::int64_t listed = now_ns();
-  record.generate_ms += making_ms;
-  record.cull_lod_ms += ms_between(start, listed) - making_ms;
-  map.residency = terrain_.residency_version();
+  map.complete = casters.lacking == 0;
   map.thresholds = terrain_.thresholds_version();
+  map.scale = terrain_.error_scale();
   if (same_box && map.casters == casters.hash) {
     ++record.cascades_skipped;
     return {};
   }
+  const std::int64_t listed = now_ns();
   if (status = upload_morph_rows(); !status.ok()) return status;
   CascadeInput input;
   input.cascade = cascade;

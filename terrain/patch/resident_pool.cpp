@@ -41,6 +41,15 @@ void ResidentPool::begin_frame() {
   promised_ = 0;
 }
 
+void ResidentPool::release_kept() {
+  for (List& list : kept_) {
+    append(free_, list);
+    list = {};
+  }
+  promised_ = 0;
+  idle_frame_ = frame_;
+}
+
 std::uint32_t ResidentPool::kept_back() const {
   std::uint32_t count = 0;
   for (const List& list : kept_) count += list.count;
@@ -96,7 +105,7 @@ bool ResidentPool::raise(PatchId patch, int level) {
 }
 
 void ResidentPool::give_back(PatchId patch, std::uint32_t row, const List& pages) {
-  const bool in_flight = frame_ - storage_.rows[row].last_seen < kFramesInFlight;
+  const bool in_flight = frame_ != idle_frame_ && frame_ - storage_.rows[row].last_seen < kFramesInFlight;
   append(in_flight ? kept_[frame_ % kFramesInFlight] : free_, pages);
   if (storage_.levels[patch] != 0) return;
   storage_.rows[row] = {free_row_, 0, 0, false};

@@ -76,6 +76,8 @@ class ResidentPool {
   std::uint32_t page_count() const { return static_cast<std::uint32_t>(storage_.next_page.size()); }
   std::uint32_t free_pages() const { return free_.count; }
   std::uint32_t kept_back() const;
+  // What is kept back, or given up in the rest of this frame, is free at once. Precondition: the GPU is idle.
+  void release_kept();
   std::uint32_t resident() const { return resident_; }
 
   // Gives a patch the pages and the row for a level above its own. False, and nothing changes, where too few
@@ -116,6 +118,7 @@ class ResidentPool {
   std::uint32_t patches_ = 0;
   int base_level_ = 1;
   std::uint32_t frame_ = 0;
+  std::uint32_t idle_frame_ = 0;  // in this frame nothing is in flight; 0: none
   List free_;
   List kept_[kFramesInFlight];  // by frame modulo kFramesInFlight
   std::uint32_t free_row_ = kNoRow;

@@ -120,20 +120,20 @@ struct Collector {
   }
 };
 
-DrawItem make_item(const BuildDrawList& stage, PatchId id) {
-  const Patch& patch = stage.surface.patches[id];
-  const std::uint8_t level = stage.levels[id];
+}  // namespace
+
+DrawItem make_draw_item(const Surface& surface, std::span<const std::uint8_t> levels, PatchId id) {
+  const Patch& patch = surface.patches[id];
+  const std::uint8_t level = levels[id];
   unsigned lower = 0;
   for (unsigned e = 0; e < 4; ++e) {
     const PatchEdge other = patch.neighbour[e];
     // Two levels apart they cannot both be in view (SelectLod::levels).
-    if (level > 1 && other.exists() && stage.levels[other.patch()] == level - 1) lower |= 1u << e;
+    if (level > 1 && other.exists() && levels[other.patch()] == level - 1) lower |= 1u << e;
   }
   const unsigned skipped = patch.collapsed != 0 ? 1u << 3 : 0u;
   return {id, level, static_cast<std::uint8_t>(lower), static_cast<std::uint8_t>(skipped)};
 }
-
-}  // namespace
 
 Status BuildDrawList::validate() const {
   const auto refuse = [](const char* what, const char* field) {
@@ -174,7 +174,7 @@ Status BuildDrawList::run(Result& result) const {
   for (const std::uint32_t entry : scratch.first(seen.visible)) {
     const std::uint32_t at = position[entry >> kKeyShift]++;
     if (at >= items.size()) continue;
-    const DrawItem item = make_item(*this, entry & kPatchMask);
+    const DrawItem item = make_draw_item(surface, levels, entry & kPatchMask);
     items[at] = item;
     result.at_level[item.level] += 1;
     result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;

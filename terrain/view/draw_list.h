@@ -31,6 +31,9 @@ struct DrawItem {
 };
 static_assert(sizeof(DrawItem) == 8);
 
+// levels: by patch, as SelectLod leaves them.
+DrawItem make_draw_item(const Surface& surface, std::span<const std::uint8_t> levels, PatchId id);
+
 struct BuildDrawList {
   bool frustum_culling = true;  // false: every patch is listed
 

@@ -166,7 +166,7 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   take(index_table_, Consumer::index_tables, index_count(static_cast<int>(config.max_level)));
   take(levels_, Consumer::draw_list, config.max_patches);
   take(items_, Consumer::draw_list, config.max_draw_items);
-  take(caster_held_, Consumer::draw_list, config.max_patches);
+  take(caster_wanted_, Consumer::draw_list, config.max_patches);
   take(caster_levels_, Consumer::draw_list, config.max_patches);
   take(caster_items_, Consumer::draw_list, config.max_draw_items);
   take(list_scratch_, Consumer::draw_list, config.max_patches);
@@ -500,7 +500,6 @@ bool Terrain::make_resident(PatchId patch, int level, PatchUpload& upload, Statu
                               static_cast<std::size_t>(patch_vertices(level) - first)),
             {volume.corner[0], volume.corner[1], volume.corner[2]}};
   if (old_level == 0) touch_morph_row(upload.row);
-  ++residency_version_;
   return true;
 }
 

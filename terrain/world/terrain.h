@@ -180,18 +180,17 @@ class Terrain {
     std::uint32_t lacking = 0;
     std::uint64_t hash = 0;  // of the items and their thresholds: the same ones draw the same map
   };
-  // Levels of detail for the cascade's place with the settings of the last select(), no finer than what is
-  // resident and than what is off by a texel of the map; and a list of what lies in its box. Errors as of
-  // select().
-  Status select_casters(const Cascade& cascade, Casters& casters);
-  // Makes vertices for a patch in the cascade's box that lacks some, holes first. False: none lacks any, or
-  // there is no room. status: errors of reading heights.
-  bool generate_next_caster(const Cascade& cascade, PatchUpload& upload, Status& status);
-  // Changes whenever patches become resident at another level.
-  std::uint32_t residency_version() const { return residency_version_; }
+  // What casts into the cascade's map, with the settings of the last select() and no finer than what is
+  // resident. error_texels: SelectCasters. limit_reached ("max_draw_items") leaves a valid, shorter list.
+  Status select_casters(const Cascade& cascade, double error_texels, Casters& casters);
+  // Makes vertices for a patch that the last select_casters() lacked, holes first. False: none is left, or
+  // there is no room now. status: errors of reading heights. Not after the next select().
+  bool generate_next_caster(PatchUpload& upload, Status& status);
+  // What patches give up in the rest of this frame is free at once. Precondition: the GPU is idle.
+  void release_kept_pages() { pool_.release_kept(); }
 
   std::span<const DrawItem> items() const { return items_.first(listed_); }
-  // Of patches in view and their neighbours, and of all without frustum_culling; 0 where none is resident.
+  // Of patches in view and their neighbours, and of all without frustum_culling, as SelectLod leaves them.
   std::span<const std::uint8_t> levels() const { return levels_.first(info_.patches); }
 
  private:
@@ -208,8 +207,6 @@ class Terrain {
   void govern(Selection& selection);
   bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
   bool generate_ahead(PatchUpload& upload, Status& status);
-  // The level that a patch should cast at.
-  int caster_level(const Cascade& cascade, const LodEye& eye, PatchId patch) const;
   void touch_morph_row(std::uint32_t row);
 
   Config config_;
@@ -248,11 +245,10 @@ class Terrain {
   std::uint32_t ahead_left_ = 0;  // patches to look at in this frame
   LodEye eye_;
   std::span<std::uint16_t> index_table_;
-  LodSettings lod_settings_;  // of the last select()
-  std::uint32_t residency_version_ = 0;
-  int caster_pass_ = 0;                  // looking for missing casters: 0 holes, 1 lack of detail, 2 done
-  PatchId next_caster_ = 0;              // where it goes on
-  std::span<std::uint8_t> caster_held_;  // finest level that each patch casts with
+  LodSettings lod_settings_;       // of the last select()
+  std::uint32_t next_caster_ = 0;  // of those that list_scratch_ holds, which lack something
+  std::uint32_t lacking_casters_ = 0;
+  std::span<std::uint8_t> caster_wanted_;
   std::span<std::uint8_t> caster_levels_;
   std::span<DrawItem> caster_items_;
   std::span<std::uint8_t> levels_;

@@ -24,6 +24,7 @@ using test::Picture;
 constexpr int kWidth = 160;
 constexpr int kHeight = 90;
 constexpr int kLevel = 3;
+constexpr double kErrorTexels = 1;  // of casters
 
 // Replaces the picture of the terrain by what the shadow's test says: red is how much of the sun reaches the
 // surface, green how much it faces the sun.
@@ -162,7 +163,7 @@ class ShadowedWorld {
       CascadeInput cascade;
       cascade.cascade = cascades[n];
       Terrain::Casters casters;
-      ASSERT_TRUE(drawn.terrain().select_casters(cascade.cascade, casters).ok());
+      ASSERT_TRUE(drawn.terrain().select_casters(cascade.cascade, kErrorTexels, casters).ok());
       EXPECT_EQ(casters.lacking, 0u);
       cascade.items = casters.items;
       cascade.pages = input.pages;
