@@ -69,8 +69,8 @@ void paint_strata(MaterialImage& image) {
     // Beds swell and sag a little, and their borders are ragged.
     const float sag = 0.011f * tile_fbm(p, {2, 3}, 3, 81);
     const float ragged = 0.0045f * tile_fbm(p, {12, 16}, 5, 82, 0.6f);
-    const Bed major = thick.at(p.y + sag + ragged);
-    const Bed minor = thin.at(p.y + 1.2f * sag + 0.8f * ragged);
+    const Bed major = thick.at(p.y + 0.03f + sag + ragged);
+    const Bed minor = thin.at(p.y + 0.57f + 1.2f * sag + 0.8f * ragged);
     // How far a ledge stands out changes along it.
     const float worn = tile_fbm({p.x, p.y + sag}, {5, 14}, 4, 83, 0.55f);
     const float chipped = tile_fbm({p.x, p.y + sag}, {16, 30}, 4, 89, 0.55f);

@@ -11,7 +11,7 @@ namespace {
 // Detail finer than a texel of a small image would be lost or alias: images are made larger, and averaged
 // down.
 constexpr int kLargestFinerMade = 512;
-constexpr int kFiner = 8;
+constexpr int kFiner = 16;
 
 struct Entry {
   std::string_view name;

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+// Materials, painted patches and lights on their way into a world file.
+#include "app/bake/bake.h"
+#include "app/bake/bake_error.h"
+#include "app/bake/cave_lights.h"
+#include "terrain/voxel/voxelize.h"
+#include "tests/bake/bake_files.h"
+#include "tests/support/process.h"
+#include "tests/support/tree_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace karst::bake {
+namespace {
+
+class BakeMaterialsTest : public ::testing::Test {
+ protected:
+  // A slope of 30 x 20 samples, 10 m apart, from 100 m in the west to 245 m in the east.
+  Bake job(const std::string& file = {}) const {
+    std::vector<float> heights;
+    for (int k = 0; k < 30 * 20; ++k) heights.push_back(100 + 5 * static_cast<float>(k % 30));
+    folder_.write("slope.tif",
+                  TiffBuilder(30, 20, 32, 3, std::string(bytes_of(heights))).pixel_scale(10, 10).bytes());
+    Bake result;
+    result.read.path = folder_.path("slope.tif");
+    result.voxel_m = 20;
+    result.level = 2;
+    result.materials.side = 16;
+    if (!file.empty()) result.materials.path = folder_.write("ground.json", file);
+    return result;
+  }
+  static std::string error_of(const Bake& job) {
+    Bake::Report report;
+    try {
+      (void)job.run(report, {});
+    } catch (const BakeError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  test::Folder folder_;
+  Bake::Report report_;
+};
+
+WorldMaterials read(const std::vector<std::byte>& file) {
+  WorldInfo info;
+  EXPECT_TRUE(read_world_info(file, info).ok());
+  return read_materials(file, info);
+}
+
+TEST_F(BakeMaterialsTest, AWorldHasMaterialsByDefault) {
+  const std::vector<std::byte> file = job().run(report_, {});
+  const WorldMaterials materials = read(file);
+  ASSERT_EQ(materials.set.count, 5u);
+  const char* const names[] = {"rock", "grass", "sand", "strata", "ceiling"};
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_STREQ(materials.set.materials[k].name, names[k]);
+  EXPECT_EQ(materials.set.side, 16u);
+  EXPECT_EQ(materials.set.format, TextureFormat::etc2);
+  EXPECT_TRUE(materials.overrides.empty());
+  EXPECT_TRUE(materials.lights.empty());
+  EXPECT_EQ(report_.materials.set.count, 5u);
+
+  Bake plain = job();
+  plain.materials.none = true;
+  EXPECT_EQ(read(plain.run(report_, {})).set.count, 0u);
+  // High mountains have snow.
+  Bake high = job();
+  high.read.z_scale = 10;
+  high.voxel_m = 40;
+  const WorldMaterials mountains = read(high.run(report_, {}));
+  ASSERT_EQ(mountains.set.count, 6u);
+  EXPECT_STREQ(mountains.set.materials[4].name, "snow");
+  EXPECT_GT(mountains.set.materials[4].height_low, 20);
+}
+
+TEST_F(BakeMaterialsTest, MetresBecomeVoxels) {
+  const std::vector<std::byte> file =
+      job(R"({"format": "rgba8", "materials": [{"name": "base", "sample": "rock"},
+              {"name": "meadow", "sample": "grass", "elevation": [120, 200], "elevation_soft": 10, "cave": 1},
+              {"name": "ice", "sample": "snow", "slope": [0.5, null]}],
+              "lights": [{"position": [10, 150, -20], "radius": 60, "color": [1, 2, 3]}]})")
+          .run(report_, {});
+  const WorldMaterials materials = read(file);
+  const WorldInfo& info = report_.info;
+  ASSERT_EQ(materials.set.count, 3u);
+  EXPECT_EQ(materials.set.format, TextureFormat::rgba8);
+  const Material& meadow = materials.set.materials[1];
+  EXPECT_FLOAT_EQ(meadow.height_low, static_cast<float>((120 - info.origin_m[1]) / 20));
+  EXPECT_FLOAT_EQ(meadow.height_high, static_cast<float>((200 - info.origin_m[1]) / 20));
+  EXPECT_FLOAT_EQ(meadow.height_soft, 0.5f);
+  EXPECT_EQ(meadow.cave, 1);
+  EXPECT_FLOAT_EQ(meadow.slope_low, 0.8f) << "the sample's own rule";
+  EXPECT_FLOAT_EQ(materials.set.materials[2].slope_low, 0.5f);
+  EXPECT_GT(materials.set.materials[2].slope_high, 1);
+  ASSERT_EQ(materials.lights.size(), 1u);
+  EXPECT_FLOAT_EQ(materials.lights[0].radius, 3);
+  EXPECT_FLOAT_EQ(materials.lights[0].position.y, static_cast<float>((150 - info.origin_m[1]) / 20));
+  EXPECT_EQ(materials.lights[0].colour, glm::vec3(1, 2, 3));
+}
+
+// The later of two boxes wins; patches whose middle lies outside keep the rules.
+TEST_F(BakeMaterialsTest, BoxesPaintPatches) {
+  const std::vector<std::byte> file =
+      job(R"({"paint": [{"center": [-70, 170, 0], "size": [150, 400, 400], "material": "sand"},
+                        {"center": [-140, 170, 0], "size": [60, 400, 400], "material": "rock"}]})")
+          .run(report_, {});
+  const WorldMaterials materials = read(file);
+  WorldInfo info;
+  ASSERT_TRUE(read_world_info(file, info).ok());
+  ASSERT_EQ(materials.overrides.size(), info.patches);
+  std::size_t counts[4] = {};
+  for (const std::uint8_t m : materials.overrides) ++counts[std::min<std::size_t>(m, 3)];
+  EXPECT_EQ(counts[1] + counts[3], report_.materials.painted);
+  EXPECT_EQ(counts[2], 0u);
+  // The slope is even: shares of patches are shares of ground, 14 voxels from -140 m to 140 m.
+  const double patches = info.patches;
+  EXPECT_NEAR(static_cast<double>(counts[1]) / patches, 30.0 / 280, 0.06);
+  EXPECT_NEAR(static_cast<double>(counts[3]) / patches, 115.0 / 280, 0.08);
+  EXPECT_EQ(error_of(job(R"({"paint": [{"center": [0, 0, 0], "size": [1, 1, 1], "material": "lava"}]})"))
+                .find(folder_.path("ground.json") + ": paint 0: material: there is no 'lava'"),
+            0u);
+}
+
+TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
+  const std::vector<float> red = {0.25f, 0.0f, 0.0f};
+  std::vector<float> samples;
+  for (int k = 0; k < 9 * 9; ++k) samples.insert(samples.end(), red.begin(), red.end());
+  write_image(folder_.path("red.tif"), 9, 9, samples, "float", 0, 3);
+  const WorldMaterials materials =
+      read(job(R"({"materials": [{"name": "red", "albedo": "red.tif"}]})").run(report_, {}));
+  ASSERT_EQ(materials.set.count, 1u);
+  EXPECT_NEAR(materials.set.materials[0].average[0], 0.25f, 0.01f);
+  EXPECT_LT(materials.set.materials[0].average[1], 0.01f);
+  const std::string error = error_of(job(R"({"materials": [{"name": "red", "albedo": "blue.tif"}]})"));
+  EXPECT_EQ(error.find(folder_.path("ground.json") + ": material 0: "), 0u) << error;
+  EXPECT_NE(error.find("blue.tif"), std::string::npos) << error;
+}
+
+// Two halls under a hill: a light in each, the larger hall's first, in the air and under rock.
+TEST(CaveLights, StandWhereTheAirIsWidest) {
+  const glm::ivec3 extent(32, 20, 16);
+  const auto hall = [](glm::ivec3 v, glm::vec3 centre, float radius) {
+    const glm::vec3 off = glm::vec3(v) - centre;
+    return off.x * off.x + off.y * off.y + off.z * off.z < radius * radius;
+  };
+  const auto solid = [&](glm::ivec3 v, bool) {
+    return v.y < 16 && !hall(v, {8, 8, 8}, 4.3f) && !hall(v, {24, 8, 8}, 3.2f);
+  };
+  TreeMemory memory(5);
+  ASSERT_TRUE(VoxelizePredicate({extent, VoxelFunction(solid)}).run(memory.tree).ok());
+  const std::vector<PointLight> lights = PlaceCaveLights{&memory.tree, extent}.run();
+  ASSERT_EQ(lights.size(), 2u);
+  EXPECT_EQ(lights[0].position, glm::vec3(8.5f, 8.5f, 8.5f));
+  EXPECT_EQ(lights[1].position, glm::vec3(24.5f, 8.5f, 8.5f));
+  PlaceCaveLights one{&memory.tree, extent};
+  one.most = 1;
+  EXPECT_EQ(one.run().size(), 1u);
+}
+
+}  // namespace
+}  // namespace karst::bake

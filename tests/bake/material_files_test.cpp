@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Images of materials from files: colour, orientation, resizing that keeps tiles, and files that are none.
+#include "app/bake/material_files.h"
+
+#include "app/bake/bake_error.h"
+#include "tests/bake/bake_files.h"
+#include "tests/support/process.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+
+namespace karst::bake {
+namespace {
+
+void expect_near(glm::vec3 a, glm::vec3 b) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5);
+}
+
+class MaterialFiles : public ::testing::Test {
+ protected:
+  // value(x, y, channel), y downwards, in 0..1.
+  std::string write(const std::string& name, int width, int height, int channels,
+                    const std::function<double(int, int, int)>& value,
+                    const std::string& type = "uint8") const {
+    // write_image hands integers on as they are.
+    const double scale = type == "uint8" ? 255 : type == "uint16" ? 65'535 : 1;
+    std::vector<float> samples;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < channels; ++c) samples.push_back(static_cast<float>(scale * value(x, y, c)));
+      }
+    }
+    write_image(folder_.path(name), width, height, samples, type, 0, channels);
+    return name;
+  }
+  MaterialSpec spec(const std::string& albedo) const {
+    MaterialSpec result;
+    result.name = "own";
+    result.albedo = albedo;
+    return result;
+  }
+  MaterialImage read(const MaterialSpec& spec, int side) const {
+    return read_material_image(spec, folder_.path("."), side);
+  }
+  std::string error_of(const MaterialSpec& spec) const {
+    try {
+      (void)read(spec, 16);
+    } catch (const BakeError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  test::Folder folder_;
+};
+
+TEST_F(MaterialFiles, IntegersAreSrgbAndFloatsLinear) {
+  const auto half = [](int, int, int) { return 188.0 / 255; };
+  for (const char* type : {"uint8", "uint16"}) {
+    const MaterialImage image = read(spec(write("a.tif", 16, 16, 3, half, type)), 16);
+    for (const glm::vec3& albedo : image.albedo) EXPECT_NEAR(albedo.y, 0.503f, 0.001f);
+    EXPECT_EQ(image.roughness[7], 0.85f);
+    EXPECT_EQ(image.slope[7], glm::vec2(0));
+  }
+  const MaterialImage image = read(spec(write("a.tif", 16, 16, 1, half, "float")), 16);
+  EXPECT_NEAR(image.albedo[9].z, 188.0f / 255, 1e-6f);
+}
+
+TEST_F(MaterialFiles, TheTopOfTheImageIsUp) {
+  // Left half red, upper half green.
+  const auto quarters = [](int x, int y, int c) { return c == 0 ? x < 8 : c == 1 ? y < 8 : 0; };
+  const MaterialImage image = read(spec(write("q.png", 16, 16, 3, quarters)), 16);
+  expect_near(image.albedo[image.at(2, 2)], glm::vec3(1, 0, 0));
+  expect_near(image.albedo[image.at(2, 13)], glm::vec3(1, 1, 0));
+  expect_near(image.albedo[image.at(13, 13)], glm::vec3(0, 1, 0));
+}
+
+// A wave that tiles is the same wave after resizing, up to the borders.
+TEST_F(MaterialFiles, ResizingKeepsTiles) {
+  constexpr double kTurn = 6.283185307179586;
+  for (const auto& [width, height, side] :
+       {std::array{48, 80, 16}, {100, 37, 64}, {24, 24, 64}, {512, 300, 32}}) {
+    const auto wave = [&, w = width, h = height](int x, int y, int c) {
+      const double s = (x + 0.5) / w, t = 1 - (y + 0.5) / h;
+      return 0.5 + 0.4 * std::cos(kTurn * (c == 0 ? s : c == 1 ? t : s + t));
+    };
+    const MaterialImage image = read(spec(write("w.tif", width, height, 3, wave, "float")), side);
+    double worst = 0;
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) {
+        const double s = (i + 0.5) / side, t = (j + 0.5) / side;
+        const glm::vec3 albedo = image.albedo[image.at(i, j)];
+        worst = std::max(worst, std::abs(albedo.x - (0.5 + 0.4 * std::cos(kTurn * s))));
+        worst = std::max(worst, std::abs(albedo.y - (0.5 + 0.4 * std::cos(kTurn * t))));
+        worst = std::max(worst, std::abs(albedo.z - (0.5 + 0.4 * std::cos(kTurn * (s + t)))));
+      }
+    }
+    EXPECT_LT(worst, 0.02) << width << " x " << height << " to " << side;
+  }
+}
+
+TEST_F(MaterialFiles, HeightNormalAndRoughnessAreTaken) {
+  const auto grey = [](int, int, int) { return 0.5; };
+  MaterialSpec own = spec(write("g.png", 8, 8, 3, grey));
+  own.height = write("h.png", 16, 16, 1, [](int x, int, int) { return x < 8 ? 1.0 : 0.0; });
+  own.normal = write(
+      "n.tif", 4, 4, 3, [](int, int, int c) { return c == 0 ? 0.5 : 0.9; }, "float");
+  own.roughness = write("r.png", 16, 16, 1, [](int, int, int) { return 0.2; });
+  const MaterialImage image = read(own, 16);
+  EXPECT_NEAR(image.height[image.at(3, 3)], 1, 0.01);
+  EXPECT_NEAR(image.height[image.at(12, 3)], 0, 0.01);
+  EXPECT_NEAR(image.slope[5].x, 0, 1e-5);
+  EXPECT_NEAR(image.slope[5].y, -1, 1e-5);  // it faces up, so the height falls that way
+  EXPECT_NEAR(image.roughness[5], 0.2, 0.001);
+
+  // Without a normal image, the height's slope; without a height image, the albedo's brightness.
+  own.normal = "";
+  own.relief = 0.1;
+  EXPECT_LT(read(own, 16).slope[image.at(8, 3)].x, -0.5f);
+  own.height = "";
+  own.albedo = write("b.png", 16, 16, 3, [](int, int y, int) { return y < 8 ? 0.9 : 0.3; });
+  const MaterialImage derived = read(own, 16);
+  EXPECT_NEAR(derived.height[derived.at(3, 12)], 1, 1e-5);
+  EXPECT_NEAR(derived.height[derived.at(3, 3)], 0, 1e-5);
+}
+
+TEST_F(MaterialFiles, MistakesNameTheFile) {
+  EXPECT_NE(error_of(spec("missing.png")).find("missing.png"), std::string::npos);
+  folder_.write("text.png", std::string("this is no image at all"));
+  EXPECT_NE(error_of(spec("text.png")).find("text.png: not a PNG"), std::string::npos);
+  EXPECT_NE(error_of(spec(".")).find("/."), std::string::npos);
+  write("big.tif", 8'193, 1, 1, [](int, int, int) { return 0.0; });
+  EXPECT_NE(error_of(spec("big.tif")).find("big.tif: size: 8193 x 1"), std::string::npos);
+  write(
+      "nan.tif", 4, 4, 3, [](int, int, int) { return std::nan(""); }, "float");
+  EXPECT_NE(error_of(spec("nan.tif")).find("not a number"), std::string::npos);
+}
+
+TEST_F(MaterialFiles, EveryTruncationIsRefused) {
+  const IgnoreLeaks ignore;
+  for (const char* name : {"t.png", "t.tif", "t.exr"}) {
+    write(
+        name, 9, 7, 3, [](int x, int y, int c) { return 0.1 * ((x * 7 + y * 3 + c) % 10); },
+        std::string(name) == "t.exr" ? "half" : "uint8");
+    const std::string whole = test::read_text(folder_.path(name));
+    EXPECT_EQ(error_of(spec(name)), "");
+    for (std::size_t length = 0; length + 12 < whole.size(); length += 5) {
+      folder_.write("cut", whole.substr(0, length));
+      EXPECT_NE(error_of(spec("cut")), "") << name << " of " << length << " bytes";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace karst::bake
