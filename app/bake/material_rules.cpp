@@ -23,10 +23,12 @@ class Rules {
       : relief_(relief), span_(std::max(relief.high - relief.low, 1.0f)) {}
 
   std::vector<Material> make() const {
-    if (relief_.sample == "caves") return {rock(), grass(0.84f), strata(), ceiling()};
-    if (relief_.sample == "arches") return {rock(), sand(0.72f, 2), strata(), ceiling()};
-    if (relief_.sample == "canyon") return {rock(), grass(0.86f), sand(0.8f, 0.16f), strata(), ceiling()};
-    std::vector<Material> list = {rock(), grass(0.8f), sand(0.9f, 0.06f), strata()};
+    // Sand lies on the floors of caves, too.
+    if (relief_.sample == "caves") return {rock(), grass(0.84f), strata(0.6f), ceiling(), sand(0.82f, 0.3f)};
+    if (relief_.sample == "arches") return {rock(), sand(0.72f, 2), strata(0.62f), ceiling()};
+    if (relief_.sample == "canyon")
+      return {rock(), grass(0.84f), sand(0.78f, 0.16f), strata(0.72f), ceiling()};
+    std::vector<Material> list = {rock(), grass(0.8f), sand(0.9f, 0.06f), strata(0.5f)};
     if (relief_.sample.empty() && span_ * relief_.voxel_m >= kSnowReliefM) list.push_back(snow());
     list.push_back(ceiling());
     return list;
@@ -35,7 +37,7 @@ class Rules {
   Material by_name(std::string_view name) const {
     if (name == "grass") return grass(0.8f);
     if (name == "sand") return sand(0.85f, 0.12f);
-    if (name == "strata") return strata();
+    if (name == "strata") return strata(0.6f);
     if (name == "snow") return snow();
     if (name == "ceiling") return ceiling();
     return rock();
@@ -63,10 +65,10 @@ class Rules {
     m.fray = 0.6f;
     return m;
   }
-  Material strata() const {
+  Material strata(float slope) const {
     Material m = named("strata");
-    m.slope_low = -0.6f;
-    m.slope_high = 0.6f;
+    m.slope_low = -0.7f;
+    m.slope_high = slope;
     m.slope_soft = 0.1f;
     m.fray = 0.5f;
     return m;
@@ -82,8 +84,8 @@ class Rules {
   }
   Material ceiling() const {
     Material m = named("ceiling");
-    m.slope_high = -0.1f;
-    m.slope_soft = 0.12f;
+    m.slope_high = -0.5f;
+    m.slope_soft = 0.15f;
     m.cave = 1;
     m.fray = 0.3f;
     return m;

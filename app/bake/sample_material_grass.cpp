@@ -120,14 +120,14 @@ void paint_grass(MaterialImage& image) {
         blade.foot = 0.14f + 0.10f * next() + 0.22f * stand;
         blade.tip = blade.foot + (0.12f + 0.18f * next()) * (0.5f + 0.5f * lush);
         const float straw = smooth(0.45f, 0.95f, 0.65f * next() + 0.6f * dry);
-        const glm::vec3 green = blend(glm::vec3(0.062f, 0.100f, 0.026f), glm::vec3(0.135f, 0.160f, 0.048f),
+        const glm::vec3 green = blend(glm::vec3(0.062f, 0.090f, 0.026f), glm::vec3(0.132f, 0.144f, 0.048f),
                                       0.5f * next() + 0.5f * hue);
         blade.colour = blend(green, glm::vec3(0.235f, 0.195f, 0.092f), straw);
         meadow.draw(blade);
       }
     }
   }
-  image.derive_slopes(0.017f);
+  image.derive_slopes(0.014f);
 }
 
 }  // namespace karst::bake

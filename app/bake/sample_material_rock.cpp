@@ -13,6 +13,7 @@ namespace {
 struct Blocks {
   float level = 0;  // about -1..1, with the block's tilt
   float gap = 0;    // 1 in the middle of a crack, 0 beside it
+  float halo = 0;   // the same, wider
   float tint = 0;   // 0..1, of the block
 };
 
@@ -23,6 +24,7 @@ Blocks blocks(glm::vec2 p, glm::ivec2 period, float crack, std::uint32_t seed) {
   Blocks b;
   b.level = 1.1f * (unit_of(cell.id * 0xc2b2ae3du) - 0.5f) - 1.3f * (tilt_x * cell.to.x + tilt_y * cell.to.y);
   b.gap = 1 - smooth(0, crack, cell.border);
+  b.halo = 1 - smooth(0, 6 * crack, cell.border);
   b.tint = unit_of(cell.id * 0x27d4eb2fu);
   return b;
 }
@@ -59,15 +61,16 @@ void paint_rock(MaterialImage& image) {
         (0.5f + 0.5f * broken) * (0.15f * middle.level + 0.09f * small.level + 0.035f * chips.level) +
         0.13f * weathered + 0.03f * grain - 0.20f * gap;
 
-    const glm::vec3 grey(0.222f, 0.214f, 0.203f), warm(0.270f, 0.228f, 0.178f), dark(0.075f, 0.068f, 0.06f);
+    const glm::vec3 grey(0.200f, 0.186f, 0.168f), warm(0.252f, 0.200f, 0.142f), dark(0.060f, 0.052f, 0.043f);
     glm::vec3 colour = blend(grey, warm, smooth(-0.4f, 0.5f, tile_fbm(bent, 4, 5, 35)));
     colour *= 0.84f + 0.05f * huge.tint + 0.13f * large.tint + 0.12f * middle.tint + 0.10f * small.tint;
-    colour *= 1 + 0.14f * weathered + 0.20f * grain;
-    // Hollows keep dirt, edges are rubbed bright.
+    colour *= 1 + 0.34f * weathered + 0.20f * grain;
+    // Dirt runs out of cracks, hollows keep it, edges are rubbed bright.
+    colour *= 1 - 0.38f * open * huge.halo - 0.30f * split * large.halo;
     colour = blend(colour, dark, 0.85f * gap);
     colour *= 0.76f + 0.40f * smooth(0.15f, 0.80f, texel.height);
     const float lichen = smooth(0.22f, 0.34f, tile_fbm(bent, 11, 5, 36, 0.65f)) * (1 - gap);
-    colour = blend(colour, glm::vec3(0.27f, 0.272f, 0.21f), 0.45f * lichen);
+    colour = blend(colour, glm::vec3(0.235f, 0.232f, 0.165f), 0.45f * lichen);
     texel.albedo = colour;
     texel.roughness = 0.80f + 0.08f * grain + 0.10f * lichen + 0.10f * gap;
     return texel;

@@ -71,6 +71,12 @@ std::byte quantise(float value) {
   return static_cast<std::byte>(static_cast<int>(scaled));
 }
 
+// -1..1, so that 0 is a code.
+std::byte quantise_part(float value) {
+  const float scaled = std::floor(std::clamp(value, -1.0f, 1.0f) * 127.0f + 128.5f);
+  return static_cast<std::byte>(static_cast<int>(scaled));
+}
+
 void store_albedo(const Level& level, std::span<std::byte> rgba) {
   for (std::size_t k = 0; k < level.texels.size(); ++k) {
     const Texel& texel = level.texels[k];
@@ -88,8 +94,8 @@ void store_normals(const Level& level, std::span<std::byte> rgba) {
     const float roughness = std::sqrt(std::sqrt(texel.alpha_square + variance));
     const float length = std::sqrt(1 + square);
     rgba[4 * k] = rgba[4 * k + 2] = quantise(roughness);
-    rgba[4 * k + 1] = quantise(-texel.slope.y / length * 0.5f + 0.5f);
-    rgba[4 * k + 3] = quantise(-texel.slope.x / length * 0.5f + 0.5f);
+    rgba[4 * k + 1] = quantise_part(-texel.slope.y / length);
+    rgba[4 * k + 3] = quantise_part(-texel.slope.x / length);
   }
 }
 
@@ -106,8 +112,8 @@ double square_of(Rgba a, Rgba b, std::size_t at) {
 }
 
 glm::dvec3 normal_at(Rgba rgba, std::size_t at) {
-  const double s = std::to_integer<int>(rgba[at + 3]) / 127.5 - 1;
-  const double t = std::to_integer<int>(rgba[at + 1]) / 127.5 - 1;
+  const double s = (std::to_integer<int>(rgba[at + 3]) - 128) / 127.0;
+  const double t = (std::to_integer<int>(rgba[at + 1]) - 128) / 127.0;
   return glm::dvec3(s, t, std::sqrt(std::max(1 - s * s - t * t, 0.0)));
 }
 

@@ -55,7 +55,7 @@ struct MaterialSet {
 enum class TextureArray : std::uint8_t {
   // sRGB albedo; alpha: height 0..1, linear. GL_SRGB8_ALPHA8 or GL_COMPRESSED_SRGB8_ALPHA8_ETC2_EAC.
   albedo_height = 0,
-  // r and b: roughness; a and g: the normal's s and t parts * 0.5 + 0.5. GL_RGBA8 or
+  // r and b: roughness; a and g: the normal's s and t parts, codes 128 + 127 times the part. GL_RGBA8 or
   // GL_COMPRESSED_RGBA8_ETC2_EAC.
   normal_roughness = 1,
 };
