@@ -12,6 +12,7 @@ namespace karst::bake {
 namespace {
 
 constexpr int kTufts = 26;  // a side
+constexpr int kRounds = 13, kBladesARound = 4;
 
 struct Blade {
   glm::vec2 root{0};
@@ -82,48 +83,77 @@ PaintedTexel soil(glm::vec2 p) {
   return texel;
 }
 
+struct Tuft {
+  glm::vec2 middle{0};
+  float lush = 0, dry = 0;  // 0..1, about
+  glm::vec2 wind{0};
+  float stand = 0;  // how much higher it stands than others
+  float hue = 0;
+};
+
+Tuft tuft_at(int number) {
+  const std::uint32_t hash = hash_cell(number % kTufts, number / kTufts, 0, 121);
+  Tuft tuft;
+  tuft.middle = {(static_cast<float>(number % kTufts) + unit_of(hash)) / kTufts,
+                 (static_cast<float>(number / kTufts) + unit_of(mix_bits(hash))) / kTufts};
+  tuft.lush =
+      smooth(-0.6f, 0.3f, tile_fbm(tuft.middle, 7, 3, 122)) * (0.55f + 0.45f * unit_of(mix_bits(hash + 5)));
+  tuft.dry = 0.25f + 0.35f * tile_fbm(tuft.middle, 7, 3, 123) + 0.4f * (unit_of(mix_bits(hash + 6)) - 0.5f);
+  tuft.wind = {0.5f * tile_noise(tuft.middle, 3, 124), 0.5f * tile_noise(tuft.middle, 3, 125)};
+  tuft.stand = tuft.lush * (0.4f + 0.6f * unit_of(mix_bits(hash + 7)));
+  tuft.hue = unit_of(mix_bits(hash + 8));
+  return tuft;
+}
+
+// Random numbers of one blade.
+class BladeRandom {
+ public:
+  explicit BladeRandom(std::uint32_t state) : state_(state) {}
+  float next() {
+    state_ = mix_bits(state_ + 0x9e3779b9u);
+    return unit_of(state_);
+  }
+  // Not as two arguments of a call: compilers evaluate those in different orders.
+  glm::vec2 next_pair() {
+    const float first = next() - 0.5f;
+    const float second = next() - 0.5f;
+    return {first, second};
+  }
+
+ private:
+  std::uint32_t state_;
+};
+
+Blade make_blade(const Tuft& tuft, BladeRandom& random) {
+  Blade blade;
+  const glm::vec2 off = random.next_pair();
+  blade.root = tuft.middle + (0.8f / kTufts) * off;
+  const float length = (0.020f + 0.034f * random.next()) * (0.6f + 0.5f * tuft.lush);
+  const glm::vec2 way = 1.5f * off + tuft.wind + 0.9f * random.next_pair();
+  blade.way = way * (length / (std::sqrt(way.x * way.x + way.y * way.y) + 1e-3f));
+  blade.bend = (random.next() - 0.5f) * 0.5f * glm::vec2(-blade.way.y, blade.way.x);
+  blade.width = 0.0035f + 0.0025f * random.next();
+  blade.foot = 0.14f + 0.10f * random.next() + 0.22f * tuft.stand;
+  blade.tip = blade.foot + (0.12f + 0.18f * random.next()) * (0.5f + 0.5f * tuft.lush);
+  const float straw = smooth(0.45f, 0.95f, 0.65f * random.next() + 0.6f * tuft.dry);
+  const glm::vec3 green = blend(glm::vec3(0.062f, 0.090f, 0.026f), glm::vec3(0.132f, 0.144f, 0.048f),
+                                0.5f * random.next() + 0.5f * tuft.hue);
+  blade.colour = blend(green, glm::vec3(0.235f, 0.195f, 0.092f), straw);
+  return blade;
+}
+
 }  // namespace
 
 void paint_grass(MaterialImage& image) {
   paint(image, soil);
   Meadow meadow(image);
   // Four blades a tuft at a time, so that no tuft lies wholly above its neighbour.
-  for (int round = 0; round < 13; ++round) {
-    for (int tuft = 0; tuft < kTufts * kTufts; ++tuft) {
-      const std::uint32_t hash = hash_cell(tuft % kTufts, tuft / kTufts, 0, 121);
-      const glm::vec2 middle((static_cast<float>(tuft % kTufts) + unit_of(hash)) / kTufts,
-                             (static_cast<float>(tuft / kTufts) + unit_of(mix_bits(hash))) / kTufts);
-      const float lush =
-          smooth(-0.6f, 0.3f, tile_fbm(middle, 7, 3, 122)) * (0.55f + 0.45f * unit_of(mix_bits(hash + 5)));
-      const float dry =
-          0.25f + 0.35f * tile_fbm(middle, 7, 3, 123) + 0.4f * (unit_of(mix_bits(hash + 6)) - 0.5f);
-      const glm::vec2 wind(0.5f * tile_noise(middle, 3, 124), 0.5f * tile_noise(middle, 3, 125));
-      const float stand = lush * (0.4f + 0.6f * unit_of(mix_bits(hash + 7)));
-      const float hue = unit_of(mix_bits(hash + 8));
-      for (int k = 0; k < 4; ++k) {
-        std::uint32_t random = hash_cell(tuft, round * 4 + k, 0, 126);
-        const auto next = [&] {
-          random = mix_bits(random + 0x9e3779b9u);
-          return unit_of(random);
-        };
-        if (next() > 0.15f + 0.85f * lush) continue;
-        Blade blade;
-        const glm::vec2 off(next() - 0.5f, next() - 0.5f);
-        blade.root = middle + (0.8f / kTufts) * off;
-        const float length = (0.020f + 0.034f * next()) * (0.6f + 0.5f * lush);
-        glm::vec2 way = 1.5f * off + wind + 0.9f * glm::vec2(next() - 0.5f, next() - 0.5f);
-        const float norm = std::sqrt(way.x * way.x + way.y * way.y) + 1e-3f;
-        way *= length / norm;
-        blade.way = way;
-        blade.bend = (next() - 0.5f) * 0.5f * glm::vec2(-way.y, way.x);
-        blade.width = 0.0035f + 0.0025f * next();
-        blade.foot = 0.14f + 0.10f * next() + 0.22f * stand;
-        blade.tip = blade.foot + (0.12f + 0.18f * next()) * (0.5f + 0.5f * lush);
-        const float straw = smooth(0.45f, 0.95f, 0.65f * next() + 0.6f * dry);
-        const glm::vec3 green = blend(glm::vec3(0.062f, 0.090f, 0.026f), glm::vec3(0.132f, 0.144f, 0.048f),
-                                      0.5f * next() + 0.5f * hue);
-        blade.colour = blend(green, glm::vec3(0.235f, 0.195f, 0.092f), straw);
-        meadow.draw(blade);
+  for (int round = 0; round < kRounds; ++round) {
+    for (int number = 0; number < kTufts * kTufts; ++number) {
+      const Tuft tuft = tuft_at(number);
+      for (int k = 0; k < kBladesARound; ++k) {
+        BladeRandom random(hash_cell(number, round * kBladesARound + k, 0, 126));
+        if (random.next() <= 0.15f + 0.85f * tuft.lush) meadow.draw(make_blade(tuft, random));
       }
     }
   }
