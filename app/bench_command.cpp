@@ -7,6 +7,7 @@
 #include "app/bench_core.h"
 #include "app/bench_lod.h"
 #include "app/bench_pareto.h"
+#include "app/bench_shading.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
@@ -24,16 +25,22 @@ Measures a world and prints the results beside those of the paper it follows.
       --suite core      extraction, adjacency, vertices and packing of all patches, on one core (the default)
       --suite lod       choosing, making and submitting frames of 1, 2 and 4 passes at levels 4 and 5
       --suite pareto    frames against their error: a sweep of error targets and of distances, on flights
-      --rounds N        core: medians are over so many rounds, 1 to 1000 (9); pareto: measured laps (1)
-      --json FILE       for programs; - prints it instead of the table (core, lod)
+      --suite shading   nanoseconds a pixel of each part of shading, on and off, and how pictures differ
+      --rounds N        medians are over so many rounds, 1 to 1000 (core: 9, shading: 5); pareto: measured
+                        laps (1)
+      --json FILE       for programs; - prints it instead of the table (core, lod, shading)
 
-Of lod and pareto:
-      --frames N        of each flight, 1 to 100000 (lod: 24, pareto: 120)
+Of shading:
+      --against WORLD   the same world baked another way: compares textures, their memory and PSNR too
+
+Of lod, pareto and shading:
+      --frames N        of each flight, 1 to 100000 (lod: 24, pareto: 120, shading: 1)
       --size WxH        of the pictures in pixels (1280x720)
       --drape IMAGE.png, --drape-repeat N
                         one image in place of the materials, as of karst render
       --vertex-memory MIB, --max-memory MIB
-                        as of karst render; lod keeps everything resident where it is not told otherwise
+                        as of karst render; lod and shading keep everything resident where they are not told
+                        otherwise
 
 Of pareto:
       --path FILE       this flight, as of karst render, in place of the standard ones
@@ -74,13 +81,15 @@ constexpr Option kOptions[] = {{"suite"},
                                {"csv"},
                                {"svg"},
                                {"peers"},
+                               {"against"},
                                {"help", 'h', false}};
 
 struct Command {
-  enum class Suite { core, lod, pareto } suite = Suite::core;
+  enum class Suite { core, lod, pareto, shading } suite = Suite::core;
   CoreSuiteOptions core;
   LodSuiteOptions lod;
   ParetoOptions pareto;
+  ShadingSuiteOptions shading;
 };
 
 // "1,2,4" or "none".
@@ -167,6 +176,18 @@ std::string parse_pareto(const Arguments& arguments, ParetoOptions& options) {
   return {};
 }
 
+std::string parse_shading(const Arguments& arguments, ShadingSuiteOptions& options) {
+  const CascadeSettings shadows = options.scene.shadows;
+  Reader reader(arguments);
+  reader.scene(options.scene);
+  options.scene.shadows = shadows;
+  options.frames = static_cast<int>(reader.integer("frames", 100'000, options.frames));
+  options.rounds = static_cast<int>(reader.integer("rounds", 1000, options.rounds));
+  options.against = reader.text("against");
+  options.json = reader.text("json");
+  return reader.error;
+}
+
 // What a wrong command line is told; empty where it is right.
 std::string parse(std::span<const char* const> words, Arguments& arguments, Command& command) {
   if (std::string error = arguments.parse(words, kOptions); !error.empty()) return error;
@@ -185,7 +206,11 @@ std::string parse(std::span<const char* const> words, Arguments& arguments, Comm
     command.lod.json = reader.text("json");
     return reader.error;
   }
-  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core, lod or pareto";
+  if (suite == "shading") {
+    command.suite = Command::Suite::shading;
+    return parse_shading(arguments, command.shading);
+  }
+  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core, lod, pareto or shading";
   command.core.rounds = static_cast<int>(reader.integer("rounds", 1000, command.core.rounds));
   command.core.json = reader.text("json");
   return reader.error;
@@ -220,6 +245,7 @@ int run_bench(std::span<const char* const> words) {
     return kExitOk;
   }
   if (command.suite == Command::Suite::pareto) return run_pareto_suite(command.pareto);
+  if (command.suite == Command::Suite::shading) return run_shading_suite(command.shading);
   if (command.suite == Command::Suite::lod) return run_lod_suite(command.lod);
   return run_core(std::string(arguments.positional()[0]), command.core);
 }

@@ -69,20 +69,34 @@ std::uint64_t peak_resident_bytes() {
 
 std::string BenchView::open(const SceneOptions& options) {
   if (std::string error = scene_.open(options); !error.empty()) return error;
+  set_light();
+  return {};
+}
+
+std::string BenchView::load(const SceneOptions& options) {
+  if (std::string error = scene_.load(options); !error.empty()) return error;
+  set_light();
+  return {};
+}
+
+void BenchView::set_light() {
   const LatticeBox box = scene_.terrain().box();
   const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
   light_.haze_voxels = std::max(1.0, 6.0 * std::max(size.x, size.z));
-  return {};
 }
 
 std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
                             double generate_ms) {
-  frame = {};
   SceneView view;
   view.camera = camera;
-  view.light = light_;
   view.lod = lod;
   view.generate_ms = generate_ms;
+  return draw(view, frame);
+}
+
+std::string BenchView::draw(SceneView view, BenchFrame& frame) {
+  frame = {};
+  view.light = light_;
   const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
   const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
   if (std::string error = scene_.draw(view, frame.record); !error.empty()) return error;

@@ -22,13 +22,17 @@ struct BenchFrame {
 
 class BenchView {
  public:
-  // Empty on success, else one line for the user. To be called once.
+  // Empty on success, else one line for the user. One of the two, to be called once. load() alone leaves it
+  // to the caller to attach the scene to a display.
   [[nodiscard]] std::string open(const SceneOptions& options);
+  [[nodiscard]] std::string load(const SceneOptions& options);
 
   // Draws one picture and waits for it.
   // generate_ms: SceneView's.
   [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
                                  double generate_ms = SceneView::kComplete);
+  // The same with any other switch of the view; its light is not used.
+  [[nodiscard]] std::string draw(SceneView view, BenchFrame& frame);
   // The last picture: colour of 4 bytes a pixel, and depth. Once a picture.
   [[nodiscard]] std::string read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth);
 
@@ -42,6 +46,8 @@ class BenchView {
   double first_frame_ms() const { return first_frame_ms_; }
 
  private:
+  void set_light();
+
   Scene scene_;
   FrameLight light_;
   double first_frame_ms_ = 0;

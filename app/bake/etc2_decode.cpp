@@ -125,6 +125,29 @@ void decode_alpha(std::uint64_t block, BlockTexels& out) {
   }
 }
 
+std::uint64_t load_block(const std::uint8_t* bytes) {
+  std::uint64_t block = 0;
+  for (int i = 0; i < 8; ++i) block = block << 8 | bytes[i];
+  return block;
+}
+
+void store_block(std::uint64_t block, std::uint8_t* bytes) {
+  for (int i = 0; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(block >> (56 - 8 * i));
+}
+
+Status check_sizes(std::size_t rgba_bytes, std::uint32_t width, std::uint32_t height,
+                   std::size_t blocks_bytes) {
+  if (width < 1 || width > kEtc2MostSide)
+    return {StatusCode::invalid_argument, "out of range", "width", width};
+  if (height < 1 || height > kEtc2MostSide)
+    return {StatusCode::invalid_argument, "out of range", "height", height};
+  if (rgba_bytes != std::size_t{width} * height * 4)
+    return {StatusCode::invalid_argument, "not width * height texels", "rgba", rgba_bytes};
+  if (blocks_bytes != etc2_bytes(width, height))
+    return {StatusCode::invalid_argument, "not etc2_bytes(width, height)", "blocks", blocks_bytes};
+  return {};
+}
+
 }  // namespace etc2
 
 Status decode_etc2(std::span<const std::uint8_t> blocks, std::uint32_t width, std::uint32_t height,

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // karst bench from outside, on a world of a few patches.
+#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <sstream>
 #include <string>
@@ -134,6 +136,66 @@ TEST_F(Bench, LodStandsBesideTheThesis) {
   EXPECT_EQ(coarse.code, 1);
   EXPECT_NE(coarse.err.find("has neither level 4 nor level 5"), std::string::npos) << coarse.err;
 }
+
+// The number behind a key, of the object with this name; NaN where it is none.
+double number_of(const std::string& json, const std::string& name, const std::string& key) {
+  const std::size_t object = json.find("\"name\": \"" + name + "\"");
+  const std::size_t at = object == std::string::npos ? object : json.find("\"" + key + "\": ", object);
+  if (at == std::string::npos) return std::nan("");
+  return std::strtod(json.c_str() + at + key.size() + 4, nullptr);
+}
+
+TEST_F(Bench, ShadingComparesWhatIsSkipped) {
+  const ProcessResult result =
+      bench({"--suite", "shading", "--size", "96x54", "--rounds", "1", "--json", file("a.json")});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string json = test::read_text(file("a.json"));
+  for (const char* name : {"frustum", "backface", "occlusion", "cascades", "all"}) {
+    EXPECT_NE(result.out.find(std::string("\n") + name + " "), std::string::npos) << result.out;
+    EXPECT_GT(number_of(json, name, "ns_a_pixel"), 0) << name;
+    EXPECT_GT(number_of(json, name, "cpu_ratio"), 0) << name;
+    // What is skipped changes no pixel.
+    EXPECT_EQ(number_of(json, name, "difference_max"), 0) << name;
+  }
+  // Drawing two shadow maps anew in each frame is what a small world's frame costs most.
+  EXPECT_LT(number_of(json, "cascades", "cpu_ratio"), 0.95);
+  EXPECT_GT(number_of(json, "shadows", "difference_max"), 20) << "the flights see shadows";
+  EXPECT_NE(json.find("\"textures\": null"), std::string::npos);
+}
+
+#ifdef KARST_BAKE_PATH
+TEST_F(Bench, ShadingComparesTexturesOfTwoWorlds) {
+  for (const char* format : {"etc2", "rgba8"}) {
+    const ProcessResult baked = test::run_process(
+        KARST_BAKE_PATH, {"--sample", "hills", "--voxel", "16", "--levels", "2", "--material-side", "16",
+                          "--material-format", format, "-o", file(format), "--quiet"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+  }
+  const std::vector<std::string> words = {"bench",    file("etc2"), "--suite", "shading", "--size",   "96x54",
+                                          "--rounds", "1",          "--json",  "-",       "--against"};
+  const auto against = [&](const std::string& world) {
+    auto all = words;
+    all.push_back(world);
+    return test::run_process(KARST_APP_PATH, all);
+  };
+  const ProcessResult result = against(file("rgba8"));
+  ASSERT_EQ(result.code, 0) << result.err;
+  const double difference = number_of(result.out, "textures", "difference_mean");
+  EXPECT_LT(difference, 3);
+  const auto value = [&](const std::string& key) {
+    const std::size_t at = result.out.find("\"" + key + "\": ");
+    return at == std::string::npos ? 0 : std::strtod(result.out.c_str() + at + key.size() + 4, nullptr);
+  };
+  // A quarter, but for mips of less than a block.
+  EXPECT_LT(value("on_bytes"), 0.3 * value("off_bytes"));
+  EXPECT_GT(value("albedo"), 30);
+  EXPECT_GT(value("normal_s"), 35);
+
+  const ProcessResult other = against(world_);
+  EXPECT_EQ(other.code, 1);
+  EXPECT_NE(other.err.find("baked another way"), std::string::npos) << other.err;
+}
+#endif
 
 TEST_F(Bench, CoreWritesJson) {
   const ProcessResult result = bench({"--rounds", "1", "--json", "-"});
