@@ -10,10 +10,10 @@
 namespace karst::bake {
 namespace {
 
-constexpr float kRadius = 12;  // voxels: across a hall
-constexpr float kReach = 10;   // voxels; more room than this is no cave
+constexpr float kRadius = 8;  // voxels: across a hall
+constexpr float kReach = 10;  // voxels; more room than this is no cave
 // Warm and cold by turns, as lamps and as daylight from a shaft.
-constexpr glm::vec3 kColours[] = {{2.6f, 1.75f, 0.95f}, {1.0f, 1.5f, 2.1f}};
+constexpr glm::vec3 kColours[] = {{2.6f, 1.75f, 0.95f}, {1.2f, 1.5f, 1.8f}};
 
 class Rock {
  public:

@@ -24,7 +24,7 @@ class Rules {
 
   std::vector<Material> make() const {
     // Sand lies on the floors of caves, too.
-    if (relief_.sample == "caves") return {rock(), grass(0.84f), strata(0.6f), ceiling(), sand(0.82f, 0.3f)};
+    if (relief_.sample == "caves") return {rock(), grass(0.84f), strata(0.6f), ceiling(), sand(0.82f, 0.42f)};
     if (relief_.sample == "arches") return {rock(), sand(0.72f, 2), strata(0.62f), ceiling()};
     if (relief_.sample == "canyon")
       return {rock(), grass(0.84f), sand(0.78f, 0.16f), strata(0.72f), ceiling()};

@@ -71,7 +71,7 @@ PaintedTexel soil(glm::vec2 p) {
   const TileCell pebble = tile_cell(p, {44, 44}, 1, 113);
   PaintedTexel texel;
   texel.height = 0.16f + 0.10f * clods;
-  glm::vec3 colour = blend(glm::vec3(0.072f, 0.050f, 0.030f), glm::vec3(0.115f, 0.088f, 0.052f),
+  glm::vec3 colour = blend(glm::vec3(0.070f, 0.053f, 0.028f), glm::vec3(0.112f, 0.092f, 0.048f),
                            smooth(-0.5f, 0.5f, patches));
   colour *= 1 + 0.4f * clods;
   if (pebble.id % 9 == 0 && pebble.nearest < 0.3f) {

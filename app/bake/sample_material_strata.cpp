@@ -47,14 +47,17 @@ class Beds {
   std::vector<std::uint32_t> ids_;
 };
 
-// Sandstone, limestone, mudstone, shale, siltstone: of about the same brightness, so that none stands out.
+// Sandstone, limestone, mudstone, shale, siltstone: of about the same brightness, so that none stands out,
+// and not far from their mean, because the picture multiplies two scales of them.
 glm::vec3 bed_colour(std::uint32_t id) {
   static constexpr glm::vec3 kColours[] = {{0.305f, 0.205f, 0.125f},
                                            {0.325f, 0.265f, 0.185f},
                                            {0.255f, 0.140f, 0.085f},
                                            {0.225f, 0.185f, 0.150f},
                                            {0.285f, 0.175f, 0.105f}};
-  return blend(kColours[mix_bits(id + 2) % 5], kColours[mix_bits(id + 3) % 5], unit_of(mix_bits(id + 4)));
+  const glm::vec3 own =
+      blend(kColours[mix_bits(id + 2) % 5], kColours[mix_bits(id + 3) % 5], unit_of(mix_bits(id + 4)));
+  return blend(own, glm::vec3(0.279f, 0.194f, 0.130f), 0.3f);
 }
 
 float hardness_of(std::uint32_t id) {
@@ -104,7 +107,7 @@ void paint_strata(MaterialImage& image) {
 
     glm::vec3 colour = blend(bed_colour(major.id), bed_colour(minor.id), 0.5f);
     colour *= 0.98f + 0.20f * laminae + 0.12f * block + 0.16f * crumbs + 0.10f * rough + 0.10f * facet;
-    colour = blend(colour, glm::vec3(0.075f, 0.055f, 0.042f), 0.6f * gap);
+    colour *= 1 - 0.48f * gap;
     // Shade and dirt in the hollows, dust on the ledges.
     colour *= 0.70f + 0.46f * smooth(0.15f, 0.65f, texel.height);
     // Water runs down and leaves dark and pale streaks.

@@ -84,7 +84,7 @@ struct TestWorld {
     set.format = format;
     for (std::uint32_t k = 0; k < count; ++k) {
       Material& material = set.materials[k];
-      std::snprintf(material.name, sizeof material.name, "material %u", k);
+      std::snprintf(material.name, sizeof material.name, "mat %u", k);
       material.slope_low = 0.01f * static_cast<float>(random.range(-100, 0));
       material.slope_high = 0.01f * static_cast<float>(random.range(0, 100));
       material.height_high = static_cast<float>(random.range(0, 500));

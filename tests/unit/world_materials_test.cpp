@@ -97,7 +97,7 @@ TEST(Materials, SectionsAreTheDocumentedOnes) {
   EXPECT_EQ(load_at<std::uint32_t>(file, start), 2u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 4), 32u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 8), 0u);
-  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + start + kRecord + 64), "material 1");
+  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + start + kRecord + 64), "mat 1");
   EXPECT_EQ(load_at<float>(file, start + kRecord + 16), world.set.materials[0].slope_low);
   EXPECT_EQ(load_at<float>(file, start + kRecord + 40), world.set.materials[0].cave);
   EXPECT_EQ(load_at<float>(file, start + kRecord + 48), world.set.materials[0].average[0]);
