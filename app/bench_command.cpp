@@ -8,6 +8,7 @@
 #include "app/bench_lod.h"
 #include "app/bench_pareto.h"
 #include "app/bench_shading.h"
+#include "app/bench_shadows.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
@@ -26,6 +27,7 @@ Measures a world and prints the results beside those of the paper it follows.
       --suite lod       choosing, making and submitting frames of 1, 2 and 4 passes at levels 4 and 5
       --suite pareto    frames against their error: a sweep of error targets and of distances, on flights
       --suite shading   nanoseconds a pixel of each part of shading, on and off, and how pictures differ
+      --suite shadows   shadow maps that are kept, beside drawing all in every frame: turning and on flights
       --rounds N        medians are over so many rounds, 1 to 1000 (core: 9, shading: 5); pareto: measured
                         laps (1)
       --json FILE       for programs; - prints it instead of the table (core, lod, shading)
@@ -33,8 +35,8 @@ Measures a world and prints the results beside those of the paper it follows.
 Of shading:
       --against WORLD   the same world baked another way: compares textures, their memory and PSNR too
 
-Of lod, pareto and shading:
-      --frames N        of each flight, 1 to 100000 (lod: 24, pareto: 120, shading: 1)
+Of lod, pareto, shading and shadows:
+      --frames N        of each flight, 1 to 100000 (lod: 24, pareto: 120, shading: 1, shadows: 36)
       --size WxH        of the pictures in pixels (1280x720)
       --drape IMAGE.png, --drape-repeat N
                         one image in place of the materials, as of karst render
@@ -85,11 +87,12 @@ constexpr Option kOptions[] = {{"suite"},
                                {"help", 'h', false}};
 
 struct Command {
-  enum class Suite { core, lod, pareto, shading } suite = Suite::core;
+  enum class Suite { core, lod, pareto, shading, shadows } suite = Suite::core;
   CoreSuiteOptions core;
   LodSuiteOptions lod;
   ParetoOptions pareto;
   ShadingSuiteOptions shading;
+  ShadowSuiteOptions shadows;
 };
 
 // "1,2,4" or "none".
@@ -210,7 +213,16 @@ std::string parse(std::span<const char* const> words, Arguments& arguments, Comm
     command.suite = Command::Suite::shading;
     return parse_shading(arguments, command.shading);
   }
-  if (suite != "core") return "--suite: '" + std::string(suite) + "' is not core, lod, pareto or shading";
+  if (suite == "shadows") {
+    command.suite = Command::Suite::shadows;
+    reader.scene(command.shadows.scene);
+    command.shadows.scene.shadows = {};
+    command.shadows.frames = static_cast<int>(reader.integer("frames", 100'000, command.shadows.frames));
+    return reader.error;
+  }
+  if (suite != "core") {
+    return "--suite: '" + std::string(suite) + "' is not core, lod, pareto, shading or shadows";
+  }
   command.core.rounds = static_cast<int>(reader.integer("rounds", 1000, command.core.rounds));
   command.core.json = reader.text("json");
   return reader.error;
@@ -247,6 +259,7 @@ int run_bench(std::span<const char* const> words) {
   if (command.suite == Command::Suite::pareto) return run_pareto_suite(command.pareto);
   if (command.suite == Command::Suite::shading) return run_shading_suite(command.shading);
   if (command.suite == Command::Suite::lod) return run_lod_suite(command.lod);
+  if (command.suite == Command::Suite::shadows) return run_shadow_suite(command.shadows);
   return run_core(std::string(arguments.positional()[0]), command.core);
 }
 

@@ -23,18 +23,20 @@ struct FrameRecord {
   double gpu_shadow_ms = 0;   // of the last shadow map that was drawn; NaN: not known
   FrameCounts counts;
   Terrain::Selection selection;
-  std::uint32_t generated = 0;   // patches whose vertices were made
-  std::uint32_t resident = 0;    // patches with vertices on the GPU
-  std::uint64_t heap_calls = 0;  // of choosing and making vertices
-  std::uint64_t gl_objects = 0;  // made since the scene was ready
-  int cascades_skipped = 0;      // shadow maps that did not have to be drawn
-  std::uint32_t flags = 0;       // bits of FrameFlag
+  std::uint32_t generated = 0;         // patches whose vertices were made
+  std::uint32_t resident = 0;          // patches with vertices on the GPU
+  std::uint64_t heap_calls = 0;        // of choosing and making vertices
+  std::uint64_t gl_objects = 0;        // made since the scene was ready
+  int cascades_skipped = 0;            // shadow maps that did not have to be drawn
+  std::uint64_t shadow_triangles = 0;  // of those that were drawn
+  double shadow_ms = 0;                // of finding out, and of drawing them
+  std::uint32_t flags = 0;             // bits of FrameFlag
 };
 
 // Limits that a frame hit; the picture is valid and lacks detail or distant parts.
 enum FrameFlag : std::uint32_t {
   kFlagDrawItems = 1,  // max_draw_items
-  kFlagPool = 2,       // gpu_vertex_pages: a coarser error was aimed at
+  kFlagPool = 2,       // gpu_vertex_pages: the picture or what casts shadows is coarser
   kFlagGenerate = 4,   // generate_ms: drawn coarser until more vertices are made
 };
 

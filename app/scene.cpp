@@ -222,7 +222,11 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
     times_.upload = record.upload_ms;
     first_frame_ = false;
   }
+  if (view.wait_for_shadows) renderer_.finish();
+  const std::int64_t shadows = now_ns();
   if (status.ok()) status = draw_shadows(view, is_complete ? SceneView::kComplete : view.generate_ms, record);
+  if (view.wait_for_shadows) renderer_.finish();
+  record.shadow_ms = ms_between(shadows, now_ns());
   if (status.ok()) status = draw_selected(view, record);
   // What the next frames need is made while the GPU draws this one.
   bool made = false;

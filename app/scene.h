@@ -57,8 +57,9 @@ struct SceneView {
   bool occlusion_culling = true;
   bool cascade_caching = true;  // false: every shadow map is drawn in every frame
   double generate_ms = kComplete;
-  int quarter_turns = 0;  // FrameInput
-  bool wait = true;       // until the GPU is done, so that frame_ms holds its work
+  int quarter_turns = 0;          // FrameInput
+  bool wait = true;               // until the GPU is done, so that frame_ms holds its work
+  bool wait_for_shadows = false;  // before and after shadow maps, so that shadow_ms holds the GPU's work
 };
 
 // The limits and the bytes of a world drawn at a picture's size.

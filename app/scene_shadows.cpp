@@ -156,6 +156,7 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   input.index_table = terrain_.index_table();
   input.max_level = terrain_.info().level;
   status = renderer_.draw_cascade(index, input);
+  record.shadow_triangles += casters.triangles;
   record.submit_ms += ms_between(listed, now_ns());
   map.drawn = status.ok();
   map.cascade = cascade;

@@ -3,32 +3,37 @@
 
 uniform highp sampler2DArrayShadow shadow_maps;  // depth of what is nearest to the sun, a layer a cascade
 
-// Where a point is looked up, so that a surface does not shade itself. The filter compares with texels up to
-// 2 texels to each side. On a plane at the angle a to the light, depth changes by tan a a texel; moved by m
-// along its normal, a point is m / cos a above it as the light sees it: m = 2 sin a is enough at every angle,
-// and the shadow of what stands on the plane still begins at its foot. A texel more, because what casts is of
-// a coarser level that is off by as much; and a little along the light for what is not plane.
-const float kNormalTexels = 2.0;
-const float kLevelTexels = 1.0;
-const float kSlopeTexels = 0.25;
-const float kMostSlope = 4.0;
+// Where a point is looked up, so that a surface does not shade itself. Each of the filter's four comparisons
+// is with the depth that the plane through the point has at its own place; it mixes texels up to one texel
+// from there, in which the plane's depth differs by its slope. That much the point is lifted along the light,
+// which moves no shadow's edge; and a little along its normal, because what casts is of a coarser level and
+// no plane.
+const float kNormalTexels = 0.75;
+const float kSlopeTexels = 1.0;
+const float kLeastFacing = 0.05;  // below, next to nothing of the sun is left
 // Steps of depth in a map of 16 bits.
 const float kDepthSteps = 1.5 / 65535.0;
 
 // A tent of 3 x 3 texels by four comparisons that the hardware filters: I. Castano, "Shadow Mapping Summary -
-// Part 1", 2013 (the optimised filter of J. Blow's The Witness).
-float tent(vec3 at, float layer) {
+// Part 1", 2013 (the optimised filter of J. Blow's The Witness). slope: of depth, a texel.
+float tent(vec3 at, vec2 slope, float layer) {
   vec2 texel = at.xy * shadow_scale.y + 0.5;
   vec2 base = floor(texel);
   vec2 part = texel - base;
   vec2 weight_0 = 3.0 - 2.0 * part;
   vec2 weight_1 = 1.0 + 2.0 * part;
-  vec2 at_0 = (base - 0.5 + (2.0 - part) / weight_0 - 1.0) * shadow_scale.z;
-  vec2 at_1 = (base - 0.5 + part / weight_1 + 1.0) * shadow_scale.z;
-  float sum = weight_0.x * weight_0.y * texture(shadow_maps, vec4(at_0, layer, at.z));
-  sum += weight_1.x * weight_0.y * texture(shadow_maps, vec4(at_1.x, at_0.y, layer, at.z));
-  sum += weight_0.x * weight_1.y * texture(shadow_maps, vec4(at_0.x, at_1.y, layer, at.z));
-  sum += weight_1.x * weight_1.y * texture(shadow_maps, vec4(at_1, layer, at.z));
+  vec2 at_0 = base - 0.5 + (2.0 - part) / weight_0 - 1.0;
+  vec2 at_1 = base - 0.5 + part / weight_1 + 1.0;
+  vec2 rise_0 = slope * (at_0 - at.xy * shadow_scale.y);
+  vec2 rise_1 = slope * (at_1 - at.xy * shadow_scale.y);
+  at_0 *= shadow_scale.z;
+  at_1 *= shadow_scale.z;
+  float sum = weight_0.x * weight_0.y * texture(shadow_maps, vec4(at_0, layer, at.z + rise_0.x + rise_0.y));
+  sum += weight_1.x * weight_0.y *
+         texture(shadow_maps, vec4(at_1.x, at_0.y, layer, at.z + rise_1.x + rise_0.y));
+  sum += weight_0.x * weight_1.y *
+         texture(shadow_maps, vec4(at_0.x, at_1.y, layer, at.z + rise_0.x + rise_1.y));
+  sum += weight_1.x * weight_1.y * texture(shadow_maps, vec4(at_1, layer, at.z + rise_1.x + rise_1.y));
   return sum / 16.0;
 }
 
@@ -52,11 +57,11 @@ float sun_reaches(vec3 from_eye, vec3 normal) {
     box = shadow_box_2;
   }
   if (shadow_scale.x < 1.0 || !covers(box, light)) return 1.0;
-  float facing = max(dot(normal, sun_direction.xyz), 0.05);
-  float across = sqrt(max(1.0 - facing * facing, 0.0));
-  vec3 moved = from_eye + normal * ((kNormalTexels * across + kLevelTexels) * box.w);
+  vec3 in_light = vec3(dot(shadow_x.xyz, normal), dot(shadow_y.xyz, normal), dot(sun_direction.xyz, normal));
+  vec3 moved = from_eye + normal * (kNormalTexels * box.w);
   vec2 at = vec2(dot(shadow_x.xyz, moved), dot(shadow_y.xyz, moved)) * box.z + box.xy;
+  vec2 slope = in_light.xy / max(in_light.z, kLeastFacing) * (box.w * shadow_scale.w);
   float depth = dot(shadow_z.xyz, moved) + shadow_z.w;
-  depth -= kSlopeTexels * box.w * min(across / facing, kMostSlope) * shadow_scale.w + kDepthSteps;
-  return tent(vec3(at, clamp(depth, 0.0, 1.0)), layer);
+  depth -= kSlopeTexels * (abs(slope.x) + abs(slope.y)) + kDepthSteps;
+  return tent(vec3(at, depth), slope, layer);
 }

@@ -12,7 +12,8 @@
 //    edges do not crawl.
 //  - Levels of detail and morphing in a map are chosen for a place that moves in the same steps, by plain
 //    distance (an apparent distance of morph.h with least_cos2 = 1). A map's surface is therefore within
-//    error_px pixels, measured at the picture's centre, of the full one, like the picture's own.
+//    error_px pixels, measured at the picture's centre, of the full one, like the picture's own, or within a
+//    texel where that is more (select_casters.h).
 // A box has no near end: whatever of the world lies towards the sun casts into it.
 #pragma once
 

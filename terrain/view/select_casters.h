@@ -24,7 +24,7 @@ namespace karst {
 struct SelectCasters {
   LodSettings settings;  // of the picture
   // How far a caster may stray from the full surface, texels, where the picture's error does not allow more.
-  double error_texels = 0.5;
+  double error_texels = 1;
   // What fits into as much memory as level 1 does: no patch that may be finer casts coarser.
   int base_level = 1;
 

@@ -38,6 +38,7 @@ Status Terrain::select_casters(const Cascade& cascade, double error_texels, Cast
   SelectCasters::Result result;
   const Status status = select.run(result);
   casters.items = caster_items_.first(result.drawn);
+  casters.triangles = result.triangles;
   casters.lacking = lacking_casters_ = result.lacking;
   casters.hash = mix(0xcbf29ce484222325u, thresholds_version_);
   for (const DrawItem& item : casters.items) {

@@ -176,6 +176,7 @@ class Terrain {
 
   struct Casters {
     std::span<const DrawItem> items;  // valid until the next select_casters()
+    std::uint64_t triangles = 0;
     // Patches in the cascade's box that are held coarser than they should cast, or not at all.
     std::uint32_t lacking = 0;
     std::uint64_t hash = 0;  // of the items and their thresholds: the same ones draw the same map

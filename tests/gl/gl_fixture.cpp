@@ -46,23 +46,26 @@ void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
 
 namespace {
 
-Config config_of(const TestWorld& world, std::uint32_t detail_pages) {
-  return Terrain::config_for(world.info(), world.info().level, detail_pages);
+Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages) {
+  WorldInfo info;
+  const Status status = read_world_info(file, info);
+  EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
+  return Terrain::config_for(info, info.level, detail_pages);
 }
 
 }  // namespace
 
-DrawnWorld::DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings,
+DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings,
                        std::uint32_t detail_pages)
-    : memory_(Terrain::budget(config_of(world, detail_pages)).cpu_bytes()) {
-  const Config config = config_of(world, detail_pages);
+    : memory_(Terrain::budget(config_of(file, detail_pages)).cpu_bytes()) {
+  const Config config = config_of(file, detail_pages);
   EXPECT_TRUE(terrain_.create(config, memory_.bytes()).ok());
-  const Status loaded = terrain_.load(world.file());
+  const Status loaded = terrain_.load(file);
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
   settings.vertex_pages = config.gpu_vertex_pages;
   settings.morph_rows = config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
-  settings.extent = world.info().extent;
+  settings.extent = terrain_.info().extent;
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;

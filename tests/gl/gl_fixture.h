@@ -65,6 +65,9 @@ class DrawnWorld {
   // are filled in.
   // detail_pages: Terrain::config_for.
   DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings,
+             std::uint32_t detail_pages = kMostPages)
+      : DrawnWorld(std::span<const std::byte>(world.file()), gl, settings, detail_pages) {}
+  DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings,
              std::uint32_t detail_pages = kMostPages);
 
   // Chooses levels for the camera and makes a frame of them that waits to be drawn; its thresholds are on the

@@ -10,105 +10,23 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "terrain/patch/index_batches.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/gl/noop_gl.h"
+#include "tests/gl/shadow_rays.h"
 
 namespace karst {
 namespace {
 
-using test::DrawnWorld;
 using test::GlContext;
 using test::Picture;
+using test::ShadowedWorld;
+using test::showing_shadows;
+using test::Tally;
+using test::Triangles;
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 90;
 constexpr int kLevel = 3;
-constexpr double kErrorTexels = 1;  // of casters
-
-// Replaces the picture of the terrain by what the shadow's test says: red is how much of the sun reaches the
-// surface, green how much it faces the sun.
-void GL_APIENTRY show_shadows(GLuint shader, GLsizei, const GLchar* const* texts, const GLint*) {
-  std::string text = texts[0];
-  const std::string colour = "colour = picture_colour(mix(albedo * incoming, haze, hazed));";
-  const std::size_t at = text.find(colour);
-  if (at != std::string::npos && text.find("sun_reaches") != std::string::npos) {
-    text.replace(at, colour.size(), "colour = vec4(reached, dot(normal, sun_direction.xyz), 0.0, 1.0);");
-  }
-  const char* const changed = text.c_str();
-  GlContext::get().gl().ShaderSource(shader, 1, &changed, nullptr);
-}
-
-Gl showing_shadows() {
-  Gl gl = GlContext::get().gl();
-  gl.ShaderSource = show_shadows;
-  return gl;
-}
-
-// The world's triangles at its full level, by patch, in voxels.
-class Triangles {
- public:
-  explicit Triangles(const test::TestWorld& world) {
-    std::vector<std::uint16_t> table(index_count(kLevel));
-    EXPECT_TRUE(build_index_tables(kLevel, table).ok());
-    const Surface surface = world.surface();
-    for (PatchId p = 0; p < surface.patches.size(); ++p) {
-      const std::vector<GpuVertex> vertices = world.vertices(p, kLevel);
-      const glm::dvec3 origin(patch_origin(surface.volume_of(p)));
-      Patch patch;
-      IndexRange ranges[kMaxIndexRanges];
-      EXPECT_EQ(index_ranges(kLevel, 0, 0, ranges), 1);
-      for (std::uint32_t n = 0; n < ranges[0].count; ++n) {
-        const GpuVertex& v = vertices[table[ranges[0].first + n]];
-        const glm::dvec3 at =
-            (origin + glm::dvec3(v.position[0], v.position[1], v.position[2])) / double{kStepsPerVoxel};
-        patch.corners.push_back(at);
-        patch.low = glm::min(patch.low, at);
-        patch.high = glm::max(patch.high, at);
-      }
-      patches_.push_back(std::move(patch));
-    }
-  }
-
-  // Whether anything lies on the ray beyond a distance.
-  bool hit(glm::dvec3 from, glm::dvec3 direction, double beyond) const {
-    const glm::dvec3 inverse = 1.0 / direction;
-    for (const Patch& patch : patches_) {
-      const glm::dvec3 a = (patch.low - from) * inverse;
-      const glm::dvec3 b = (patch.high - from) * inverse;
-      const glm::dvec3 first = glm::min(a, b);
-      const glm::dvec3 last = glm::max(a, b);
-      const double end = std::min({last.x, last.y, last.z});
-      if (std::max({first.x, first.y, first.z, beyond}) > end) continue;
-      for (std::size_t n = 0; n < patch.corners.size(); n += 3) {
-        if (hits(&patch.corners[n], from, direction, beyond)) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  struct Patch {
-    std::vector<glm::dvec3> corners;
-    glm::dvec3 low{1e9}, high{-1e9};
-  };
-
-  // T. Moeller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
-  static bool hits(const glm::dvec3* t, glm::dvec3 from, glm::dvec3 direction, double beyond) {
-    const glm::dvec3 u = t[1] - t[0];
-    const glm::dvec3 v = t[2] - t[0];
-    const glm::dvec3 p = glm::cross(direction, v);
-    const double determinant = glm::dot(u, p);
-    if (std::abs(determinant) < 1e-15) return false;
-    const glm::dvec3 s = from - t[0];
-    const double a = glm::dot(s, p) / determinant;
-    const glm::dvec3 q = glm::cross(s, u);
-    const double b = glm::dot(direction, q) / determinant;
-    return a >= 0 && b >= 0 && a + b <= 1 && glm::dot(v, q) / determinant > beyond;
-  }
-
-  std::vector<Patch> patches_;
-};
 
 // Hills, a cave, and things that throw long shadows: a pillar, a wall, a slab on two feet.
 test::TestWorld shadow_world() {
@@ -135,125 +53,8 @@ RendererSettings shadow_settings() {
   return settings;
 }
 
-// A world drawn with shadow maps over all of it.
-class ShadowedWorld {
- public:
-  ShadowedWorld(const test::TestWorld& world, const Gl& gl, RendererSettings settings)
-      : drawn(world, gl, settings) {
-    drawn.lod.mode = LodMode::full;
-    fit.settings.count = settings.cascades;
-    fit.settings.size = settings.shadow_size;
-    fit.settings.reach_voxels = 64;
-  }
-
-  void draw(const CameraSettings& settings, FrameCounts* counts = nullptr) {
-    FrameInput input;
-    ASSERT_TRUE(drawn.prepare(settings, input).ok());
-    fit.camera = &input.camera;
-    fit.to_sun = sun_direction(drawn.light);
-    fit.world = drawn.terrain().box();
-    fit.light = &light;
-    fit.cascades = cascades;
-    ASSERT_TRUE(fit.validate().ok());
-    fit.run();
-    input.light_space = light;
-    input.cascades = std::span(cascades).first(static_cast<std::size_t>(fit.settings.count));
-    const DrawItem* items = input.items.data();
-    for (int n = 0; n < fit.settings.count; ++n) {
-      CascadeInput cascade;
-      cascade.cascade = cascades[n];
-      Terrain::Casters casters;
-      ASSERT_TRUE(drawn.terrain().select_casters(cascade.cascade, kErrorTexels, casters).ok());
-      EXPECT_EQ(casters.lacking, 0u);
-      cascade.items = casters.items;
-      cascade.pages = input.pages;
-      cascade.index_table = input.index_table;
-      cascade.max_level = input.max_level;
-      ASSERT_TRUE(drawn.renderer().draw_cascade(n, cascade).ok());
-    }
-    EXPECT_EQ(items, input.items.data());
-    FrameCounts ignored;
-    ASSERT_TRUE(drawn.renderer().draw(input, counts != nullptr ? *counts : ignored).ok());
-  }
-
-  DrawnWorld drawn;
-  FitCascades fit;
-  LightSpace light;
-  Cascade cascades[kMostCascades];
-};
-
-// The points of the surface behind the pixels, voxels; far away where there is none.
-std::vector<glm::dvec3> points_behind(Renderer& renderer, const CameraSettings& settings) {
-  std::vector<float> depth(kWidth * kHeight);
-  EXPECT_TRUE(renderer.read_depth(depth).ok());
-  Camera camera;
-  EXPECT_TRUE(make_camera(settings, camera).ok());
-  const glm::dmat3 axes = world_from_view(camera);
-  const double near = camera.near_voxels;
-  const double far = camera.far_voxels;
-  std::vector<glm::dvec3> points;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const double d = depth[static_cast<std::size_t>(y * kWidth + x)];
-      const double z = near * far / (far - d * (far - near));
-      const double half = z / projection_scale(camera);
-      const double right = (2 * (x + 0.5) / kWidth - 1) * half * camera.aspect;
-      const double up = (1 - 2 * (y + 0.5) / kHeight) * half;
-      points.push_back(d == 1
-                           ? glm::dvec3(1e9)
-                           : eye_lattice(camera) / double{kStepsPerVoxel} + axes * glm::dvec3(right, up, -z));
-    }
-  }
-  return points;
-}
-
-struct Tally {
-  int judged = 0;  // pixels that face the sun, away from shadows' borders
-  int shaded = 0;  // of these, what rays say
-  int wrong = 0;   // shaded or lit by more than half where rays say the other
-  int acne = 0;    // darker by a tenth or more where rays reach the sun
-};
-
-void judge(ShadowedWorld& world, const Triangles& triangles, const CameraSettings& camera, Tally& tally) {
-  world.draw(camera);
-  const Picture picture = world.drawn.picture();
-  const std::vector<glm::dvec3> points = points_behind(world.drawn.renderer(), camera);
-  for (std::size_t i = 0; i < points.size(); i += 3) {
-    const glm::dvec3 p = points[i];
-    const double facing = picture[i * 4 + 1] / 255.0;
-    if (p.x > 1e8 || facing < 0.15) continue;
-    const glm::dvec2 at(glm::dot(world.light.x, p), glm::dot(world.light.y, p));
-    const auto covers = [&](const Cascade& c) {
-      const glm::dvec2 from_middle = glm::abs((at - c.low) / c.side - 0.5);
-      return std::max(from_middle.x, from_middle.y) < 0.5 - double{kCascadeBorder} / world.fit.settings.size;
-    };
-    int used = 0;
-    while (used < world.fit.settings.count && !covers(world.cascades[used])) ++used;
-    ASSERT_LT(used, world.fit.settings.count);
-    // The tent reaches 1.5 texels, and one texel is the border's.
-    const double texel = world.cascades[used].texel;
-    const glm::dvec3 sun = world.light.z;
-    // Beside the point the ray begins above what the surface can rise to there.
-    const double rise = 2.5 * texel * std::sqrt(1 - facing * facing) / facing + 0.05;
-    const bool hit = triangles.hit(p, sun, 0.03);
-    bool same = true;
-    for (int n = 0; n < 9 && same; ++n) {
-      const glm::dvec3 beside =
-          (world.light.x * double(n % 3 - 1) + world.light.y * double(n / 3 - 1)) * (2.0 * texel);
-      same = triangles.hit(p + beside, sun, rise) == hit;
-    }
-    if (!same) continue;
-    const double reached = picture[i * 4] / 255.0;
-    ++tally.judged;
-    tally.shaded += hit ? 1 : 0;
-    tally.wrong += (reached < 0.5) != hit ? 1 : 0;
-    tally.acne += !hit && reached < 0.9 ? 1 : 0;
-  }
-}
-
 TEST(Shadows, AgreeWithRaysOnTheCpu) {
   const test::TestWorld world = shadow_world();
-  const Triangles triangles(world);
   for (const int size : {512, 1024}) {
     for (const int bits : {16, 24}) {
       if (size == 512 && bits == 24) continue;
@@ -261,6 +62,7 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
       settings.shadow_size = size;
       settings.shadow_bits = bits;
       ShadowedWorld shadowed(world, showing_shadows(), settings);
+      const Triangles triangles(shadowed.drawn.terrain());
       Tally tally;
       for (const double azimuth : {40.0, 205.0, 290.0}) {
         for (const double elevation : {20.0, 50.0}) {
@@ -272,7 +74,7 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
             camera.position = eye;
             camera.yaw_deg = yaw;
             camera.pitch_deg = pitch;
-            judge(shadowed, triangles, camera, tally);
+            judge(shadowed, triangles, camera, 1.0, 3, tally);
           }
         }
       }
@@ -285,6 +87,59 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
       EXPECT_LE(tally.acne, tally.judged * 0.001);
       EXPECT_EQ(shadowed.drawn.renderer().take_error(), GLenum{GL_NO_ERROR});
       EXPECT_STREQ(shadowed.drawn.renderer().message(), "");
+    }
+  }
+}
+
+// A wall along z on level ground, its foot seen from straight above. Where the ground faces the sun and rays
+// say that the wall shades it, the drawn shadow should begin at once: the gap is how far from there, away
+// from the wall, it does, in texels of the map. The worst of all rows of pixels.
+double contact_gap(ShadowedWorld& world, const Triangles& triangles, double foot_x) {
+  CameraSettings camera;
+  camera.position = {foot_x + 1.2, 8, 30};
+  camera.pitch_deg = -90;
+  world.draw(camera);
+  const Picture picture = world.drawn.picture();
+  const std::vector<glm::dvec3> points = test::points_behind(world.drawn.renderer(), camera);
+  double gap = 0;
+  for (std::size_t row = 2; row < kHeight; row += 8) {
+    double begins = -1;
+    for (std::size_t i = row * kWidth; i < (row + 1) * kWidth; ++i) {
+      const glm::dvec3 p = points[i];
+      if (p.x < foot_x || p.y > 4.1 || picture[i * 4 + 1] < 0.15 * 255) continue;
+      if (begins < 0 && !triangles.hit(p, world.light.z, 0.005)) continue;
+      if (begins < 0) begins = p.x;
+      if (picture[i * 4] >= 128) continue;
+      gap = std::max(gap, (p.x - begins) / world.cascades[0].texel);
+      break;
+    }
+  }
+  return gap;
+}
+
+TEST(Shadows, BeginAtTheFootOfWhatCasts) {
+  for (const int thickness : {1, 2, 4}) {
+    const test::TestWorld flat({120, 12, 60}, [&](glm::ivec3 v) {
+      return v.y < 4 || (v.x >= 40 && v.x < 40 + thickness && v.z > 10 && v.z < 50 && v.y < 9);
+    });
+    test::TestWorld field = flat;
+    field.roughen(2, 1, 0);
+    RendererSettings settings = shadow_settings();
+    settings.cascades = 1;
+    settings.shadow_size = 512;
+    ShadowedWorld world(field, showing_shadows(), settings);
+    world.fit.settings.reach_voxels = 256;
+    const Triangles triangles(world.drawn.terrain());
+    for (const double elevation : {15.0, 20.0, 30.0, 45.0, 60.0, 75.0}) {
+      double gap = 0;
+      for (const double azimuth : {270.0, 240.0, 305.0}) {
+        world.drawn.light.sun_azimuth_deg = azimuth;
+        world.drawn.light.sun_elevation_deg = elevation;
+        gap = std::max(gap, contact_gap(world, triangles, 40 + thickness));
+      }
+      const double texel = world.cascades[0].texel;
+      std::printf("wall of %.1f texels, sun at %.0f: gap %.2f texels\n", thickness / texel, elevation, gap);
+      EXPECT_LE(gap, 1.5) << thickness << ' ' << elevation;
     }
   }
 }
@@ -303,6 +158,86 @@ TEST(Shadows, CastersOutOfViewAreNotLost) {
   int dark = 0;
   for (std::size_t i = 0; i < picture.size(); i += 4) dark += picture[i + 1] > 40 && picture[i] < 30 ? 1 : 0;
   EXPECT_GT(dark, kWidth * kHeight / 20);
+}
+
+// The bits of a shadow map, which the last draw left bound.
+Picture read_map(const Gl& gl, int layer, int size) {
+  const auto compile = [&](GLenum kind, const char* text) {
+    const GLuint shader = gl.CreateShader(kind);
+    gl.ShaderSource(shader, 1, &text, nullptr);
+    gl.CompileShader(shader);
+    return shader;
+  };
+  const GLuint program = gl.CreateProgram();
+  gl.AttachShader(program, compile(GL_VERTEX_SHADER,
+                                   "#version 300 es\nvoid main() { gl_Position = vec4(vec2(gl_VertexID & 1, "
+                                   "gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"));
+  gl.AttachShader(program, compile(GL_FRAGMENT_SHADER,
+                                   "#version 300 es\nprecision highp float;\n"
+                                   "uniform highp sampler2DArray map; uniform int layer; out vec4 colour;\n"
+                                   "void main() { float d = texelFetch(map, ivec3(gl_FragCoord.xy, layer), "
+                                   "0).r * 65535.0; colour = vec4(floor(d / 256.0), mod(d, 256.0), 0.0, 0.0) "
+                                   "/ 255.0; }"));
+  gl.LinkProgram(program);
+  gl.UseProgram(program);
+  gl.Uniform1i(gl.GetUniformLocation(program, "map"), KARST_UNIT_SHADOW_MAPS);
+  gl.Uniform1i(gl.GetUniformLocation(program, "layer"), layer);
+  gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_SHADOW_MAPS);
+  const auto set = [&](GLenum name, GLenum value) {
+    gl.TexParameteri(GL_TEXTURE_2D_ARRAY, name, static_cast<GLint>(value));
+  };
+  set(GL_TEXTURE_COMPARE_MODE, GL_NONE);
+  set(GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  GLuint target = 0, colour = 0;
+  gl.GenFramebuffers(1, &target);
+  gl.GenRenderbuffers(1, &colour);
+  gl.BindRenderbuffer(GL_RENDERBUFFER, colour);
+  gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size, size);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, target);
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
+  gl.Viewport(0, 0, size, size);
+  gl.Disable(GL_DEPTH_TEST);
+  gl.Disable(GL_CULL_FACE);
+  gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  Picture bits(static_cast<std::size_t>(size) * static_cast<std::size_t>(size) * 4);
+  gl.ReadPixels(0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, bits.data());
+  set(GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+  set(GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  gl.DeleteFramebuffers(1, &target);
+  gl.DeleteRenderbuffers(1, &colour);
+  gl.DeleteProgram(program);
+  return bits;
+}
+
+// Every map is drawn anew in each of these frames, and holds the same bits: no edge can move.
+TEST(Shadows, TurningTheCameraMovesNoEdge) {
+  const Gl& gl = GlContext::get().gl();
+  RendererSettings settings = shadow_settings();
+  settings.shadow_size = 512;
+  ShadowedWorld world(shadow_world(), gl, settings);
+  world.drawn.lod.mode = LodMode::error;
+  CameraSettings camera;
+  camera.position = {18.3, 14.1, 26.7};
+  Cascade boxes[2];
+  Picture maps[2];
+  for (int turn = 0; turn < 24; ++turn) {
+    camera.yaw_deg = 15 * turn - 180;
+    camera.pitch_deg = 10 * (turn % 5) - 30;
+    world.draw(camera);
+    for (int n = 0; n < 2; ++n) {
+      const Picture map = read_map(gl, n, settings.shadow_size);
+      if (turn == 0) {
+        boxes[n] = world.cascades[n];
+        maps[n] = map;
+        EXPECT_NE(*std::max_element(map.begin(), map.end()), *std::min_element(map.begin(), map.end()));
+      }
+      ASSERT_TRUE(world.cascades[n].same_as(boxes[n])) << turn;
+      ASSERT_TRUE(map == maps[n]) << turn;
+    }
+  }
+  camera.position.x += 9;  // the test can see a difference
+  world.draw(camera);
+  EXPECT_FALSE(read_map(gl, 0, settings.shadow_size) == maps[0]);
 }
 
 // Where nothing blocks the sun the picture is the one without maps.
