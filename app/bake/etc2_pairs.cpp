@@ -97,6 +97,10 @@ Vec main_direction(const std::array<Vec, kChannels>& matrix) {
       v = matrix[c];
     }
   }
+  // No component of a product is larger than the largest on the diagonal: within 4096, nothing overflows.
+  if (largest > 0) {
+    for (std::int64_t& x : v) x = x * 4096 / largest;
+  }
   for (int round = 0; round < 4; ++round) {
     Vec next{};
     std::int64_t size = 0;

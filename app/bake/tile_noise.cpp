@@ -69,21 +69,6 @@ float tile_fbm(glm::vec2 p, int period, int octaves, std::uint32_t seed, float g
   return tile_fbm(p, glm::ivec2(period), octaves, seed, gain);
 }
 
-float tile_ridges(glm::vec2 p, int period, int octaves, std::uint32_t seed) {
-  float sum = 0, strength = 1, all = 0, weight = 1;
-  for (int k = 0; k < octaves; ++k) {
-    const float n = std::abs(tile_noise(p, period, seed + static_cast<std::uint32_t>(k) * 101));
-    float ridge = n < 1 ? 1 - n : 0;
-    ridge *= ridge * weight;
-    weight = ridge * 2 < 1 ? ridge * 2 : 1;
-    sum += strength * ridge;
-    all += strength;
-    strength *= 0.5f;
-    period *= 2;
-  }
-  return sum / all;
-}
-
 TileCell tile_cell(glm::vec2 p, glm::ivec2 period, float jitter, std::uint32_t seed) {
   const float x = p.x * static_cast<float>(period.x), y = p.y * static_cast<float>(period.y);
   const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));

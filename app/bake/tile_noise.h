@@ -19,10 +19,6 @@ float tile_noise(glm::vec2 p, glm::ivec2 period, std::uint32_t seed);
 float tile_fbm(glm::vec2 p, int period, int octaves, std::uint32_t seed, float gain = 0.5f);
 float tile_fbm(glm::vec2 p, glm::ivec2 period, int octaves, std::uint32_t seed, float gain = 0.5f);
 
-// Sharp ridges: octaves of 1 - |noise|, squared, finer ones only on what the coarser ones raise; 0..1.
-// Musgrave, "Texturing and modeling" (2003), chapter 16, ridged multifractal.
-float tile_ridges(glm::vec2 p, int period, int octaves, std::uint32_t seed);
-
 // The nearest of points strewn one a cell, `period` cells a side; distances in cells.
 struct TileCell {
   float nearest = 0;     // distance to the point

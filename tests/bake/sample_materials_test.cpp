@@ -23,7 +23,6 @@ TEST(TileNoise, Repeats) {
     const glm::vec2 q(p.x + 1, p.y - 2);
     EXPECT_EQ(tile_noise(p, 8, 3), tile_noise(q, 8, 3));
     EXPECT_EQ(tile_fbm(p, {4, 16}, 3, 3), tile_fbm(q, {4, 16}, 3, 3));
-    EXPECT_EQ(tile_ridges(p, 4, 3, 3), tile_ridges(q, 4, 3, 3));
     const TileCell a = tile_cell(p, {8, 4}, 0.9f, 3), b = tile_cell(q, {8, 4}, 0.9f, 3);
     EXPECT_EQ(a.id, b.id);
     EXPECT_NEAR(a.nearest, b.nearest, 1e-5);
