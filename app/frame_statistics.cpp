@@ -114,7 +114,9 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.field("triangles", mean_of(frames, [](const FrameRecord& f) { return f.counts.triangles; }));
   json.field("draw_calls", mean_of(frames, [](const FrameRecord& f) { return f.counts.draw_calls; }));
   write_patches(json, scene, frames);
-  json.key("skips").begin_object().key("triplanar").null();
+  json.key("skips").begin_object();
+  json.field("material", mean_of(frames, [](const FrameRecord& f) { return f.blend_skipped; }));
+  json.field("cave", mean_of(frames, [](const FrameRecord& f) { return f.cave_skipped; }));
   json.field("cascades", mean_of(frames, [](const FrameRecord& f) { return f.cascades_skipped; }));
   json.field("frames", 0).field("uploads_bytes", 0).end_object();
   json.key("bytes").begin_object().field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});

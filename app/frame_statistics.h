@@ -23,6 +23,8 @@ struct FrameRecord {
   double gpu_shadow_ms = 0;   // of the last shadow map that was drawn; NaN: not known
   FrameCounts counts;
   Terrain::Selection selection;
+  std::uint32_t blend_skipped = 0;     // patches drawn that have one material
+  std::uint32_t cave_skipped = 0;      // and that are not in caves or lit by lamps
   std::uint32_t generated = 0;         // patches whose vertices were made
   std::uint32_t resident = 0;          // patches with vertices on the GPU
   std::uint64_t heap_calls = 0;        // of choosing and making vertices

@@ -17,6 +17,7 @@
 #include "app/output_name.h"
 #include "app/png_file.h"
 #include "app/scene.h"
+#include "app/skips.h"
 #include "app/status_text.h"
 #include "platform/clock.h"
 
@@ -49,7 +50,9 @@ Draws a world that karst-bake made, without a screen.
       --drape-repeat N      covers the world N times on each axis (1)
       --generate-ms MS      time a frame to make vertices; frames that would take longer are coarser than
                             --error-px and say so (all frames are complete)
-      --no-skip NAME        draws what could be skipped; NAME: frustum, backface, occlusion, cascades, all
+      --no-skip NAME,...    draws what could be skipped; NAME: frustum, backface, occlusion, cascades,
+                            triplanar, blend, detail, sun (of pixels), material, cave (of patches), all
+      --precision NAME      high: all of a pixel in 32 bits; medium: 16 where that is enough (medium)
       --shadows N           shadow maps of the sun, 0 to 3, each over a larger part of the world (2)
       --shadow-size N       texels a side of each, 512 to 2048, a multiple of 16 (1024)
       --shadow-reach V      voxels from the eye that they cover, where the world is larger (256)
@@ -66,29 +69,11 @@ Draws a world that karst-bake made, without a screen.
   karst render canyon.karst --path flight.txt --stats flight.json
 )";
 
-constexpr Option kOptions[] = {{"output", 'o'},
-                               {"board"},
-                               {"size"},
-                               {"camera"},
-                               {"path"},
-                               {"sun"},
-                               {"fov"},
-                               {"haze"},
-                               {"level"},
-                               {"lod"},
-                               {"error-px"},
-                               {"lod-distance"},
-                               {"drape"},
-                               {"drape-repeat"},
-                               {"no-skip"},
-                               {"max-memory"},
-                               {"stats"},
-                               {"generate-ms"},
-                               {"vertex-memory"},
-                               {"shadows"},
-                               {"shadow-size"},
-                               {"shadow-reach"},
-                               {"help", 'h', false}};
+constexpr Option kOptions[] = {
+    {"output", 'o'}, {"board"},         {"size"},    {"camera"},      {"path"},         {"sun"},
+    {"fov"},         {"haze"},          {"level"},   {"lod"},         {"error-px"},     {"lod-distance"},
+    {"drape"},       {"drape-repeat"},  {"no-skip"}, {"precision"},   {"max-memory"},   {"stats"},
+    {"generate-ms"}, {"vertex-memory"}, {"shadows"}, {"shadow-size"}, {"shadow-reach"}, {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -100,10 +85,7 @@ struct RenderOptions {
   bool default_haze = true;
   double fov_y_deg = 60.0;
   LodSettings lod;
-  bool frustum_culling = true;
-  bool backface_culling = true;
-  bool occlusion_culling = true;
-  bool cascade_caching = true;
+  SceneView skips;  // its switches alone
   double generate_ms = SceneView::kComplete;
 };
 
@@ -176,16 +158,14 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
       error = "--lod: '" + std::string(*text) + "' is not error, distance or full";
     }
   }
+  if (const auto text = arguments.value("precision"); text && error.empty()) {
+    options.scene.high_precision = *text == "high";
+    if (*text != "high" && *text != "medium")
+      error = "--precision: '" + std::string(*text) + "' is neither high nor medium";
+  }
   if (const auto text = arguments.value("no-skip"); text && error.empty()) {
-    const bool all = *text == "all";
-    if (all || *text == "frustum") options.frustum_culling = false;
-    if (all || *text == "backface") options.backface_culling = false;
-    if (all || *text == "occlusion") options.occlusion_culling = false;
-    if (all || *text == "cascades") options.cascade_caching = false;
-    if (options.frustum_culling && options.backface_culling && options.occlusion_culling &&
-        options.cascade_caching) {
-      error = "--no-skip: '" + std::string(*text) + "' is not frustum, backface, occlusion, cascades or all";
-    }
+    error = switch_off_skips(*text, options.skips);
+    if (!error.empty()) error = "--no-skip: " + error;
   }
   return error;
 }
@@ -287,15 +267,11 @@ class Render {
   }
 
   std::string draw_frame(const Camera& camera) {
-    SceneView view;
+    SceneView view = options_.skips;
     view.camera = camera;
     view.light = options_.light;
     view.lod = options_.lod;
     view.lod.max_level = kMaxLevel;
-    view.frustum_culling = options_.frustum_culling;
-    view.backface_culling = options_.backface_culling;
-    view.occlusion_culling = options_.occlusion_culling;
-    view.cascade_caching = options_.cascade_caching;
     view.generate_ms = options_.generate_ms;
     return scene_.draw(view, records_.emplace_back());
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <vector>
 
 #include "app/common/mapped_file.h"
 #include "app/resource_counts.h"
@@ -98,7 +99,7 @@ std::string Scene::load_world() {
   const WorldInfo& info = reader.info();
   const int finest = std::min(options_.level, info.level);
   WorldBudget needs = budget_of(info, finest, options_.width, options_.height, options_.vertex_bytes);
-  needs.renderer = renderer_settings(needs.config);
+  needs.renderer = renderer_settings(needs.config, reader.materials());
   needs.renderer.extent = info.extent;
   needs.budget = Terrain::budget(needs.config);
   needs.renderer.add_to(needs.budget);
@@ -129,7 +130,7 @@ std::string Scene::load_drape() {
   return error.empty() ? error : options_.drape + ": " + error;
 }
 
-RendererSettings Scene::renderer_settings(const Config& config) const {
+RendererSettings Scene::renderer_settings(const Config& config, const MaterialSet& materials) const {
   RendererSettings settings;
   settings.width = options_.width;
   settings.height = options_.height;
@@ -139,7 +140,11 @@ RendererSettings Scene::renderer_settings(const Config& config) const {
   settings.extent = terrain_.info().extent;
   settings.cascades = drape_.rgba.empty() ? options_.shadows.count : 0;
   settings.shadow_size = options_.shadows.size;
+  settings.material_count = options_.drape.empty() ? materials.count : 0;
+  settings.material_side = materials.side;
+  settings.material_format = materials.format;
   settings.keep_depth = options_.keep_depth;
+  settings.high_precision = options_.high_precision;
   settings.rgb565 = options_.rgb565;
   settings.drape_width = drape_.width;
   settings.drape_height = drape_.height;
@@ -167,7 +172,7 @@ std::string Scene::attach(Display& display, int width, int height) {
 
 std::string Scene::open_renderer(Display& display) {
   const Config& config = terrain_.config();
-  const RendererSettings settings = renderer_settings(config);
+  const RendererSettings settings = renderer_settings(config, terrain_.materials());
   budget_ = Terrain::budget(config);
   settings.add_to(budget_);
   if (std::string error = check_memory(); !error.empty()) return error;
@@ -189,12 +194,29 @@ std::string Scene::open_renderer(Display& display) {
     if (const Status status = renderer_.upload_drape(drape_.rgba); !status.ok())
       return status_text(options_.drape, status);
   }
+  if (std::string error = upload_materials(); !error.empty()) return error;
   renderer_.upload_sky_line(terrain_.octree());
   terrain_.forget_resident();
   first_frame_ = true;
   gl_objects_at_start_ = gl_objects_made();
   for (ShadowMap& map : shadow_maps_) map.drawn = false;
   return {};
+}
+
+// A level of an array at a time: the finest take most of the room.
+std::string Scene::upload_materials() {
+  const MaterialSet& set = terrain_.materials();
+  if (!options_.drape.empty() || set.count == 0) return {};
+  std::vector<std::byte> bytes(texture_image_bytes(set.format, set.side, 0) * set.count);
+  Status status = renderer_.set_materials(set);
+  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
+    for (int level = 0; status.ok() && level < texture_levels(set.side); ++level) {
+      const auto out = std::span(bytes).first(texture_image_bytes(set.format, set.side, level) * set.count);
+      status = terrain_.read_textures(array, level, 0, set.count, out);
+      if (status.ok()) status = renderer_.upload_textures(array, level, 0, static_cast<int>(set.count), out);
+    }
+  }
+  return status.ok() ? std::string() : status_text(options_.world, status);
 }
 
 WorldFrame Scene::frame() const {
@@ -213,6 +235,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   terrain_view.frustum_culling = view.frustum_culling;
   terrain_view.backface_culling = view.backface_culling;
   terrain_view.occlusion_culling = view.occlusion_culling;
+  terrain_view.shading_skips = view.shading_skips;
   terrain_.begin_frame();
   Status status = select(terrain_view, record);
   const bool is_complete = first_frame_ || view.generate_ms == SceneView::kComplete;
@@ -258,6 +281,12 @@ Status Scene::select(const TerrainView& view, FrameRecord& record) {
   return status;
 }
 
+Status Scene::upload_patch(const PatchUpload& upload) {
+  return renderer_.upload_vertices(terrain_.pages(), upload.patch,
+                                   static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                   upload.origin, upload.row, upload.shading);
+}
+
 // Makes vertices for so many milliseconds, or until nothing is to be made.
 Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
   const std::int64_t start = now_ns();
@@ -271,9 +300,7 @@ Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
   };
   while (ms_between(start, at) < until_ms && generate_next()) {
     lap(at, record.generate_ms);
-    status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
-                                       static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
-                                       upload.origin, upload.row);
+    status = upload_patch(upload);
     lap(at, record.upload_ms);
     if (!status.ok()) return status;
     made = true;
@@ -304,12 +331,28 @@ Status Scene::complete(const TerrainView& view, FrameRecord& record) {
   return {};
 }
 
+// What any of the patches listed needs.
+unsigned Scene::shading_needs(FrameRecord& record) const {
+  const std::span<const PatchShading> shading = terrain_.shading();
+  unsigned needs = 0;
+  for (const DrawItem& item : terrain_.items()) {
+    const unsigned own = shading[item.patch].needs;
+    needs |= own;
+    record.blend_skipped += (own & kShadeBlend) == 0;
+    record.cave_skipped += (own & kShadeCave) == 0;
+  }
+  return needs;
+}
+
 Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   std::int64_t at = now_ns();
   if (const Status status = upload_morph_rows(); !status.ok()) return status;
   lap(at, record.upload_ms);
   FrameInput input;
   input.camera = view.camera;
+  input.shading = shading_needs(record);
+  input.skips = view.pixel_skips;
+  input.lights = terrain_.lights();
   input.light = view.light;
   input.quarter_turns = view.quarter_turns;
   input.items = terrain_.items();

@@ -30,7 +30,8 @@ struct SceneOptions {
   std::uint64_t max_memory = 512ull << 20;
   std::uint64_t max_cpu = 0;  // bytes of the CPU's alone, 0: as much as max_memory leaves
   bool keep_depth = false;    // RendererSettings
-  CascadeSettings shadows;    // none with a drape
+  bool high_precision = false;
+  CascadeSettings shadows;  // none with a drape
   bool rgb565 = false;
   std::string drape;        // PNG that is laid over the world from above; empty: none
   double drape_repeat = 1;  // times on each axis
@@ -55,6 +56,8 @@ struct SceneView {
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
+  ShadingSkips shading_skips;
+  PixelSkips pixel_skips;
   bool cascade_caching = true;  // false: every shadow map is drawn in every frame
   double generate_ms = kComplete;
   int quarter_turns = 0;          // FrameInput
@@ -108,10 +111,12 @@ class Scene {
   std::string check_memory() const;
   std::string open_renderer(Display& display);
   std::string load_drape();
-  RendererSettings renderer_settings(const Config& config) const;
+  RendererSettings renderer_settings(const Config& config, const MaterialSet& materials) const;
   Status select(const TerrainView& view, FrameRecord& record);
   Status generate(double until_ms, FrameRecord& record, bool& made);
   Status complete(const TerrainView& view, FrameRecord& record);
+  Status upload_patch(const PatchUpload& upload);
+  Status generate_bases(FrameRecord& record);
   Status upload_morph_rows();
   Status draw_shadows(const SceneView& view, double until_ms, FrameRecord& record);
   struct ShadowMap;
@@ -120,6 +125,8 @@ class Scene {
                           FrameRecord& record);
   bool is_current(const ShadowMap& map, const Cascade& cascade) const;
   Status draw_cascade(int index, double until_ms, bool caching, FrameRecord& record);
+  std::string upload_materials();
+  unsigned shading_needs(FrameRecord& record) const;
   Status draw_selected(const SceneView& view, FrameRecord& record);
 
   struct Free {

@@ -12,14 +12,17 @@
 #define KARST_UNIT_PAGE_TABLE 0
 #define KARST_UNIT_MORPH_ENTRIES 1
 #define KARST_UNIT_MORPH_ROWS 2
-#define KARST_UNIT_NOISE 3
+#define KARST_UNIT_ALBEDO_HEIGHT 3
 #define KARST_UNIT_SKY_LINE 4
 #define KARST_UNIT_DEPTH 5
 #define KARST_UNIT_DRAPE 6
 #define KARST_UNIT_SHADOW_MAPS 7
+#define KARST_UNIT_NORMAL_ROUGHNESS 8
+#define KARST_UNIT_VARIATION 9
 
-// Binding point of the uniform block.
+// Binding points of the uniform blocks.
 #define KARST_BINDING_FRAME 0
+#define KARST_BINDING_MATERIALS 1
 
 #define KARST_MASK(bits) ((1 << (bits)) - 1)
 
@@ -32,6 +35,45 @@
 #define KARST_MORPH_ROW 32
 #define KARST_MORPH_ROW_BITS 6
 
+// A texel of the page table, second component: place of the page in its chain, 8 bits; the patch's row of
+// thresholds, 20 bits; and 4 bits for the one material that all of it has, plus 1, or 0.
+#define KARST_PLACE_BITS 8
+#define KARST_ROW_BITS 20
+#define KARST_MATERIAL_SHIFT 28
+// The first component: 10 bits an axis of the patch's origin, and one for caves.
+#define KARST_CAVE_SHIFT 30
+
+// Materials: layers of the texture arrays. The renderer defines KARST_MATERIALS, how many there are.
+#define KARST_MOST_MATERIALS 8
+#ifndef KARST_MATERIALS
+#define KARST_MATERIALS KARST_MOST_MATERIALS
+#endif
+// Voxels that one repeat of the textures covers at the far scale, and one of the variation; powers of two, so
+// that positions can be taken modulo the repeat in integers and stay precise however far from the origin. At
+// the near scale it is one voxel.
+#define KARST_FAR_REPEAT 16
+#define KARST_FAR_REPEAT_LOG2 4.0
+#define KARST_VARIATION_REPEAT 32
+// epsilon of K's equation 4.4: 0.15 to 0.25 are good.
+#define KARST_TRIPLANAR_EPSILON 0.2
+// The near scale's albedo, and its bumps, fade out over the level of detail before this many from the
+// coarsest: by then a texture is nearly its average.
+#define KARST_DETAIL_LEVELS 2.5
+#define KARST_RELIEF_LEVELS 4.0
+// Levels of detail that lookups are blurred by: slopes at one texel a pixel would beat with the pixel grid.
+#define KARST_SOFTEN_LEVELS 0.8
+// Height of bumps where they are too fine to be seen.
+#define KARST_MEAN_HEIGHT 0.5
+// Voxels below the sky-line (terrain/voxel/sky_line.h) at which a cave begins, and at which it is dark.
+#define KARST_CAVE_BEGINS 2.0
+#define KARST_CAVE_IS_DARK 6.0
+// Voxels from the eye at which the visitor's lamp fades out.
+#define KARST_LAMP_REACH 28.0
+#define KARST_MOST_LIGHTS 16
+// Products of the normal with the sun's direction between which its light fades in.
+#define KARST_SUN_GRAZES -0.05
+#define KARST_SUN_SHINES 0.15
+
 // Texels at the sides of a shadow map in which nothing is looked up.
 #define KARST_SHADOW_BORDER 4.0
 
@@ -42,6 +84,12 @@
 
 #ifdef GL_ES
 #define KARST_BLOCK(name) layout(std140) uniform name
+// Of what 16 bits a number are enough for: colours, light, weights. KARST_HIGH_PRECISION is for comparison.
+#ifdef KARST_HIGH_PRECISION
+#define KARST_MEDIUM highp
+#else
+#define KARST_MEDIUM mediump
+#endif
 #else
 #define KARST_BLOCK(name) struct alignas(16) name
 #endif
@@ -73,4 +121,22 @@ KARST_BLOCK(FrameBlock) {
   vec4 shadow_box_2;
   vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
+  // What every pixel does whether it needs it or not, to measure what skipping saves: x: planes, y:
+  // materials, z: near scales, w: looks at the sun.
+  ivec4 least_work;
+  // Point lights, terrain/world/materials.h.
+  vec4 light_scale;        // x: number of lights, y: 1 where caves keep the sun out without shadow maps
+  vec4 light_place[KARST_MOST_LIGHTS];   // xyz: from the eye, w: reach; voxels
+  vec4 light_colour[KARST_MOST_LIGHTS];  // rgb
+};
+
+// What stays the same for a world. Material, terrain/world/materials.h, by layer.
+KARST_BLOCK(MaterialBlock) {
+  vec4 material_scale;  // y: log2 of a texture's side in texels
+  // Limits of the normal's y: x * xy + .. is 0 where a material begins to cover, 1 where it covers; zw: the
+  // same at the high limit.
+  vec4 material_slope[KARST_MOST_MATERIALS];
+  vec4 material_height[KARST_MOST_MATERIALS];      // of the height, voxels
+  vec4 material_noise_cave[KARST_MOST_MATERIALS];  // x: how far noise moves limits, y: cover in caves
+  vec4 material_average[KARST_MOST_MATERIALS];  // rgb: albedo, a: roughness, both of the coarsest level
 };

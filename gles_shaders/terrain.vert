@@ -10,6 +10,7 @@ out vec3 normal_ws;
 out vec3 from_eye_ws;        // voxels
 out vec3 in_patch;           // voxels from the patch's origin, +-4
 flat out ivec3 patch_voxel;  // the patch's origin, voxels from the octree's minimum corner
+flat out ivec2 patch_shading;  // x: material of all of the patch, or less than 0; y: 1 in caves, or 0
 
 void main() {
   TerrainVertex v = read_terrain_vertex();
@@ -18,4 +19,5 @@ void main() {
   from_eye_ws = (v.position - camera_fine.xyz) / KARST_STEPS_PER_VOXEL;
   in_patch = v.in_patch / KARST_STEPS_PER_VOXEL;
   patch_voxel = v.patch_voxel;
+  patch_shading = ivec2(v.material, v.cave);
 }

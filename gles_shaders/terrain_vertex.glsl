@@ -24,16 +24,19 @@ struct TerrainVertex {
   vec3 in_patch;      // lattice steps from the patch's origin
   vec3 position;      // lattice steps from camera_voxel
   float share;        // of the way to its morph target, 0..1
+  int material;       // of all of its patch, or less than 0
+  int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
 };
 
 TerrainVertex read_terrain_vertex() {
   int page = gl_VertexID >> KARST_PAGE_BITS;
   uvec2 texel = texelFetch(page_table, ivec2(page & KARST_MASK(KARST_PAGE_ROW_BITS),
                                              page >> KARST_PAGE_ROW_BITS), 0).xy;
-  int vertex = int(texel.y & 255u) << KARST_PAGE_BITS | (gl_VertexID & KARST_MASK(KARST_PAGE_BITS));
+  int place = int(texel.y) & KARST_MASK(KARST_PLACE_BITS);
+  int vertex = place << KARST_PAGE_BITS | (gl_VertexID & KARST_MASK(KARST_PAGE_BITS));
   int entry = int(texelFetch(morph_entries, ivec2(vertex & KARST_MASK(KARST_ENTRY_ROW_BITS),
                                                   vertex >> KARST_ENTRY_ROW_BITS), 0).x);
-  int row = int(texel.y >> 8);
+  int row = int(texel.y >> KARST_PLACE_BITS) & KARST_MASK(KARST_ROW_BITS);
   ivec2 at = ivec2((row & KARST_MASK(KARST_MORPH_ROW_BITS)) * KARST_MORPH_ROW + entry,
                    row >> KARST_MORPH_ROW_BITS);
   float threshold = texelFetch(morph_rows, at, 0).x * KARST_THRESHOLD_UNIT;
@@ -47,6 +50,8 @@ TerrainVertex read_terrain_vertex() {
   float apparent = apparent_distance(home - camera_fine.xyz, morph_view.xyz, morph_view.w);
   result.share = morph_share(apparent, threshold);
   result.in_patch = q + way * result.share;
+  result.material = int(texel.y >> KARST_MATERIAL_SHIFT) - 1;
+  result.cave = int(texel.x >> KARST_CAVE_SHIFT) & 1;
   result.position = home + way * result.share;
   return result;
 }

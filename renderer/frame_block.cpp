@@ -50,6 +50,12 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
                            glm::vec3(0.19f, 0.16f, 0.125f));
 }
 
+// smoothstep(low - soft, low + soft, v) and 1 - smoothstep(high - soft, high + soft, v), before smoothing.
+glm::vec4 limits(float low, float high, float soft) {
+  const float factor = 0.5f / soft;
+  return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
+}
+
 }  // namespace
 
 Status FrameLight::validate() const {
@@ -119,6 +125,34 @@ shader::FrameBlock make_cascade_block(const Cascade& cascade) {
   block.camera_voxel = glm::ivec4(cascade.eye.voxel, 0);
   block.camera_fine = glm::vec4(cascade.eye.fine, 0.0f);
   block.morph_view = glm::vec4(make_lod_eye(cascade.eye, 1.0f).forward, 1.0f);
+  return block;
+}
+
+void set_lights(const Camera& camera, std::span<const PointLight> lights, bool guess_caves,
+                shader::FrameBlock& block) {
+  const glm::dvec3 eye = eye_lattice(camera) / static_cast<double>(kStepsPerVoxel);
+  const std::size_t count = std::min<std::size_t>(lights.size(), kMostLights);
+  for (std::size_t n = 0; n < count; ++n) {
+    block.light_place[n] = glm::vec4(glm::vec3(glm::dvec3(lights[n].position) - eye), lights[n].radius);
+    block.light_colour[n] = xyz(lights[n].colour);
+  }
+  block.light_scale = {static_cast<float>(count), guess_caves ? 1.0f : 0.0f, 0.0f, 0.0f};
+}
+
+shader::MaterialBlock make_material_block(const MaterialSet& materials) {
+  shader::MaterialBlock block{};
+  block.material_scale = {0.0f, materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side)),
+                          0.0f, 0.0f};
+  block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
+  for (std::uint32_t m = 0; m < materials.count; ++m) {
+    const Material& material = materials.materials[m];
+    block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
+    block.material_height[m] = limits(material.height_low, material.height_high, material.height_soft);
+    // Noise moves a limit by fray times soft, which is half of the way through it.
+    block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
+    block.material_average[m] = {material.average[0], material.average[1], material.average[2],
+                                 material.roughness};
+  }
   return block;
 }
 

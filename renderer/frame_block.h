@@ -10,6 +10,7 @@
 #include "terrain/base/status.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/cascades.h"
+#include "terrain/world/materials.h"
 
 namespace karst {
 
@@ -36,6 +37,14 @@ void set_cascades(const Camera& camera, const LightSpace& space, std::span<const
                   shader::FrameBlock& block);
 // What a pass into a cascade's shadow map needs.
 shader::FrameBlock make_cascade_block(const Cascade& cascade);
+
+// At most kMostLights of the lights, for the camera's place. guess_caves: the sun is kept out of caves
+// without shadow maps.
+void set_lights(const Camera& camera, std::span<const PointLight> lights, bool guess_caves,
+                shader::FrameBlock& block);
+
+// What stays the same for a world. materials.count 0: one material that is everywhere.
+shader::MaterialBlock make_material_block(const MaterialSet& materials);
 
 // An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
 // worlds by that much), `repeat` times on each axis.

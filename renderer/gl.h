@@ -78,6 +78,8 @@
   X(TexParameteri)                 \
   X(TexStorage2D)                  \
   X(TexStorage3D)                  \
+  X(TexSubImage3D)                 \
+  X(CompressedTexSubImage3D)       \
   X(TexSubImage2D)                 \
   X(Uniform1i)                     \
   X(UniformBlockBinding)           \

@@ -14,11 +14,16 @@ struct Sampler {
   GLint unit;
 };
 // Names are the same in all shaders; a program that has no such sampler is left alone.
-constexpr Sampler kSamplers[] = {
-    {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-    {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
-    {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH},
-    {"drape", KARST_UNIT_DRAPE},           {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+constexpr Sampler kSamplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                 {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                 {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                 {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
+                                 {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
+                                 {"variation", KARST_UNIT_VARIATION},
+                                 {"sky_line", KARST_UNIT_SKY_LINE},
+                                 {"depth", KARST_UNIT_DEPTH},
+                                 {"drape", KARST_UNIT_DRAPE},
+                                 {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 
@@ -29,23 +34,31 @@ std::span<char> begin_log(std::span<char> log, const char* name, const char* sta
   return length < log.size() ? log.subspan(length) : std::span<char>();
 }
 
+void compile(const Gl& gl, GLuint shader, const char* text, const char* defines) {
+  // Nothing but comments may come before the version, which is the text's first line.
+  const char* rest = std::strchr(text, '\n');
+  rest = rest == nullptr ? text : rest + 1;
+  const char* parts[] = {text, defines, rest};
+  const GLint lengths[] = {static_cast<GLint>(rest - text), -1, -1};
+  gl.ShaderSource(shader, 3, parts, lengths);
+  gl.CompileShader(shader);
+}
+
 // Attaches a new shader, which the program keeps alive; its result is read after all are under way, because
 // drivers may compile in the background.
-void attach_shader(const Gl& gl, GLuint program, GLenum stage, const char* text) {
+void attach_shader(const Gl& gl, GLuint program, GLenum stage, const char* text, const char* defines) {
   const GLuint shader = gl.CreateShader(stage);
-  gl.ShaderSource(shader, 1, &text, nullptr);
-  gl.CompileShader(shader);
+  compile(gl, shader, text, defines);
   gl.AttachShader(program, shader);
   gl.DeleteShader(shader);
 }
 
 // Writes the first shader's log that has an error; a link error otherwise.
-void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, std::span<char> log) {
+void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, const char* defines,
+                      std::span<char> log) {
   for (const bool vertex : {true, false}) {
     const GLuint shader = gl.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-    const char* source = vertex ? text.vertex : text.fragment;
-    gl.ShaderSource(shader, 1, &source, nullptr);
-    gl.CompileShader(shader);
+    compile(gl, shader, vertex ? text.vertex : text.fragment, defines);
     GLint ok = GL_FALSE;
     gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
     if (ok == GL_FALSE) {
@@ -62,6 +75,8 @@ void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, std:
 void connect(const Gl& gl, GLuint program) {
   const GLuint block = gl.GetUniformBlockIndex(program, "FrameBlock");
   if (block != GL_INVALID_INDEX) gl.UniformBlockBinding(program, block, KARST_BINDING_FRAME);
+  const GLuint materials = gl.GetUniformBlockIndex(program, "MaterialBlock");
+  if (materials != GL_INVALID_INDEX) gl.UniformBlockBinding(program, materials, KARST_BINDING_MATERIALS);
   gl.UseProgram(program);
   for (const Sampler& sampler : kSamplers) {
     const GLint location = gl.GetUniformLocation(program, sampler.name);
@@ -71,11 +86,13 @@ void connect(const Gl& gl, GLuint program) {
 
 }  // namespace
 
-Status Programs::create(const Gl& gl, std::span<char> log) {
+Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
+  std::snprintf(defines_, sizeof defines_, "#define KARST_MATERIALS %d\n%s", settings.materials,
+                settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     programs_[i] = gl.CreateProgram();
-    attach_shader(gl, programs_[i], GL_VERTEX_SHADER, kShaderTexts[i].vertex);
-    attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment);
+    attach_shader(gl, programs_[i], GL_VERTEX_SHADER, kShaderTexts[i].vertex, defines_);
+    attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment, defines_);
     gl.LinkProgram(programs_[i]);
   }
   const Status status = link_all(gl, log);
@@ -88,7 +105,7 @@ Status Programs::link_all(const Gl& gl, std::span<char> log) {
     GLint ok = GL_FALSE;
     gl.GetProgramiv(programs_[i], GL_LINK_STATUS, &ok);
     if (ok == GL_FALSE) {
-      describe_failure(gl, programs_[i], kShaderTexts[i], log);
+      describe_failure(gl, programs_[i], kShaderTexts[i], defines_, log);
       return kShaderFailed;
     }
     connect(gl, programs_[i]);

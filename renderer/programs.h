@@ -11,12 +11,17 @@
 
 namespace karst {
 
+struct ProgramSettings {
+  int materials = 1;            // 1..kMostMaterials
+  bool high_precision = false;  // all of a pixel in 32 bits
+};
+
 class Programs {
  public:
   // Compiles and links everything and connects samplers and blocks to the units and bindings of
   // interface.glsl. On failure nothing is left, and log holds, zero-terminated and cut to fit, the program's
   // name, its stage and what the driver said about it.
-  Status create(const Gl& gl, std::span<char> log);
+  Status create(const Gl& gl, const ProgramSettings& settings, std::span<char> log);
   void destroy(const Gl& gl);
 
   GLuint operator[](ShaderVariant variant) const { return programs_[static_cast<std::size_t>(variant)]; }
@@ -25,6 +30,7 @@ class Programs {
   Status link_all(const Gl& gl, std::span<char> log);
 
   GLuint programs_[kShaderVariants] = {};
+  char defines_[80] = {};  // GLSL lines after the version
 };
 
 }  // namespace karst

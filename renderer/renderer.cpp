@@ -6,11 +6,12 @@
 #include <cstdio>
 #include <cstring>
 
-#include "renderer/noise_texture.h"
 #include "renderer/present.h"
-#include "renderer/sky_line.h"
+#include "renderer/terrain_variants.h"
 #include "renderer/texture_layout.h"
+#include "renderer/variation_texture.h"
 #include "terrain/patch/index_batches.h"
+#include "terrain/voxel/sky_line.h"
 
 namespace karst {
 namespace {
@@ -55,6 +56,11 @@ Status RendererSettings::validate() const {
   for (int axis = 0; axis < 3; ++axis) {
     if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
   }
+  if (!inside(material_count, 0, kMostMaterials)) return invalid("not within 0..8", "material_count");
+  if (material_count > 0 &&
+      (!std::has_single_bit(material_side) || !inside(material_side, kLeastTextureSide, kMostTextureSide))) {
+    return invalid("not a power of two within 16..1024", "material_side");
+  }
   if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
   CascadeSettings shadows;
   shadows.size = shadow_size;
@@ -76,12 +82,18 @@ void RendererSettings::add_to(Budget& budget) const {
   budget.add(GpuConsumer::page_table, area(page_rows(vertex_pages), kPageRowTexels) * sizeof(PageTexel));
   budget.add(GpuConsumer::morph_rows, area(morph_texture_rows(morph_rows), kPatchesPerRow * kMorphRow) * 2);
   budget.add(GpuConsumer::stream_indices, std::size_t{stream_indices} * 4);
-  budget.add(GpuConsumer::uniforms, static_cast<std::size_t>(1 + cascades) * sizeof(shader::FrameBlock));
+  budget.add(GpuConsumer::uniforms, static_cast<std::size_t>(1 + cascades) * sizeof(shader::FrameBlock) +
+                                        sizeof(shader::MaterialBlock));
   budget.add(GpuConsumer::shadow_maps, static_cast<std::size_t>(cascades) * area(shadow_size, shadow_size) *
                                            (shadow_bits == 16 ? 2 : 4));
-  budget.add(GpuConsumer::textures, mip_texels(kNoiseSide, kNoiseSide) * 4 + area(extent.x, extent.z) * 2 +
-                                        mip_texels(drape_width, drape_height) * 4 +
-                                        area(kEntryRowTexels, kEntryRows));
+  budget.add(GpuConsumer::textures,
+             std::size_t{kVariationSide} * kVariationSide * kVariationSide + area(extent.x, extent.z) * 2 +
+                 mip_texels(drape_width, drape_height) * 4 + area(kEntryRowTexels, kEntryRows));
+  MaterialSet set;
+  set.count = material_count;
+  set.side = material_side;
+  set.format = material_format;
+  budget.add(GpuConsumer::materials, material_count == 0 ? kTextureArrays * 4 : texture_bytes(set));
   budget.add(GpuConsumer::targets, area(width, height) * (rgb565 ? 6 : 8));
 }
 
@@ -105,12 +117,14 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
     gl_.DebugMessageControlKHR(GL_DONT_CARE, GL_DONT_CARE, GL_DONT_CARE, 0, nullptr, GL_FALSE);
     gl_.DebugMessageControlKHR(GL_DONT_CARE, GL_DEBUG_TYPE_ERROR_KHR, GL_DONT_CARE, 0, nullptr, GL_TRUE);
   }
-  Status status = programs_.create(gl_, message_);
+  Status status = programs_.create(
+      gl_, {std::max(static_cast<int>(settings_.material_count), 1), settings_.high_precision}, message_);
   if (status.ok()) status = create_targets();
   if (status.ok()) status = create_shadow_maps();
   if (status.ok()) {
     create_buffers();
     create_textures();
+    create_materials();
     timer_.create(gl_, caps_);
     shadow_timer_.create(gl_, caps_);
     label_objects();
@@ -129,10 +143,11 @@ void Renderer::destroy() {
   timer_.destroy(gl_);
   shadow_timer_.destroy(gl_);
   programs_.destroy(gl_);
-  GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_};
+  GLuint* const buffers[] = {&vertex_buffer_, &index_buffer_, &frame_buffer_, &material_buffer_};
   GLuint* const arrays[] = {&vertex_array_, &no_attributes_};
-  GLuint* const textures[] = {&page_table_, &morph_entries_, &morph_rows_, &noise_,
-                              &sky_line_,   &drape_,         &depth_,      &shadow_maps_};
+  GLuint* const textures[] = {
+      &page_table_, &morph_entries_, &morph_rows_, &material_arrays_[0], &material_arrays_[1], &variation_,
+      &sky_line_,   &drape_,         &depth_,      &shadow_maps_};
   GLuint* const framebuffers[] = {&target_, &colour_target_};
   for (GLuint& name : cascade_buffers_) {
     if (name != 0) gl_.DeleteBuffers(1, &name);
@@ -260,15 +275,6 @@ void Renderer::create_textures() {
   gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kEntryRowTexels, kEntryRows, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
                     entries);
 
-  noise_ = make_texture(KARST_UNIT_NOISE, GL_RGBA8, kNoiseSideLog2 + 1, kNoiseSide, kNoiseSide, GL_LINEAR);
-  NoiseRows rows;
-  std::uint8_t noise_row[kNoiseSide * 4];
-  for (int t = 0; t < kNoiseSide; ++t) {
-    rows.next(noise_row);
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, t, kNoiseSide, 1, GL_RGBA, GL_UNSIGNED_BYTE, noise_row);
-  }
-  gl_.GenerateMipmap(GL_TEXTURE_2D);
-
   if (settings_.drape_width > 0) {
     drape_ =
         make_texture(KARST_UNIT_DRAPE, GL_RGBA8, mip_levels(settings_.drape_width, settings_.drape_height),
@@ -300,7 +306,9 @@ void Renderer::label_objects() {
   label(GL_TEXTURE, page_table_, "page_table");
   label(GL_TEXTURE, morph_entries_, "morph_entries");
   label(GL_TEXTURE, morph_rows_, "morph_rows");
-  label(GL_TEXTURE, noise_, "noise");
+  label(GL_TEXTURE, material_arrays_[0], "albedo_height");
+  label(GL_TEXTURE, material_arrays_[1], "normal_roughness");
+  label(GL_TEXTURE, variation_, "variation");
   label(GL_TEXTURE, sky_line_, "sky_line");
   label(GL_TEXTURE, depth_, "depth");
   if (shadow_maps_ != 0) label(GL_TEXTURE, shadow_maps_, "shadow_maps");
@@ -359,6 +367,9 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   turn_frame_block(block, input.quarter_turns);
   set_drape(settings_.extent, settings_.drape_repeat, block);
   set_cascades(input.camera, input.light_space, input.cascades, settings_.shadow_size, block);
+  const PixelSkips& skips = input.skips;
+  block.least_work = {skips.triplanar ? 0 : 3, skips.blend ? 0 : 2, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
+  set_lights(input.camera, input.lights, settings_.cascades == 0, block);
   use_block(frame_buffer_, block);
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
@@ -381,9 +392,9 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   }
 
   push_group("terrain");
-  const ShaderVariant shaded =
-      settings_.cascades > 0 ? ShaderVariant::terrain_shadowed : ShaderVariant::terrain;
-  gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : shaded]);
+  const auto shading =
+      static_cast<std::uint8_t>(input.shading | (input.cascades.empty() ? 0 : kShadeShadows));
+  gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : terrain_variant(shading)]);
   const ExpandIndices expand{input.index_table, input.items, input.pages, {}};
   const Status status = counts.vertices_lost ? Status() : draw_items(expand, input.max_level, counts);
   pop_group();

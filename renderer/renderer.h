@@ -35,7 +35,9 @@
 #include "terrain/view/draw_list.h"
 #include "terrain/view/expand_indices.h"
 #include "terrain/view/morph.h"
+#include "terrain/view/shading.h"
 #include "terrain/voxel/octree.h"
+#include "terrain/world/materials.h"
 
 namespace karst {
 
@@ -52,10 +54,15 @@ struct RendererSettings {
   int drape_width = 0;
   int drape_height = 0;
   double drape_repeat = 1;  // times that it covers the world's content on each axis, 2^-10..2^10
-  int cascades = 0;         // shadow maps, 0..kMostCascades; with a drape there are none
-  int shadow_size = 1024;   // texels a side, as in CascadeSettings
-  int shadow_bits = 16;     // of depth, 16 or 24 (which takes 32)
-  bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
+  // Of the materials' textures, terrain/world/materials.h; count 0: one plain material.
+  std::uint32_t material_count = 0;  // 0..kMostMaterials
+  std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
+  TextureFormat material_format = TextureFormat::rgba8;
+  bool high_precision = false;  // all of a pixel is computed in 32 bits, for comparison
+  int cascades = 0;             // shadow maps, 0..kMostCascades; with a drape there are none
+  int shadow_size = 1024;       // texels a side, as in CascadeSettings
+  int shadow_bits = 16;         // of depth, 16 or 24 (which takes 32)
+  bool keep_depth = false;      // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   bool debug = false;  // takes the driver's error messages (message()); wants a debug context
 
@@ -67,11 +74,22 @@ struct RendererSettings {
   void add_to(Budget& budget) const;
 };
 
+// What pixels skip that changes no bit of them; false: all pixels do it.
+struct PixelSkips {
+  bool triplanar = true;  // planes of weight zero
+  bool blend = true;      // the second material where the first covers all
+  bool detail = true;     // the near scale where it has faded
+  bool sun = true;        // shadows and mirrored light where no sun falls
+};
+
 struct FrameInput {
   Camera camera;
   FrameLight light;
-  float least_cos2 = 1.0f;                     // ErrorScale's, which the morph rows were made for
-  std::span<const DrawItem> items;             // of a valid draw list; may be empty
+  float least_cos2 = 1.0f;                      // ErrorScale's, which the morph rows were made for
+  std::span<const DrawItem> items;              // of a valid draw list; may be empty
+  unsigned shading = kShadeBlend | kShadeCave;  // what any of the items needs, PatchShading::needs
+  PixelSkips skips;
+  std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables()
   int max_level = kMaxLevel;                   // of index_table and items
@@ -126,6 +144,13 @@ class Renderer {
   // unused. invalid_argument where it is too short or the settings have none.
   Status upload_drape(std::span<const std::uint8_t> rgba);
 
+  // What lies where; its count, side and format are the settings'. invalid_argument where they are not.
+  Status set_materials(const MaterialSet& materials);
+  // Layers from `first_layer` on of a level of an array, as they lie in the world file. To be called for all
+  // of them. invalid_argument naming what does not fit.
+  Status upload_textures(TextureArray array, int level, int first_layer, int layers,
+                         std::span<const std::byte> bytes);
+
   // Tells where the ground is open to the sky (sky_line.h). Without it, all of it is.
   void upload_sky_line(const Octree& octree);
 
@@ -135,7 +160,8 @@ class Renderer {
   // invalid_argument naming patch, vertices, origin or row; limit_reached where the driver cannot map its
   // buffer. Nothing was written then.
   Status upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
-                         std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row);
+                         std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
+                         PatchShading shading = {});
   // Rows of thresholds, kMorphRow values each as make_morph_row() fills them. A patch's row must be there
   // before it is drawn. invalid_argument where they are not whole or not within the settings' morph_rows.
   Status upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows);
@@ -185,6 +211,7 @@ class Renderer {
   void begin_frame(const PageTable& pages);
   void use_block(GLuint buffer, const shader::FrameBlock& block);
   void draw_sky(FrameCounts& counts);
+  void create_materials();
   Status draw_items(ExpandIndices expand, int max_level, FrameCounts& counts);
   void read_pixels(void* rgba);
   void push_group(const char* name);
@@ -209,7 +236,9 @@ class Renderer {
   GLuint page_table_ = 0;
   GLuint morph_entries_ = 0;
   GLuint morph_rows_ = 0;
-  GLuint noise_ = 0;
+  GLuint material_arrays_[kTextureArrays] = {};
+  GLuint variation_ = 0;
+  GLuint material_buffer_ = 0;  // the uniform block's
   GLuint sky_line_ = 0;
   GLuint drape_ = 0;                           // 0: none
   GLuint shadow_maps_ = 0;                     // texture array, a layer a cascade

@@ -7,8 +7,11 @@
 
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
+#include "terrain/patch/page_table.h"
 #include "terrain/view/cascades.h"
 #include "terrain/view/morph.h"
+#include "terrain/world/materials.h"
+#include "terrain/world/patch_shading.h"
 
 namespace karst::shader {
 
@@ -23,6 +26,11 @@ static_assert(kStepsPerVoxel == static_cast<int>(KARST_STEPS_PER_VOXEL));
 static_assert(kCascadeBorder == static_cast<int>(KARST_SHADOW_BORDER));
 static_assert(kMorphRow == KARST_MORPH_ROW);
 static_assert(kThresholdUnit == static_cast<float>(KARST_THRESHOLD_UNIT));
+static_assert(kMostMorphRows == 1u << KARST_ROW_BITS && kMostSlotPages <= 1u << KARST_PLACE_BITS);
+static_assert(KARST_PLACE_BITS + KARST_ROW_BITS == KARST_MATERIAL_SHIFT);
+static_assert(kMostMaterials == KARST_MOST_MATERIALS && kMostLights == KARST_MOST_LIGHTS);
+static_assert(kCaveBegins == static_cast<float>(KARST_CAVE_BEGINS));
+static_assert(1 << static_cast<int>(KARST_FAR_REPEAT_LOG2) == KARST_FAR_REPEAT);
 static_assert(kMorphShare == static_cast<float>(KARST_MORPH_SHARE));
 
 }  // namespace karst::shader

@@ -49,7 +49,11 @@ bool Renderer::map_vertices() {
 }
 
 Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
-                                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row) {
+                                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
+                                 PatchShading shading) {
+  if (shading.material > kMostMaterials) {
+    return invalid("not a material plus 1", "shading", shading.material);
+  }
   if (const Status status = check_upload(pages, patch, first, vertices.size(), origin, row); !status.ok())
     return status;
   if (!map_vertices())
@@ -76,7 +80,8 @@ Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uin
       run_begins = to;
     }
     run_ends = to + count;
-    pages.texels[page] = make_page_texel(origin, place, row);
+    pages.texels[page] =
+        make_page_texel(origin, place, row, shading.material, (shading.needs & kShadeCave) != 0);
     changed_page_rows_.set(page >> KARST_PAGE_ROW_BITS);
     done += count;
   }

@@ -12,6 +12,7 @@
 #include "terrain/patch/fit_heights.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/normal_cone.h"
+#include "terrain/patch/shading_cone.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/voxel/voxelize.h"
 
@@ -362,17 +363,24 @@ class Baker {
     return values;
   }
 
+  // memory: patch_scratch_bytes() and room to align them, borrowed.
+  GenerateVertices generator(std::span<std::byte> memory) const {
+    const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
+    const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
+    GenerateVertices generate;
+    generate.surface = {volumes_, patches_};
+    generate.heights = {level_, heights_};
+    generate.level = level_;
+    generate.emit_level = level_;
+    generate.scratch = make_patch_scratch(memory.subspan(skip));
+    return generate;
+  }
+
   std::vector<PatchBounds> bounds() const {
     std::vector<PatchBounds> boxes(patches_.size());
     parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
       std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
-      const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
-      const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
-      GenerateVertices generate;
-      generate.surface = {volumes_, patches_};
-      generate.heights = {level_, heights_};
-      generate.level = level_;
-      generate.scratch = make_patch_scratch(std::span(memory).subspan(skip));
+      const GenerateVertices generate = generator(memory);
       for (std::size_t p = first; p < last; ++p) boxes[p] = generate.bounds(static_cast<PatchId>(p));
     });
     return boxes;
@@ -384,6 +392,20 @@ class Baker {
     check(measure.validate(), "normal cones");
     parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
       measure.run(static_cast<PatchId>(first), static_cast<PatchId>(last));
+    });
+    return cones;
+  }
+
+  std::vector<NormalCone> shading_cones() const {
+    std::vector<NormalCone> cones(patches_.size());
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
+      std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level_)));
+      const GenerateVertices generate = generator(memory);
+      for (std::size_t p = first; p < last; ++p) {
+        generate.run(static_cast<PatchId>(p), vertices, nullptr);
+        cones[p] = measure_shading_cone(vertices);
+      }
     });
     return cones;
   }
@@ -406,7 +428,8 @@ class Baker {
     const std::vector<std::uint16_t> errors = level_errors();
     const std::vector<PatchBounds> boxes = bounds();
     const std::vector<NormalCone> cones = normal_cones();
-    const WorldPatches world_patches{mask, heights_, errors, boxes, cones};
+    const std::vector<NormalCone> shading = shading_cones();
+    const WorldPatches world_patches{mask, heights_, errors, boxes, cones, shading};
     report_.materials = materials(boxes);
     const WorldMaterials ground = report_.materials.view();
     std::vector<std::byte> file(world_file_bytes(info, ground));

@@ -217,7 +217,10 @@ std::vector<std::byte> MakeTextures::run(MaterialSet& set, TextureLoss& loss) co
         add_normal_loss(layer.before(), texels, squares[task]);
       }
     }
-    if (array != TextureArray::albedo_height) return;
+    if (array == TextureArray::normal_roughness) {
+      set.materials[index].roughness = static_cast<float>(std::to_integer<int>(texels[0])) / 255.0f;
+      return;
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       const float average = srgb_to_linear(std::to_integer<int>(texels[c]));
       set.materials[index].average[c] = std::max(average, kLeastAverage);

@@ -21,13 +21,14 @@ enum class GpuConsumer : std::uint8_t {
   stream_indices,
   uniforms,
   textures,
+  materials,
   shadow_maps,
   targets
 };
-inline constexpr std::size_t kGpuConsumerCount = 8;
+inline constexpr std::size_t kGpuConsumerCount = 9;
 inline constexpr std::array<const char*, kGpuConsumerCount> kGpuConsumerNames = {
-    "vertices", "page_table", "morph_rows",  "stream_indices",
-    "uniforms", "textures",   "shadow_maps", "targets"};
+    "vertices", "page_table", "morph_rows",  "stream_indices", "uniforms",
+    "textures", "materials",  "shadow_maps", "targets"};
 
 class Budget {
  public:

@@ -31,19 +31,24 @@ inline constexpr std::uint32_t kMostSlotPages = slot_pages(kMaxLevel);
 
 // What vertex shaders learn of a page, as a texel of two unsigned integers; gles_shaders/interface.glsl.
 struct PageTexel {
-  std::uint32_t origin = 0;  // the patch's origin in voxels, 10 bits an axis, x lowest
-  std::uint32_t place = 0;   // of the page in its chain, 8 bits; above them the patch's morph row
+  std::uint32_t origin =
+      0;  // the patch's origin in voxels, 10 bits an axis, x lowest; bit 30: it may be a cave
+  std::uint32_t place = 0;  // of the page in its chain, 8 bits; the patch's morph row, 20 bits; 4 bits for
+                            // the material that all of the patch has plus 1, or 0
 
   friend bool operator==(const PageTexel&, const PageTexel&) = default;
 };
-inline constexpr std::uint32_t kMostMorphRows = 1u << 24;
+inline constexpr std::uint32_t kMostMorphRows = 1u << 20;
 static_assert(sizeof(PageTexel) == 8);
 static_assert(kMostSlotPages <= 256 && (1 << kMaxDepth) < 1024, "what a texel has bits for");
 
-// Precondition: origin within 0..1023, place below kMostSlotPages, row below kMostMorphRows.
-constexpr PageTexel make_page_texel(glm::ivec3 origin, std::uint32_t place, std::uint32_t row) {
+// Precondition: origin within 0..1023, place below kMostSlotPages, row below kMostMorphRows, material
+// below 16.
+constexpr PageTexel make_page_texel(glm::ivec3 origin, std::uint32_t place, std::uint32_t row,
+                                    std::uint32_t material, bool cave) {
   const auto axis = [](int v) { return static_cast<std::uint32_t>(v); };
-  return {axis(origin.x) | axis(origin.y) << 10 | axis(origin.z) << 20, place | row << 8};
+  return {axis(origin.x) | axis(origin.y) << 10 | axis(origin.z) << 20 | std::uint32_t{cave} << 30,
+          place | row << 8 | material << 28};
 }
 
 struct PageTable {

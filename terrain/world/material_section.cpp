@@ -32,6 +32,7 @@ constexpr Range kMaterialRanges[] = {
     {"average is outside 0.0001..1", offsetof(Material, average), 1e-4f, 1},
     {"average is outside 0.0001..1", offsetof(Material, average) + 4, 1e-4f, 1},
     {"average is outside 0.0001..1", offsetof(Material, average) + 8, 1e-4f, 1},
+    {"roughness is outside 0..1", offsetof(Material, roughness), 0, 1},
 };
 constexpr Range kLightRanges[] = {
     {"position of a light is outside +-10^6", 0, -kMostHeight, kMostHeight},
@@ -44,7 +45,7 @@ constexpr Range kLightRanges[] = {
 };
 
 template <class T>
-Fault check_ranges(const T& record, std::span<const Range> ranges, std::size_t reserved) {
+Fault check_ranges(const T& record, std::span<const Range> ranges) {
   std::byte bytes[sizeof(T)];
   std::memcpy(bytes, &record, sizeof record);
   for (const Range& range : ranges) {
@@ -53,9 +54,7 @@ Fault check_ranges(const T& record, std::span<const Range> ranges, std::size_t r
     // Written so that NaN fails.
     if (!(value >= range.low && value <= range.high)) return {range.what, range.offset};
   }
-  std::uint32_t bits;
-  std::memcpy(&bits, bytes + reserved, sizeof bits);
-  return bits == 0 ? Fault() : Fault{"a reserved field is not 0", reserved};
+  return {};
 }
 
 Fault check_name(const Material& material) {
@@ -75,9 +74,7 @@ Fault check_name(const Material& material) {
 
 Fault check_material(const Material& material) {
   if (const Fault fault = check_name(material); fault.what != nullptr) return fault;
-  if (const Fault fault = check_ranges(material, kMaterialRanges, offsetof(Material, reserved));
-      fault.what != nullptr)
-    return fault;
+  if (const Fault fault = check_ranges(material, kMaterialRanges); fault.what != nullptr) return fault;
   if (material.slope_low > material.slope_high)
     return {"slope_low is above slope_high", offsetof(Material, slope_low)};
   if (material.height_low > material.height_high)
@@ -123,8 +120,12 @@ Fault check_set(const MaterialSet& set) {
 Fault check_lights(std::span<const PointLight> lights) {
   if (lights.size() > kMostLights) return {"more than 16 lights", 0};
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    const Fault fault = check_ranges(lights[i], kLightRanges, offsetof(PointLight, reserved));
+    const Fault fault = check_ranges(lights[i], kLightRanges);
     if (fault.what != nullptr) return {fault.what, i * sizeof(PointLight) + fault.offset};
+    std::uint32_t bits;
+    std::memcpy(&bits, &lights[i].reserved, sizeof bits);
+    if (bits != 0)
+      return {"a reserved field is not 0", i * sizeof(PointLight) + offsetof(PointLight, reserved)};
   }
   return {};
 }

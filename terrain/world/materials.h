@@ -30,7 +30,7 @@ struct Material {
   float cave = 0;                // 0..1: how much it also covers where the ground lies under rock
   float fray = 0;                // 0..1: share of the softness that noise moves the limits by
   float average[3] = {1, 1, 1};  // linear albedo of the coarsest mip as the texture holds it, decoded
-  float reserved = 0;
+  float roughness = 1;           // of the coarsest mip
 };
 static_assert(sizeof(Material) == 64 && std::is_trivially_copyable_v<Material>);
 

@@ -17,7 +17,8 @@ namespace {
 std::size_t scratch_bytes(const Config& config) {
   const std::size_t table = ExtractSurface::scratch_size(config.max_volumes) * sizeof(std::uint32_t);
   const std::size_t mask = (std::size_t{config.max_patches} + 7) / 8;
-  return std::max({table, mask, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
+  const std::size_t sky = (std::size_t{1} << (2 * config.max_depth)) * sizeof(std::int16_t);
+  return std::max({table, mask, sky, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
 }
 
 std::size_t block_samples(const Config& config) {
@@ -87,6 +88,8 @@ Budget Terrain::budget(const Config& config) {
   b.add(Consumer::heights, Arena::bytes_for<std::uint32_t>(held_groups(config)));
   b.add(Consumer::bounds, Arena::bytes_for<PatchBounds>(config.max_patches));
   b.add(Consumer::bounds, Arena::bytes_for<NormalCone>(config.max_patches));
+  b.add(Consumer::bounds, Arena::bytes_for<NormalCone>(config.max_patches));
+  b.add(Consumer::bounds, Arena::bytes_for<PatchShading>(config.max_patches));
   b.add(Consumer::bounds, Arena::bytes_for<LatticeBox>(BoundsTree::node_count(config.max_patches)));
   b.add(Consumer::level_errors, Arena::bytes_for<std::uint16_t>(max_level_errors(config)));
   b.add(Consumer::thresholds, Arena::bytes_for<PatchLod>(config.max_patches));
@@ -144,6 +147,8 @@ Status Terrain::create(const Config& config, std::span<std::byte> memory) {
   cache_.create(heights);
   take(bounds_, Consumer::bounds, config.max_patches);
   take(cones_, Consumer::bounds, config.max_patches);
+  take(shading_cones_, Consumer::bounds, config.max_patches);
+  take(shading_, Consumer::bounds, config.max_patches);
   take(boxes_, Consumer::bounds, BoundsTree::node_count(config.max_patches));
   take(level_errors_, Consumer::level_errors, max_level_errors(config));
   take(lods_, Consumer::thresholds, config.max_patches);
@@ -220,6 +225,7 @@ Status Terrain::load_world() {
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
+  if (const Status status = find_shading(); !status.ok()) return status;
   occluders_.build(octree_, info_.extent, surface(), bounds());
   occlusion_.reset();
   if (const Status status = cache_.reset(info_.level, info_.height_blocks); !status.ok()) return status;
@@ -266,7 +272,28 @@ Status Terrain::load_patches() {
     return status;
   if (const Status status = reader_.read_bounds(bounds_.first(info_.patches)); !status.ok()) return status;
   if (const Status status = reader_.read_cones(cones_.first(info_.patches)); !status.ok()) return status;
+  if (const Status status = reader_.read_shading_cones(shading_cones_.first(info_.patches)); !status.ok())
+    return status;
   return reader_.read_overrides(overrides_.first(info_.patches));
+}
+
+Status Terrain::find_shading() {
+  FindPatchShading find;
+  find.surface = surface();
+  find.bounds = bounds();
+  find.cones = shading_cones();
+  find.materials = &materials();
+  find.overrides = material_overrides();
+  find.octree = &octree_;
+  find.extent = info_.extent;
+  find.lights = lights();
+  find.skips = shading_skips_;
+  find.sky = {std::launder(reinterpret_cast<std::int16_t*>(scratch_.data())),
+              scratch_.size() / sizeof(std::int16_t)};
+  find.out = shading_.first(info_.patches);
+  if (const Status status = find.validate(); !status.ok()) return status;
+  find.run();
+  return {};
 }
 
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at
@@ -412,6 +439,13 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
     occlusion_.begin(occluders_, octree_, tree_, surface(), bounds(), *view.camera, view.occlusion_searches);
     lod.occlusion = &occlusion_;
   }
+  if (view.shading_skips != shading_skips_) {
+    // Vertices carry what their patch needs.
+    shading_skips_ = view.shading_skips;
+    if (const Status status = find_shading(); !status.ok()) return status;
+    patch_scratch_ = make_patch_scratch(scratch_);
+    forget_resident();
+  }
   lod.errors = level_errors();
   lod.resident = pool_.levels();
   lod.levels = levels_.first(info_.patches);
@@ -498,7 +532,8 @@ bool Terrain::make_resident(PatchId patch, int level, PatchUpload& upload, Statu
             first,
             vertices_.subspan(static_cast<std::size_t>(first),
                               static_cast<std::size_t>(patch_vertices(level) - first)),
-            {volume.corner[0], volume.corner[1], volume.corner[2]}};
+            {volume.corner[0], volume.corner[1], volume.corner[2]},
+            shading_[patch]};
   if (old_level == 0) touch_morph_row(upload.row);
   return true;
 }

@@ -30,8 +30,10 @@
 #include "terrain/view/morph.h"
 #include "terrain/view/occlusion.h"
 #include "terrain/view/select_lod.h"
+#include "terrain/view/shading.h"
 #include "terrain/voxel/octree.h"
 #include "terrain/world/materials.h"
+#include "terrain/world/patch_shading.h"
 #include "terrain/world/world_file.h"
 #include "terrain/world/world_reader.h"
 
@@ -44,6 +46,7 @@ struct TerrainView {
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
+  ShadingSkips shading_skips;
   std::uint32_t occlusion_searches = 256;  // boxes a frame for which hiding rock is searched, about 1 us each
 };
 
@@ -54,6 +57,7 @@ struct PatchUpload {
   int first_vertex = 0;                 // of its slot; those before it are there already
   std::span<const GpuVertex> vertices;  // to its chain of pages (pages()), from first_vertex on
   glm::ivec3 origin{0};                 // voxels
+  PatchShading shading;
 };
 
 // Rows of morph thresholds that changed: kMorphRow halves each.
@@ -109,6 +113,8 @@ class Terrain {
   std::uint32_t patch_count() const { return info_.patches; }
   std::span<const PatchBounds> bounds() const { return bounds_.first(info_.patches); }
   std::span<const NormalCone> cones() const { return cones_.first(info_.patches); }
+  std::span<const NormalCone> shading_cones() const { return shading_cones_.first(info_.patches); }
+  std::span<const PatchShading> shading() const { return shading_.first(info_.patches); }
   const BoundsTree& tree() const { return tree_; }
   // Empty where the world has none.
   const MaterialSet& materials() const { return reader_.materials(); }
@@ -184,6 +190,9 @@ class Terrain {
   // What casts into the cascade's map, with the settings of the last select() and no finer than what is
   // resident. error_texels: SelectCasters. limit_reached ("max_draw_items") leaves a valid, shorter list.
   Status select_casters(const Cascade& cascade, double error_texels, Casters& casters);
+  // Makes the coarsest vertices of a patch that has none, where the pool keeps room for those of all patches.
+  // False: none lacks any, or there is no room. status: errors of reading heights.
+  bool generate_base(PatchUpload& upload, Status& status);
   // Makes vertices for a patch that the last select_casters() lacked, holes first. False: none is left, or
   // there is no room now. status: errors of reading heights. Not after the next select().
   bool generate_next_caster(PatchUpload& upload, Status& status);
@@ -205,6 +214,7 @@ class Terrain {
   Status load_surface();
   Status load_patches();
   Status load_world();
+  Status find_shading();
   void govern(Selection& selection);
   bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
   bool generate_ahead(PatchUpload& upload, Status& status);
@@ -221,6 +231,9 @@ class Terrain {
   std::span<std::uint32_t> height_crcs_;  // by group
   std::span<PatchBounds> bounds_;
   std::span<NormalCone> cones_;
+  std::span<NormalCone> shading_cones_;
+  std::span<PatchShading> shading_;
+  ShadingSkips shading_skips_;  // what shading_ was found with
   std::span<std::uint8_t> overrides_;
   std::span<LatticeBox> boxes_;
   BoundsTree tree_;
@@ -243,6 +256,7 @@ class Terrain {
   bool pool_full_ = false;
   std::uint32_t calm_frames_ = 0;
   PatchId ahead_ = 0;             // where looking ahead goes on
+  PatchId next_base_ = 0;         // and where looking for patches that are not resident does
   std::uint32_t ahead_left_ = 0;  // patches to look at in this frame
   LodEye eye_;
   std::span<std::uint16_t> index_table_;

@@ -102,6 +102,8 @@ Status check_patches(const WorldInfo& info, const WorldPatches& patches) {
     return invalid("the boxes do not fit the patches", "bounds");
   if (patches.cones.size_bytes() != section_bytes(WorldSection::cones, info))
     return invalid("the cones do not fit the patches", "cones");
+  if (!patches.shading_cones.empty() && patches.shading_cones.size() != patches.cones.size())
+    return invalid("the cones do not fit the patches", "shading_cones");
   const PatchesFault fault = find_patches_fault(info, patches);
   return fault.what == nullptr ? Status() : invalid(fault.what, fault.field);
 }
@@ -246,7 +248,8 @@ WorldPatches read_patches(std::span<const std::byte> file, const WorldInfo& info
           as<std::int16_t>(bytes_of(file, table, WorldSection::samples)),
           as<std::uint16_t>(bytes_of(file, table, WorldSection::level_errors)),
           as<PatchBounds>(bytes_of(file, table, WorldSection::bounds)),
-          as<NormalCone>(bytes_of(file, table, WorldSection::cones))};
+          as<NormalCone>(bytes_of(file, table, WorldSection::cones)),
+          as<NormalCone>(bytes_of(file, table, WorldSection::shading_cones))};
 }
 
 WorldMaterials read_materials(std::span<const std::byte> file, const WorldInfo& info) {
@@ -307,6 +310,13 @@ Status write_world(const WorldInfo& info, const Octree& tree, const WorldPatches
   copy(WorldSection::level_errors, std::as_bytes(patches.level_errors));
   copy(WorldSection::bounds, std::as_bytes(patches.bounds));
   copy(WorldSection::cones, std::as_bytes(patches.cones));
+  if (patches.shading_cones.empty()) {
+    const std::span<std::byte> to = place_of(file, sections, WorldSection::shading_cones);
+    constexpr NormalCone kUnknown;
+    for (std::size_t at = 0; at < to.size(); at += sizeof kUnknown) store(to, at, kUnknown);
+  } else {
+    copy(WorldSection::shading_cones, std::as_bytes(patches.shading_cones));
+  }
   if (materials.set.count > 0) {
     material_section::encode(materials.set, materials.textures,
                              place_of(file, sections, WorldSection::materials));

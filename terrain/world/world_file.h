@@ -57,13 +57,14 @@ enum class WorldSection : std::uint8_t {
   level_errors,
   bounds,
   cones,
+  shading_cones,
   materials,
   textures,
   overrides,
   lights
 };
-inline constexpr std::size_t kWorldSections = 7;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 11;
+inline constexpr std::size_t kWorldSections = 8;  // that every world has
+inline constexpr std::size_t kWorldSectionKinds = 12;
 
 struct WorldSectionPlace {
   std::uint64_t offset = 0;  // bytes from the start of the file
@@ -89,6 +90,7 @@ struct WorldPatches {
       {};                                    // of all patches, with heights or without: LevelErrors::values
   std::span<const PatchBounds> bounds = {};  // of all patches
   std::span<const NormalCone> cones = {};    // of all patches
+  std::span<const NormalCone> shading_cones = {};  // shading_cone.h: of all patches, or empty: not known
 };
 
 // What the ground is made of, and what lights it, as it lies in the file; all of it may be missing.

@@ -237,6 +237,7 @@ std::uint64_t section_bytes(WorldSection section, const WorldInfo& info) {
     case WorldSection::bounds:
       return std::uint64_t{info.patches} * sizeof(PatchBounds);
     case WorldSection::cones:
+    case WorldSection::shading_cones:
       return std::uint64_t{info.patches} * sizeof(NormalCone);
     default:
       return 0;

@@ -67,11 +67,11 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
 
 inline constexpr std::array<std::uint32_t, kWorldSectionKinds> kKinds = {
     four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"), four_letters("HCRC"),
-    four_letters("LERR"), four_letters("PBND"), four_letters("CONE"), four_letters("MATL"),
-    four_letters("MTEX"), four_letters("MOVR"), four_letters("LGTS")};
+    four_letters("LERR"), four_letters("PBND"), four_letters("CONE"), four_letters("SCON"),
+    four_letters("MATL"), four_letters("MTEX"), four_letters("MOVR"), four_letters("LGTS")};
 inline constexpr std::array<const char*, kWorldSectionKinds> kSectionNames = {
-    "octree",       "height mask", "height samples", "height checksums", "level errors", "patch bounds",
-    "normal cones", "materials",   "textures",       "overrides",        "lights"};
+    "octree",       "height mask",   "height samples", "height checksums", "level errors", "patch bounds",
+    "normal cones", "shading cones", "materials",      "textures",         "overrides",    "lights"};
 
 template <class T>
 T load(std::span<const std::byte> bytes, std::size_t offset) {

@@ -178,6 +178,10 @@ Status WorldReader::read_cones(std::span<NormalCone> cones) const {
   return read_section(WorldSection::cones, std::as_writable_bytes(cones));
 }
 
+Status WorldReader::read_shading_cones(std::span<NormalCone> cones) const {
+  return read_section(WorldSection::shading_cones, std::as_writable_bytes(cones));
+}
+
 Status WorldReader::read_height_crcs(std::span<std::uint32_t> crcs) const {
   return read_section(WorldSection::sample_crcs, std::as_writable_bytes(crcs));
 }

@@ -35,6 +35,7 @@ class WorldReader {
   Status read_level_errors(std::span<std::uint16_t> values) const;
   Status read_bounds(std::span<PatchBounds> bounds) const;
   Status read_cones(std::span<NormalCone> cones) const;
+  Status read_shading_cones(std::span<NormalCone> cones) const;
   Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
 
   // Materials of patches: one byte a patch, all 0 where the world has no overrides.

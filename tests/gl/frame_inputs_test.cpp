@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the renderer computes on the CPU: the noise texture, the sky-line, the uniform block.
+// What the renderer computes on the CPU: the noise between materials, the sky-line, the uniform block.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,63 +8,61 @@
 #include <gtest/gtest.h>
 
 #include "renderer/frame_block.h"
-#include "renderer/noise_texture.h"
-#include "renderer/sky_line.h"
+#include "renderer/variation_texture.h"
 #include "terrain/base/checksum.h"
+#include "terrain/voxel/sky_line.h"
 #include "tests/gl/gl_fixture.h"
 
 namespace karst {
 namespace {
 
-std::vector<std::uint8_t> noise_texture() {
-  std::vector<std::uint8_t> texels(kNoiseSide * kNoiseSide * 4);
-  NoiseRows rows;
-  for (std::size_t t = 0; t < kNoiseSide; ++t)
-    rows.next(std::span(texels).subspan(t * kNoiseSide * 4, kNoiseSide * 4));
+std::vector<std::uint8_t> variation_texture() {
+  constexpr std::size_t kLayer = std::size_t{kVariationSide} * kVariationSide;
+  std::vector<std::uint8_t> texels(kLayer * kVariationSide);
+  for (int z = 0; z < kVariationSide; ++z)
+    variation_layer(z, std::span(texels).subspan(static_cast<std::size_t>(z) * kLayer, kLayer));
   return texels;
 }
 
-TEST(NoiseTexture, IsNeutralOnAverageAndHasContrast) {
-  const std::vector<std::uint8_t> texels = noise_texture();
-  for (std::size_t channel = 0; channel < 4; ++channel) {
-    double sum = 0;
-    double squares = 0;
-    for (std::size_t i = channel; i < texels.size(); i += 4) {
-      const double value = (texels[i] - 128.0) / 127.0;
-      sum += value;
-      squares += value * value;
-    }
-    const double n = kNoiseSide * kNoiseSide;
-    EXPECT_NEAR(sum / n, 0.0, 0.01) << channel;
-    EXPECT_NEAR(std::sqrt(squares / n), 0.35, 0.05) << channel;
+TEST(Variation, IsNeutralOnAverageAndHasContrast) {
+  double sum = 0;
+  double squares = 0;
+  const std::vector<std::uint8_t> texels = variation_texture();
+  for (const std::uint8_t texel : texels) {
+    const double value = (texel - 128.0) / 127.0;
+    sum += value;
+    squares += value * value;
   }
+  const auto n = static_cast<double>(texels.size());
+  EXPECT_NEAR(sum / n, 0.0, 0.03);
+  EXPECT_NEAR(std::sqrt(squares / n), 0.38, 0.05);
 }
 
-TEST(NoiseTexture, Tiles) {
-  const std::vector<std::uint8_t> texels = noise_texture();
-  const auto at = [&](int s, int t, std::size_t channel) {
-    return static_cast<int>(
-        texels[static_cast<std::size_t>((t & 255) * kNoiseSide + (s & 255)) * 4 + channel]);
-  };
-  // The step across the border is no larger than the largest step inside.
-  for (std::size_t channel = 0; channel < 2; ++channel) {
-    int inside = 0;
-    int across = 0;
-    for (int t = 0; t < kNoiseSide; ++t) {
-      for (int s = 1; s < kNoiseSide; ++s) {
-        inside = std::max({inside, std::abs(at(s, t, channel) - at(s - 1, t, channel)),
-                           std::abs(at(t, s, channel) - at(t, s - 1, channel))});
-      }
-      across = std::max({across, std::abs(at(0, t, channel) - at(-1, t, channel)),
-                         std::abs(at(t, 0, channel) - at(t, -1, channel))});
+// Simplex noise is smooth, lies within -1..1, repeats after its period and not before.
+TEST(Variation, TilesAndIsSmooth) {
+  test::Random random{7};
+  int differs[3] = {};
+  for (int n = 0; n < 20'000; ++n) {
+    const auto place = [&] { return static_cast<float>(6 * random.unit()); };
+    const glm::vec3 at(place(), place(), place());
+    const float value = simplex_noise(at, 6);
+    ASSERT_LE(std::fabs(value), 1.0f);
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::vec3 other = at;
+      other[axis] += 6.0f;
+      ASSERT_NEAR(simplex_noise(other, 6), value, 3e-5f);
+      other[axis] = at[axis] + 1e-3f;
+      ASSERT_NEAR(simplex_noise(other, 6), value, 0.01f);
+      other[axis] = at[axis] + 3.0f;
+      differs[axis] += std::fabs(simplex_noise(other, 6) - value) > 0.05f;
     }
-    EXPECT_LE(across, inside);
   }
+  for (const int count : differs) EXPECT_GT(count, 10'000);
 }
 
-TEST(NoiseTexture, IsTheSameOnAllPlatforms) {
-  const std::vector<std::uint8_t> texels = noise_texture();
-  EXPECT_EQ(crc32c(std::as_bytes(std::span(texels))), 4240403726u);
+TEST(Variation, IsTheSameOnAllPlatforms) {
+  const std::vector<std::uint8_t> texels = variation_texture();
+  EXPECT_EQ(crc32c(std::as_bytes(std::span(texels))), 4284184494u);
 }
 
 // Against every column of the world at once.

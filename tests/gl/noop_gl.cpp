@@ -41,6 +41,7 @@ std::uint64_t texel_bytes(GLenum format) {
   switch (format) {
     case GL_RG32UI:
       return 8;
+    case GL_R8:
     case GL_R8UI:
       return 1;
     case GL_R16F:

@@ -25,6 +25,18 @@ using test::GlContext;
       offsetof(shader::FrameBlock, name), type \
     }                                          \
   }
+#define KARST_MATERIAL(name, text)                         \
+  {                                                        \
+    text, {                                                \
+      offsetof(shader::MaterialBlock, name), GL_FLOAT_VEC4 \
+    }                                                      \
+  }
+#define KARST_ARRAY(name, type)                \
+  {                                            \
+#name "[0]", {                             \
+      offsetof(shader::FrameBlock, name), type \
+    }                                          \
+  }
 struct Field {
   std::size_t offset;
   GLenum type;
@@ -41,13 +53,22 @@ const std::map<std::string, Field> kFields = {
     KARST_FIELD(shadow_y, GL_FLOAT_VEC4),          KARST_FIELD(shadow_z, GL_FLOAT_VEC4),
     KARST_FIELD(shadow_box_0, GL_FLOAT_VEC4),      KARST_FIELD(shadow_box_1, GL_FLOAT_VEC4),
     KARST_FIELD(shadow_box_2, GL_FLOAT_VEC4),      KARST_FIELD(shadow_scale, GL_FLOAT_VEC4),
-    KARST_FIELD(drape_place, GL_FLOAT_VEC4)};
+    KARST_FIELD(drape_place, GL_FLOAT_VEC4),       KARST_FIELD(least_work, GL_INT_VEC4),
+    KARST_FIELD(light_scale, GL_FLOAT_VEC4),       KARST_ARRAY(light_place, GL_FLOAT_VEC4),
+    KARST_ARRAY(light_colour, GL_FLOAT_VEC4)};
+const std::map<std::string, Field> kMaterialFields = {
+    KARST_MATERIAL(material_scale, "material_scale"), KARST_MATERIAL(material_slope, "material_slope[0]"),
+    KARST_MATERIAL(material_height, "material_height[0]"),
+    KARST_MATERIAL(material_noise_cave, "material_noise_cave[0]"),
+    KARST_MATERIAL(material_average, "material_average[0]")};
+#undef KARST_MATERIAL
+#undef KARST_ARRAY
 #undef KARST_FIELD
 
 class ShaderInterface : public testing::Test {
  protected:
   void SetUp() override {
-    const Status status = programs_.create(context_.gl(), log_);
+    const Status status = programs_.create(context_.gl(), {3, false}, log_);
     ASSERT_TRUE(status.ok()) << status.what() << ' ' << log_.data();
   }
   void TearDown() override {
@@ -59,6 +80,41 @@ class ShaderInterface : public testing::Test {
     GLint value = 0;
     context_.gl().GetProgramiv(program, name, &value);
     return value;
+  }
+
+  void check_block(ShaderVariant variant, const char* block_name, const std::map<std::string, Field>& fields,
+                   std::size_t bytes, GLint expected_binding) {
+    const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
+    const auto get_uniforms = context_.function<PFNGLGETACTIVEUNIFORMSIVPROC>("glGetActiveUniformsiv");
+    const auto get_block = context_.function<PFNGLGETACTIVEUNIFORMBLOCKIVPROC>("glGetActiveUniformBlockiv");
+    const GLuint program = programs_[variant];
+    const GLuint block = context_.gl().GetUniformBlockIndex(program, block_name);
+    ASSERT_NE(block, GL_INVALID_INDEX);
+    GLint size = 0;
+    get_block(program, block, GL_UNIFORM_BLOCK_DATA_SIZE, &size);
+    EXPECT_EQ(static_cast<std::size_t>(size), bytes);
+    GLint binding = -1;
+    get_block(program, block, GL_UNIFORM_BLOCK_BINDING, &binding);
+    EXPECT_EQ(binding, expected_binding);
+    std::size_t members = 0;
+    for (GLint i = 0; i < program_value(program, GL_ACTIVE_UNIFORMS); ++i) {
+      const auto index = static_cast<GLuint>(i);
+      GLint in_block = -1;
+      get_uniforms(program, 1, &index, GL_UNIFORM_BLOCK_INDEX, &in_block);
+      if (in_block != static_cast<GLint>(block)) continue;
+      char name[64];
+      GLint count = 0;
+      GLenum type = 0;
+      get_uniform(program, index, sizeof name, nullptr, &count, &type, name);
+      const auto field = fields.find(name);
+      ASSERT_NE(field, fields.end()) << name;
+      GLint offset = -1;
+      get_uniforms(program, 1, &index, GL_UNIFORM_OFFSET, &offset);
+      EXPECT_EQ(static_cast<std::size_t>(offset), field->second.offset) << name;
+      EXPECT_EQ(type, field->second.type) << name;
+      ++members;
+    }
+    EXPECT_EQ(members, fields.size());
   }
 
   GlContext& context_ = GlContext::get();
@@ -99,49 +155,25 @@ TEST_F(ShaderInterface, AttributesAreWhereCppPutsThem) {
   }
 }
 
-TEST_F(ShaderInterface, TheBlockHasTheOffsetsOfTheStruct) {
-  const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
-  const auto get_uniforms = context_.function<PFNGLGETACTIVEUNIFORMSIVPROC>("glGetActiveUniformsiv");
-  const auto get_block = context_.function<PFNGLGETACTIVEUNIFORMBLOCKIVPROC>("glGetActiveUniformBlockiv");
-  for (const ShaderVariant variant : {ShaderVariant::terrain, ShaderVariant::sky}) {
-    const GLuint program = programs_[variant];
-    const GLuint block = context_.gl().GetUniformBlockIndex(program, "FrameBlock");
-    ASSERT_NE(block, GL_INVALID_INDEX);
-    GLint size = 0;
-    get_block(program, block, GL_UNIFORM_BLOCK_DATA_SIZE, &size);
-    EXPECT_EQ(static_cast<std::size_t>(size), sizeof(shader::FrameBlock));
-    GLint binding = -1;
-    get_block(program, block, GL_UNIFORM_BLOCK_BINDING, &binding);
-    EXPECT_EQ(binding, KARST_BINDING_FRAME);
-
-    std::size_t members = 0;
-    for (GLint i = 0; i < program_value(program, GL_ACTIVE_UNIFORMS); ++i) {
-      const auto index = static_cast<GLuint>(i);
-      GLint in_block = -1;
-      get_uniforms(program, 1, &index, GL_UNIFORM_BLOCK_INDEX, &in_block);
-      if (in_block < 0) continue;
-      char name[64];
-      GLint count = 0;
-      GLenum type = 0;
-      get_uniform(program, index, sizeof name, nullptr, &count, &type, name);
-      const auto field = kFields.find(name);
-      ASSERT_NE(field, kFields.end()) << name;
-      GLint offset = -1;
-      get_uniforms(program, 1, &index, GL_UNIFORM_OFFSET, &offset);
-      EXPECT_EQ(static_cast<std::size_t>(offset), field->second.offset) << name;
-      EXPECT_EQ(type, field->second.type) << name;
-      ++members;
-    }
-    EXPECT_EQ(members, kFields.size());
-  }
+TEST_F(ShaderInterface, BlocksHaveTheOffsetsOfTheStructs) {
+  check_block(ShaderVariant::terrain_blend, "FrameBlock", kFields, sizeof(shader::FrameBlock),
+              KARST_BINDING_FRAME);
+  check_block(ShaderVariant::sky, "FrameBlock", kFields, sizeof(shader::FrameBlock), KARST_BINDING_FRAME);
+  check_block(ShaderVariant::terrain_blend, "MaterialBlock", kMaterialFields, sizeof(shader::MaterialBlock),
+              KARST_BINDING_MATERIALS);
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {
-      {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-      {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
-      {"sky_line", KARST_UNIT_SKY_LINE},     {"depth", KARST_UNIT_DEPTH},
-      {"drape", KARST_UNIT_DRAPE},           {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                              {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
+                                              {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
+                                              {"variation", KARST_UNIT_VARIATION},
+                                              {"sky_line", KARST_UNIT_SKY_LINE},
+                                              {"depth", KARST_UNIT_DEPTH},
+                                              {"drape", KARST_UNIT_DRAPE},
+                                              {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;
@@ -152,7 +184,8 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
       GLint count = 0;
       GLenum type = 0;
       get_uniform(program, static_cast<GLuint>(i), sizeof name, nullptr, &count, &type, name);
-      if (type != GL_SAMPLER_2D && type != GL_UNSIGNED_INT_SAMPLER_2D && type != GL_SAMPLER_2D_ARRAY_SHADOW)
+      if (type != GL_SAMPLER_2D && type != GL_UNSIGNED_INT_SAMPLER_2D && type != GL_SAMPLER_2D_ARRAY_SHADOW &&
+          type != GL_SAMPLER_2D_ARRAY && type != GL_SAMPLER_3D)
         continue;
       ASSERT_TRUE(units.contains(name)) << name;
       GLint unit = -1;

@@ -60,6 +60,9 @@ class Decoder {
     gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_ENTRY_ROW_BITS, kEntryRows, GL_RED_INTEGER,
                      GL_UNSIGNED_BYTE, entries.data());
     make_texture(KARST_UNIT_MORPH_ROWS, GL_R16F, kRowTexels, "morph_rows");
+    // Samplers of another kind must not share a unit with these, used or not.
+    gl.Uniform1i(gl.GetUniformLocation(program_, "albedo_height"), KARST_UNIT_ALBEDO_HEIGHT);
+    gl.Uniform1i(gl.GetUniformLocation(program_, "normal_roughness"), KARST_UNIT_NORMAL_ROUGHNESS);
     // Nothing is rasterised, but drawing needs a complete framebuffer.
     gl.GenRenderbuffers(1, &colour_);
     gl.BindRenderbuffer(GL_RENDERBUFFER, colour_);
@@ -191,7 +194,7 @@ TEST(VertexDecode, EveryPackedNormalAndPositionsDecodeAsInCpp) {
   std::vector<PageTexel> texels(origins.size());
   for (std::size_t page = 0; page < origins.size(); ++page) {
     for (int axis = 0; axis < 3; ++axis) origins[page][axis] = random.below(513);
-    texels[page] = make_page_texel(origins[page], 0, 0);
+    texels[page] = make_page_texel(origins[page], 0, 0, 0, false);
   }
   const glm::dvec3 eye{300.3, 77.7, 211.1};
   const shader::FrameBlock block = block_of(camera_at(eye, 30, -20), 0.5f);
@@ -244,7 +247,8 @@ class Morphing : public testing::Test {
       std::vector<GpuVertex> patch = surface_.vertices(p);
       patch.resize(slot_pages(kLevel) * kPageVertices);
       vertices_.insert(vertices_.end(), patch.begin(), patch.end());
-      for (std::uint32_t n = 0; n < slot_pages(kLevel); ++n) texels_.push_back(make_page_texel(origin, n, p));
+      for (std::uint32_t n = 0; n < slot_pages(kLevel); ++n)
+        texels_.push_back(make_page_texel(origin, n, p, 0, false));
     }
   }
 

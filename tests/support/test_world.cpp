@@ -6,6 +6,7 @@
 
 #include "terrain/patch/displacement.h"
 #include "terrain/patch/level_error.h"
+#include "terrain/patch/shading_cone.h"
 #include "terrain/surface/extract_surface.h"
 #include "terrain/voxel/voxelize.h"
 
@@ -161,6 +162,12 @@ std::vector<NormalCone> TestWorld::cones() const {
   return cones;
 }
 
+std::vector<NormalCone> TestWorld::shading_cones() const {
+  std::vector<NormalCone> cones;
+  for (PatchId p = 0; p < patches_.size(); ++p) cones.push_back(measure_shading_cone(vertices(p, level_)));
+  return cones;
+}
+
 std::vector<std::byte> TestWorld::file() const {
   const WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
@@ -169,7 +176,7 @@ std::vector<std::byte> TestWorld::file() const {
   std::size_t written = 0;
   const std::vector<std::uint16_t> errors = level_errors();
   const std::vector<PatchBounds> boxes = bounds();
-  require(write_world(i, octree_, {mask, heights_, errors, boxes, cones()}, out, written));
+  require(write_world(i, octree_, {mask, heights_, errors, boxes, cones(), shading_cones()}, out, written));
   return out;
 }
 

@@ -65,6 +65,7 @@ class TestWorld {
   // Of its patches at their full level.
   std::vector<PatchBounds> bounds() const;
   std::vector<NormalCone> cones() const;
+  std::vector<NormalCone> shading_cones() const;
 
   // The world as a .karst file: what write_world makes of it. Without heights no patch has a block.
   WorldInfo info() const;

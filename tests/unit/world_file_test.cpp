@@ -71,9 +71,9 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   const std::vector<std::byte> file = world.bytes();
   EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
   EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 3u);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 7 * 32);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 8 * 32);
   EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
-  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 7u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 8u);
   EXPECT_EQ(load_at<double>(file, kVoxelSize), world.info.voxel_size_m);
   EXPECT_EQ(load_at<double>(file, kOrigin + 16), world.info.origin_m[2]);
   EXPECT_EQ(load_at<std::int32_t>(file, kExtent + 8), world.info.extent.z);
@@ -84,16 +84,17 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   EXPECT_EQ(load_at<std::uint32_t>(file, kPatches), world.info.patches);
   EXPECT_EQ(load_at<std::uint32_t>(file, kHeightBlocks), world.info.height_blocks);
   EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + kName), "world 5");
-  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "HCRC", "LERR", "PBND", "CONE"};
+  const char* const kinds[] = {"OCTR", "HMSK", "HGTS", "HCRC", "LERR", "PBND", "CONE", "SCON"};
   const std::size_t bytes[] = {2u * world.info.octets + 1,
                                (world.info.patches + 7) / 8,
                                world.info.height_blocks * 81u * 2u,
                                (world.info.height_blocks + 7) / 8 * 4u,
                                world.info.patches * 4u * 2u,
                                world.info.patches * 12u,
+                               world.info.patches * 4u,
                                world.info.patches * 4u};
-  std::size_t end = 192 + 7 * 32;
-  for (std::size_t i = 0; i < 7; ++i) {
+  std::size_t end = 192 + 8 * 32;
+  for (std::size_t i = 0; i < 8; ++i) {
     const std::size_t entry = kTable + i * kEntry;
     EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
     EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 1u);

@@ -83,17 +83,17 @@ TEST(Materials, WhatIsWrittenIsReadAgain) {
 TEST(Materials, SectionsAreTheDocumentedOnes) {
   const TestWorld world = with_materials(2, 32, TextureFormat::rgba8);
   const std::vector<std::byte> file = world.bytes();
-  ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 11u);
+  ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 12u);
   const char* const kinds[] = {"MATL", "MTEX", "MOVR", "LGTS"};
   const std::size_t bytes[] = {16 + 2 * 64 + 4 * 2 * 6 * 2, world.textures.size(), world.info.patches,
                                3 * 32};
   for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t entry = kTable + (7 + i) * kEntry;
+    const std::size_t entry = kTable + (8 + i) * kEntry;
     EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
     EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 0u);
     EXPECT_EQ(load_at<std::uint64_t>(file, entry + kEntryBytes), bytes[i]);
   }
-  const std::size_t start = start_of(file, 7);
+  const std::size_t start = start_of(file, 8);
   EXPECT_EQ(load_at<std::uint32_t>(file, start), 2u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 4), 32u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 8), 0u);
@@ -159,7 +159,7 @@ TEST(Materials, LayersAreReadOneByOneOrTogether) {
 TEST(Materials, ADamagedLayerFailsAlone) {
   const TestWorld world = with_materials(3, 16, TextureFormat::rgba8);
   std::vector<std::byte> file = world.bytes();
-  const std::size_t at = start_of(file, 8) + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
+  const std::size_t at = start_of(file, 9) + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
   file[at + 5] ^= std::byte{1};
   WorldReader reader;
   ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
@@ -172,9 +172,9 @@ TEST(Materials, ADamagedLayerFailsAlone) {
   WorldInfo info;
   EXPECT_STREQ(read_world_info(file, info).field(), "section crc");
   // With a checksum of the section that fits, the image's own finds it.
-  store_at(file, kTable + 8 * kEntry + kEntryCrc,
-           crc32c(std::span(file).subspan(start_of(file, 8), world.textures.size())));
-  const std::size_t header = kTable + 11 * kEntry;
+  store_at(file, kTable + 9 * kEntry + kEntryCrc,
+           crc32c(std::span(file).subspan(start_of(file, 9), world.textures.size())));
+  const std::size_t header = kTable + 12 * kEntry;
   store_at(file, kHeaderCrc,
            crc32c(std::span(file).subspan(kHeaderCrc + 4, header - kHeaderCrc - 4),
                   crc32c(std::span(file).first(kHeaderCrc))));
@@ -206,38 +206,38 @@ TEST(Materials, EveryFieldOutOfRangeIsNamed) {
       EXPECT_LE(status.value(), at);
     }
   };
-  for (const std::uint32_t bad : {0u, 9u, 0xffffffffu}) expect(7, 0, bad, "materials", "count");
-  for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u}) expect(7, 4, bad, "materials", "side");
-  expect(7, 8, 2u, "materials", "format");
-  expect(7, 12, 1u, "materials", "reserved");
-  expect(7, 4, 32u, "materials", "length");
-  expect(7, 0, 1u, "materials", "length");
-  expect(7, kRecord, char{0}, "materials", "name");
-  expect(7, kRecord + 1, '\n', "materials", "name");
-  expect(7, kRecord + 15, 'x', "materials", "name");
+  for (const std::uint32_t bad : {0u, 9u, 0xffffffffu}) expect(8, 0, bad, "materials", "count");
+  for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u}) expect(8, 4, bad, "materials", "side");
+  expect(8, 8, 2u, "materials", "format");
+  expect(8, 12, 1u, "materials", "reserved");
+  expect(8, 4, 32u, "materials", "length");
+  expect(8, 0, 1u, "materials", "length");
+  expect(8, kRecord, char{0}, "materials", "name");
+  expect(8, kRecord + 1, '\n', "materials", "name");
+  expect(8, kRecord + 15, 'x', "materials", "name");
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const char* const fields[] = {"slope_low",   "slope_high",  "slope_soft", "height_low",
                                 "height_high", "height_soft", "cave",       "fray"};
   for (std::size_t k = 0; k < 8; ++k) {
     for (const float bad : {kNan, kInfinity, -kInfinity, 2e6f, -2e6f})
-      expect(7, kRecord + 16 + 4 * k, bad, "materials", fields[k]);
+      expect(8, kRecord + 16 + 4 * k, bad, "materials", fields[k]);
   }
   for (const std::size_t soft : {2u, 5u}) {
-    for (const float bad : {0.0f, -1.0f}) expect(7, kRecord + 16 + 4 * soft, bad, "materials", "soft");
+    for (const float bad : {0.0f, -1.0f}) expect(8, kRecord + 16 + 4 * soft, bad, "materials", "soft");
   }
-  expect(7, kRecord + 16, 3.5f, "materials", "slope_low is above");
-  expect(7, kRecord + 64 + 28, 9e5f, "materials", "");
+  expect(8, kRecord + 16, 3.5f, "materials", "slope_low is above");
+  expect(8, kRecord + 64 + 28, 9e5f, "materials", "");
   for (std::size_t c = 0; c < 3; ++c) {
     for (const float bad : {0.0f, -0.5f, 1.5f, kNan})
-      expect(7, kRecord + 48 + 4 * c, bad, "materials", "average");
+      expect(8, kRecord + 48 + 4 * c, bad, "materials", "average");
   }
-  expect(7, kRecord + 60, 1.0f, "materials", "reserved");
-  expect(9, 3, std::uint8_t{3}, "overrides", "not there");
-  expect(10, 32, kNan, "lights", "position");
-  for (const float bad : {0.0f, -1.0f, kInfinity}) expect(10, 12, bad, "lights", "radius");
-  for (const float bad : {-0.1f, kNan, kInfinity}) expect(10, 20, bad, "lights", "colour");
-  expect(10, 28, 1.0f, "lights", "reserved");
+  expect(8, kRecord + 60, 2.0f, "materials", "roughness");
+  expect(10, 3, std::uint8_t{3}, "overrides", "not there");
+  expect(11, 32, kNan, "lights", "position");
+  for (const float bad : {0.0f, -1.0f, kInfinity}) expect(11, 12, bad, "lights", "radius");
+  for (const float bad : {-0.1f, kNan, kInfinity}) expect(11, 20, bad, "lights", "colour");
+  expect(11, 28, 1.0f, "lights", "reserved");
 }
 
 TEST(Materials, TheWriterRefusesWhatTheReaderWould) {
@@ -291,10 +291,10 @@ TEST(Materials, ASectionThatIsMissingIsNamed) {
     WorldInfo info;
     return read_world_info(damaged, info);
   };
-  EXPECT_STREQ(without(7).field(), "materials");
-  EXPECT_STREQ(without(8).field(), "textures");
-  EXPECT_TRUE(without(9).ok());
+  EXPECT_STREQ(without(8).field(), "materials");
+  EXPECT_STREQ(without(9).field(), "textures");
   EXPECT_TRUE(without(10).ok());
+  EXPECT_TRUE(without(11).ok());
 }
 
 TEST(Materials, ATerrainHandsThemOut) {

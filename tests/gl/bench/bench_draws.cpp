@@ -100,7 +100,7 @@ class Bench {
   Bench(int side, int repeats) : repeats_(repeats), world_(make(side), context_.gl(), settings()) {
     world_.lod.mode = LodMode::error;
     char log[512];
-    Status status = programs_.create(gl_, log);
+    Status status = programs_.create(gl_, {}, log);
     EXPECT_TRUE(status.ok());
     const Surface surface = world_.terrain().surface();
     const std::uint32_t slot = slot_pages(kLevel);
@@ -114,7 +114,8 @@ class Bench {
       std::copy(patch.begin(), patch.end(), vertices_.begin() + p * std::ptrdiff_t{slot} * kPageVertices);
       pages_.set(p, p * slot, slot);
       const Volume& v = surface.volume_of(p);
-      const std::uint32_t row = resident.texels[resident.first_page[p]].place >> 8;
+      const std::uint32_t row =
+          resident.texels[resident.first_page[p]].place >> KARST_PLACE_BITS & KARST_MASK(KARST_ROW_BITS);
       EXPECT_TRUE(
           world_.renderer()
               .upload_vertices(pages_.table(), p, 0, patch, {v.corner[0], v.corner[1], v.corner[2]}, row)
@@ -211,10 +212,12 @@ class Bench {
     EXPECT_EQ(linked, GL_TRUE);
     gl_.UseProgram(pulling_);
     gl_.UniformBlockBinding(pulling_, gl_.GetUniformBlockIndex(pulling_, "FrameBlock"), KARST_BINDING_FRAME);
-    const std::pair<const char*, int> samplers[] = {
-        {"page_table", KARST_UNIT_PAGE_TABLE}, {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-        {"morph_rows", KARST_UNIT_MORPH_ROWS}, {"noise", KARST_UNIT_NOISE},
-        {"sky_line", KARST_UNIT_SKY_LINE},     {"pulled", 15}};
+    const std::pair<const char*, int> samplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                                    {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                                    {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                                    {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
+                                                    {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
+                                                    {"pulled", 15}};
     for (const auto& [name, unit] : samplers) gl_.Uniform1i(gl_.GetUniformLocation(pulling_, name), unit);
     const auto rows = static_cast<GLsizei>(vertices_.size() / kPulledWidth + 1);
     vertices_.resize(static_cast<std::size_t>(rows) * kPulledWidth);

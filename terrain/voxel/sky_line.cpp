@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "renderer/sky_line.h"
+#include "terrain/voxel/sky_line.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// Materials: which of them lie where (K 4.2.3), their textures by tri-planar mapping (K 4.2.1, equations 4.4
+// and 4.5) at two scales (K 4.2.2), and how their bumps turn the normal.
+//
+// What a pixel does not need is skipped, and changes no bit of it, because it would be multiplied by zero:
+// planes of weight zero, the second of two materials where one covers all, the near scale where it has faded.
+// Skipping is done by loops of 0 or more rounds, not by branches: GPUs take both alike, while llvmpipe runs
+// both sides of a branch always, and a loop only as long as one of eight pixels needs it.
+
+uniform KARST_MEDIUM sampler2DArray albedo_height;     // rgb: albedo, sRGB; a: height of the bumps, 0..1
+uniform KARST_MEDIUM sampler2DArray normal_roughness;  // a, g: normal along s and t; r: roughness
+#ifdef KARST_BLEND
+uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, equation 4.6 (renderer/variation_texture.h)
+#endif
+
+// Weights below it are exactly zero. terrain/view/shading.h relies on it.
+const float kTriplanarEpsilon = KARST_TRIPLANAR_EPSILON;
+
+vec3 triplanar_weights(vec3 normal) {
+  vec3 z = max(abs(normal) - kTriplanarEpsilon, 0.0);
+  return z / (z.x + z.y + z.z);
+}
+
+struct Surface {
+  KARST_MEDIUM vec3 albedo;
+  KARST_MEDIUM float height;
+  KARST_MEDIUM float roughness;
+  KARST_MEDIUM vec3 gradient;  // of the bumps' height, along the world's axes
+};
+
+// A pixel's places in repeats of the textures, and their levels of detail. Levels are explicit because the
+// lookups lie in branches, where implicit derivatives are undefined.
+struct Lookup {
+  vec3 near;
+  vec3 far;
+  float near_lod;
+  float far_lod;
+  // Shares of the near scale's albedo and of its bumps: 0 where texels are far smaller than a pixel.
+  KARST_MEDIUM float detail;
+  KARST_MEDIUM float relief;
+  int albedos;  // lookups at the near scale: 1 or 0
+  int bumps;
+};
+
+Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
+  vec3 far = vec3(patch_voxel & (KARST_FAR_REPEAT - 1)) + in_patch;
+  float detail = clamp(material_scale.y - KARST_DETAIL_LEVELS - lod, 0.0, 1.0);
+  float relief = clamp(material_scale.y - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
+  return Lookup(in_patch, far / float(KARST_FAR_REPEAT), lod, lod - KARST_FAR_REPEAT_LOG2, detail, relief,
+                max(int(detail > 0.0), least_work.z), max(int(relief > 0.0), least_work.z));
+}
+
+// Along the world's y, t runs upwards on both upright planes, so that strata lie level.
+vec2 on_plane(vec3 place, int axis) {
+  return axis == 0 ? place.zy : axis == 1 ? place.xz : place.xy;
+}
+
+// Which planes have weight, in the order x, y, z.
+struct Planes {
+  vec3 weights;
+  int count;
+  int first;
+  int second;
+};
+
+Planes planes_of(vec3 normal) {
+  vec3 weights = triplanar_weights(normal);
+  int count = int(weights.x > 0.0) + int(weights.y > 0.0) + int(weights.z > 0.0);
+  int first = weights.x > 0.0 ? 0 : weights.y > 0.0 ? 1 : 2;
+  return Planes(weights, max(count, least_work.x), first, first == 0 && weights.y > 0.0 ? 1 : 2);
+}
+
+// Sums over planes of what the textures say, times the plane's weight.
+struct Sums {
+  KARST_MEDIUM vec3 far;
+  KARST_MEDIUM vec4 near;
+  KARST_MEDIUM float roughness;
+  KARST_MEDIUM vec3 gradient;
+};
+
+// A fit of IEC 61966-2-1 by I. Taylor, off by 0.0015 at most; 0 and 1 stay.
+KARST_MEDIUM vec3 decode_albedo(KARST_MEDIUM vec3 srgb) {
+  return srgb * (srgb * (srgb * 0.305306011 + 0.682171111) + 0.012522878);
+}
+
+void add_bump(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM float weight) {
+  KARST_MEDIUM vec4 bump = textureLod(normal_roughness, near, lod);
+  sums.roughness += weight * bump.r;
+  // A height's gradient in s and t is that of the surface along two of the world's axes, whichever way it
+  // faces: M. Mikkelsen, "Surface Gradient Based Bump Mapping Framework", 2020.
+  KARST_MEDIUM vec2 n = bump.ag * (255.0 / 127.0) - 128.0 / 127.0;
+  KARST_MEDIUM vec2 slope = n * (-weight * inversesqrt(max(1.0 - dot(n, n), 0.02)));
+  sums.gradient +=
+      axis == 0 ? vec3(0.0, slope.yx) : axis == 1 ? vec3(slope.x, 0.0, slope.y) : vec3(slope, 0.0);
+}
+
+Surface surface_of(int material, Lookup at, Planes planes) {
+  Sums sums = Sums(vec3(0.0), vec4(0.0), 0.0, vec3(0.0));
+  float layer = float(material);
+  for (int n = 0; n < planes.count; ++n) {
+    int axis = planes.count == 3 ? n : n == 0 ? planes.first : planes.second;
+    KARST_MEDIUM float weight =
+        axis == 0 ? planes.weights.x : axis == 1 ? planes.weights.y : planes.weights.z;
+    sums.far += weight * textureLod(albedo_height, vec3(on_plane(at.far, axis), layer), at.far_lod).rgb;
+    vec3 near = vec3(on_plane(at.near, axis), layer);
+    for (int once = 0; once < at.albedos; ++once) {
+      sums.near += weight * textureLod(albedo_height, near, at.near_lod);
+    }
+    for (int once = 0; once < at.bumps; ++once) add_bump(sums, near, at.near_lod, axis, weight);
+  }
+  // The near scale brings detail, the far one variety: their product, by the average.
+  sums.far = decode_albedo(sums.far);
+  sums.near.rgb = decode_albedo(sums.near.rgb);
+  KARST_MEDIUM vec4 average = material_average[material];
+  return Surface(sums.far * mix(vec3(1.0), sums.near.rgb / average.rgb, at.detail),
+                 mix(KARST_MEAN_HEIGHT, sums.near.a, at.detail), mix(average.a, sums.roughness, at.relief),
+                 sums.gradient * at.relief);
+}
+
+#ifdef KARST_BLEND
+// How much of a value lies within limits that fade: a straight way through each, clamped and smoothed.
+// limits: factor and offset of the way at the low limit, then at the high one. moved: by noise.
+float within(float value, vec4 limits, float moved) {
+  vec2 way = clamp(value * limits.xz + limits.yw + vec2(moved, -moved), 0.0, 1.0);
+  vec2 smooth_way = way * way * (3.0 - 2.0 * way);
+  return smooth_way.x * smooth_way.y;
+}
+
+struct Choice {
+  int first;    // what covers most
+  int second;   // what covers most of the rest
+  float share;  // of the second, 0..0.5
+};
+
+// Materials hide each other in order. What the third covers is taken off the first two, so that the second
+// has a share of zero where another takes its place: nothing jumps. KARST_MATERIALS is a number, so that the
+// loop unrolls and the limits are read at fixed places.
+Choice choose_materials(float slope, float height, float noise, float cave) {
+  int first = 0;
+  int second = 0;
+  vec3 most = vec3(0.0);
+  float left = 1.0;
+  for (int m = KARST_MATERIALS - 1; m >= 0; --m) {
+    vec2 noise_cave = material_noise_cave[m].xy;
+    float moved = noise * noise_cave.x;
+    float lies = within(slope, material_slope[m], moved) * within(height, material_height[m], moved);
+    float covers = left * (m == 0 ? 1.0 : max(lies, noise_cave.y * cave));
+    left -= covers;
+    bool is_first = covers > most.x;
+    bool is_second = covers > most.y;
+    second = is_first ? first : is_second ? m : second;
+    first = is_first ? m : first;
+    most = is_first ? vec3(covers, most.xy)
+                    : is_second ? vec3(most.x, covers, most.y) : vec3(most.xy, max(most.z, covers));
+  }
+  vec2 over = most.xy - most.z;
+  return Choice(first, second, over.y / max(over.x + over.y, 1e-4));
+}
+
+// The second material shows first where it stands higher than the other. The same from both sides at 0.5,
+// where the two change places; 0 for a share up to kLeastShare, however much higher it stands.
+const float kLeastShare = 0.1;
+KARST_MEDIUM float blend_by_height(KARST_MEDIUM float share, KARST_MEDIUM float higher) {
+  KARST_MEDIUM float raised = share + 2.0 * higher * share * (1.0 - share);
+  return clamp((raised - 0.5) / 0.4 + 0.5, 0.0, 1.0);
+}
+
+// Whether noise can move anything: some way through a limit is neither behind nor ahead for all that noise
+// does.
+bool is_frayed(float slope, float height) {
+  float most = 1.0;
+  for (int m = 1; m < KARST_MATERIALS; ++m) {
+    vec4 slopes = material_slope[m];
+    vec4 heights = material_height[m];
+    vec4 ways = abs(vec4(slope * slopes.xz + slopes.yw, height * heights.xz + heights.yw) - 0.5);
+    most = min(most, min(min(ways.x, ways.y), min(ways.z, ways.w)) - material_noise_cave[m].x);
+  }
+  return most < 0.5;
+}
+
+Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
+  float noise = 0.0;
+  for (int once = 0; once < max(int(is_frayed(slope, height)), least_work.y); ++once) {
+    noise = textureLod(variation, noise_place, 0.0).r * (255.0 / 127.0) - 128.0 / 127.0;
+  }
+  return choose_materials(slope, height, noise, cave);
+}
+
+Surface blended_surface(Choice choice, Lookup at, Planes planes) {
+  Surface first = Surface(vec3(0.0), 0.0, 0.0, vec3(0.0));
+  Surface second = first;
+  int materials = max(choice.share > kLeastShare ? 2 : 1, least_work.y);
+  for (int n = 0; n < materials; ++n) {
+    Surface surface = surface_of(n == 0 ? choice.first : choice.second, at, planes);
+    if (n == 0) {
+      first = surface;
+    } else {
+      second = surface;
+    }
+  }
+  KARST_MEDIUM float t = blend_by_height(choice.share, second.height - first.height);
+  return Surface(mix(first.albedo, second.albedo, t), mix(first.height, second.height, t),
+                 mix(first.roughness, second.roughness, t), mix(first.gradient, second.gradient, t));
+}
+#endif
