@@ -51,6 +51,10 @@ Status Scene::draw_shadows(const SceneView& view, double until_ms, FrameRecord& 
   if (const Status status = fit.validate(); !status.ok()) return status;
   fit.run();
   cascade_count_ = count;
+  if (until_ms == SceneView::kComplete) {
+    // A coarse version of all that may cast, before any of it takes room for detail.
+    if (const Status status = generate_bases(record); !status.ok()) return status;
+  }
   for (int n = 0; n < count; ++n) {
     const Cascade* smaller = n > 0 ? &cascades_[n - 1] : nullptr;
     if (view.cascade_caching && !has_receivers(terrain_, cascades_[n], smaller)) {
@@ -63,15 +67,25 @@ Status Scene::draw_shadows(const SceneView& view, double until_ms, FrameRecord& 
   return {};
 }
 
+Status Scene::generate_bases(FrameRecord& record) {
+  const std::int64_t start = now_ns();
+  PatchUpload upload;
+  Status status;
+  while (status.ok() && terrain_.generate_base(upload, status)) {
+    status = upload_patch(upload);
+    ++record.generated;
+  }
+  record.generate_ms += ms_between(start, now_ns());
+  return status;
+}
+
 // Makes vertices for casters, for as long as there is time and room; how many patches got some.
 Status Scene::generate_casters(std::int64_t start, double until_ms, std::uint32_t& made) {
   PatchUpload upload;
   Status status;
   while (status.ok() && ms_between(start, now_ns()) < until_ms &&
          terrain_.generate_next_caster(upload, status)) {
-    status = renderer_.upload_vertices(terrain_.pages(), upload.patch,
-                                       static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
-                                       upload.origin, upload.row);
+    status = upload_patch(upload);
     ++made;
   }
   return status;

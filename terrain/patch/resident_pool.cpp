@@ -156,7 +156,7 @@ bool ResidentPool::take_oldest(const Claim& claim) {
   return false;
 }
 
-bool ResidentPool::make_room(PatchId patch, int level) {
+bool ResidentPool::make_room(PatchId patch, int level, bool casts_only) {
   const std::uint32_t wanted = pages_at(level) - std::min(pages_at(level), pages_at(storage_.levels[patch]));
   // What is kept back comes free soon, and is promised to whoever made room first: taking more for the same
   // need would empty the pool.
@@ -166,7 +166,7 @@ bool ResidentPool::make_room(PatchId patch, int level) {
   };
   take(base_level_, false);
   if (!keeps_base()) take(0, false);
-  if (storage_.levels[patch] == 0 && level <= base_level_) take(0, true);
+  if (storage_.levels[patch] == 0 && level <= base_level_ && !casts_only) take(0, true);
   if (storage_.row_of_patch[patch] == kNoRow && free_row_ == kNoRow && row_end_ == storage_.rows.size()) {
     take_oldest({patch, 0, false});
   }

@@ -88,9 +88,10 @@ class ResidentPool {
 
   // Makes room for raising a patch to a level: takes from patches that the frame does not see, longest unseen
   // first by and large, then from those that are finer than the frame needs; for the base level of a patch
-  // that is not resident, which is a hole, even from those that the frame needs finer. Whether there is room
-  // now; some of what it took may be kept back for the next frames. Never touches `patch`.
-  bool make_room(PatchId patch, int level);
+  // that is not resident, which is a hole, even from those that the frame needs finer; not where it is not
+  // seen itself and only casts a shadow. Whether there is room now; some of what it took may be kept back for
+  // the next frames. Never touches `patch`.
+  bool make_room(PatchId patch, int level, bool casts_only = false);
 
  private:
   struct List {  // a chain of pages

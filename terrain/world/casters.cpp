@@ -52,13 +52,24 @@ Status Terrain::select_casters(const Cascade& cascade, double error_texels, Cast
   return status;
 }
 
+bool Terrain::generate_base(PatchUpload& upload, Status& status) {
+  status = {};
+  if (!pool_.keeps_base() || pool_.resident() == info_.patches) return false;
+  for (std::uint32_t looked = 0; looked < info_.patches; ++looked) {
+    if (next_base_ >= info_.patches) next_base_ = 0;
+    const PatchId patch = next_base_++;
+    if (pool_.level(patch) == 0) return make_resident(patch, base_level(), upload, status);
+  }
+  return false;
+}
+
 bool Terrain::generate_next_caster(PatchUpload& upload, Status& status) {
   status = {};
   for (; next_caster_ < lacking_casters_; ++next_caster_) {
     const PatchId patch = list_scratch_[next_caster_];
     const int level = caster_wanted_[patch];
     if (pool_.level(patch) >= level) continue;
-    if (!pool_.make_room(patch, level)) return false;
+    if (!pool_.make_room(patch, level, true)) return false;
     const bool made = make_resident(patch, level, upload, status);
     // The next ones must not take it back.
     if (made) pool_.see(patch, level);

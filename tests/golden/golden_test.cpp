@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bakes and draws the samples and a real elevation model, and compares with the stored pictures; see
 // README.md.
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -98,6 +99,32 @@ class Golden : public testing::TestWithParam<Case> {
                       << difference.far_apart * 100 << " % far apart; drawn: " << keep(drawn, name);
   }
 
+  // Draws the view once more, with options.
+  test::RgbPicture draw_with(const View& view, const Words& options) {
+    const std::string drawn = folder_.path("again.png");
+    Words words{"render", folder_.path("world.karst"), "-o", drawn, "--size", "320x180", "--error-px", "1"};
+    words.insert(words.end(), view.camera.begin(), view.camera.end());
+    words.insert(words.end(), options.begin(), options.end());
+    const ProcessResult result = test::run_process(KARST_APP_PATH, words);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return test::read_png(drawn);
+  }
+
+  // What pixels and patches skip changes no bit; 16 bits where they are enough change little.
+  void check_shading(const View& view) {
+    const test::RgbPicture picture = draw_with(view, {});
+    for (const char* skips : {"triplanar", "blend", "detail", "sun", "material", "cave",
+                              "triplanar,blend,detail,sun,material,cave,cascades"}) {
+      EXPECT_EQ(test::compare(picture, draw_with(view, {"--no-skip", skips})).largest, 0)
+          << view.picture << " without skipping " << skips;
+    }
+    const test::Difference precision = test::compare(picture, draw_with(view, {"--precision", "high"}));
+    std::printf("%s: medium against high precision: mean %.3f, at most %d of 255\n", view.picture,
+                precision.mean, static_cast<int>(precision.largest));
+    EXPECT_LE(precision.mean, 1.0);
+    EXPECT_LE(precision.largest, 4);
+  }
+
   Folder folder_;
 };
 
@@ -111,6 +138,7 @@ TEST_P(Golden, Picture) {
   const ProcessResult baked = test::run_process(KARST_BAKE_PATH, bake);
   ASSERT_EQ(baked.code, 0) << baked.err;
   for (const View& view : c.views) draw_and_compare(view);
+  check_shading(c.views.back());
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, Golden, testing::ValuesIn(kCases),
