@@ -28,7 +28,7 @@ Measures a world and prints the results beside those of the paper it follows.
       --suite pareto    frames against their error: a sweep of error targets and of distances, on flights
       --suite shading   nanoseconds a pixel of each part of shading, on and off, and how pictures differ
       --suite shadows   shadow maps that are kept, beside drawing all in every frame: turning and on flights
-      --rounds N        medians are over so many rounds, 1 to 1000 (core: 9, shading: 5); pareto: measured
+      --rounds N        medians are over so many rounds, 1 to 1000 (core: 9, shading: 3); pareto: measured
                         laps (1)
       --json FILE       for programs; - prints it instead of the table (core, lod, shading)
 

@@ -19,6 +19,7 @@
 #include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
 #include "app/common/progress.h"
+#include "app/skips.h"
 #include "app/status_text.h"
 #include "platform/headless_display.h"
 
@@ -26,18 +27,6 @@ namespace karst::app {
 namespace {
 
 constexpr std::string_view kFlights[] = {"low", "oblique", "high"};
-
-// What a view may skip, and the switch of it.
-struct Skip {
-  const char* name;
-  bool& (*in)(SceneView& view);
-};
-constexpr Skip kSkips[] = {
-    {"frustum", [](SceneView& v) -> bool& { return v.frustum_culling; }},
-    {"backface", [](SceneView& v) -> bool& { return v.backface_culling; }},
-    {"occlusion", [](SceneView& v) -> bool& { return v.occlusion_culling; }},
-    {"cascades", [](SceneView& v) -> bool& { return v.cascade_caching; }},
-};
 
 using Picture = std::vector<std::uint8_t>;
 
@@ -230,11 +219,21 @@ class Suite {
   std::string compare_feature(const char* name, const std::string& on, const std::string& off,
                               const SceneOptions& without, ShadingReport& report) {
     if (std::string error = other_.set(without); !error.empty()) return error;
-    ShadingComparison row = row_of(name, on, off);
-    Progress progress(name, static_cast<std::uint64_t>(options_.rounds));
+    return compare_ways(row_of(name, on, off), {&other_, {}}, report);
+  }
+
+  std::string compare_lamps(ShadingReport& report) {
+    const std::size_t count = main_.view->scene().terrain().lights().size();
+    if (count == 0) return {};
+    Way off{&main_, {}};
+    off.switches.lamps = false;
+    return compare_ways(row_of("lamps", std::to_string(count), "none"), off, report);
+  }
+
+  std::string compare_ways(ShadingComparison row, const Way& off, ShadingReport& report) {
+    Progress progress(row.name, static_cast<std::uint64_t>(options_.rounds));
     for (int round = 0; round < options_.rounds; ++round) {
-      if (std::string error = draw_round({&main_, {}}, {&other_, {}}, 0, cameras_.size(), row);
-          !error.empty())
+      if (std::string error = draw_round({&main_, {}}, off, 0, cameras_.size(), row); !error.empty())
         return error;
       progress.update(static_cast<std::uint64_t>(round) + 1);
     }
@@ -251,6 +250,12 @@ class Suite {
       const std::string maps = std::to_string(shadows.count) + " of " + std::to_string(shadows.size);
       error = compare_feature("shadows", maps, "none", without, report);
     }
+    if (error.empty()) {
+      SceneOptions high = scene_options();
+      high.high_precision = true;
+      error = compare_feature("precision", "medium", "high", high, report);
+    }
+    if (error.empty()) error = compare_lamps(report);
     if (!error.empty() || options_.against.empty()) return error;
     SceneOptions against = scene_options();
     against.world = options_.against;

@@ -15,7 +15,7 @@ struct ShadingSuiteOptions {
   SceneOptions scene;  // vertex_bytes 0: everything stays resident
   LodSettings lod;
   int frames = 1;       // of each of three flights: low, oblique, high
-  int rounds = 5;       // medians are over these
+  int rounds = 3;       // medians are over these
   std::string against;  // the same world baked another way, to be compared with; empty: none
   std::string json;     // file; "-": printed in place of the table; empty: none
 };

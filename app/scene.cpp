@@ -352,7 +352,7 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   input.camera = view.camera;
   input.shading = shading_needs(record);
   input.skips = view.pixel_skips;
-  input.lights = terrain_.lights();
+  if (view.lamps) input.lights = terrain_.lights();
   input.light = view.light;
   input.quarter_turns = view.quarter_turns;
   input.items = terrain_.items();

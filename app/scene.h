@@ -58,6 +58,7 @@ struct SceneView {
   bool occlusion_culling = true;
   ShadingSkips shading_skips;
   PixelSkips pixel_skips;
+  bool lamps = true;            // the world's point lights
   bool cascade_caching = true;  // false: every shadow map is drawn in every frame
   double generate_ms = kComplete;
   int quarter_turns = 0;          // FrameInput
