@@ -52,6 +52,8 @@ Draws a world that karst-bake made, without a screen.
                             --error-px and say so (all frames are complete)
       --no-skip NAME,...    draws what could be skipped; NAME: frustum, backface, occlusion, cascades,
                             triplanar, blend, detail, sun (of pixels), material, cave (of patches), all
+      --show NAME           materials; cascades: the shadow map of each pixel; levels: triangles, by their
+                            level of detail (materials)
       --precision NAME      high: all of a pixel in 32 bits; medium: 16 where that is enough (medium)
       --shadows N           shadow maps of the sun, 0 to 3, each over a larger part of the world (2)
       --shadow-size N       texels a side of each, 512 to 2048, a multiple of 16 (1024)
@@ -70,10 +72,11 @@ Draws a world that karst-bake made, without a screen.
 )";
 
 constexpr Option kOptions[] = {
-    {"output", 'o'}, {"board"},         {"size"},    {"camera"},      {"path"},         {"sun"},
-    {"fov"},         {"haze"},          {"level"},   {"lod"},         {"error-px"},     {"lod-distance"},
-    {"drape"},       {"drape-repeat"},  {"no-skip"}, {"precision"},   {"max-memory"},   {"stats"},
-    {"generate-ms"}, {"vertex-memory"}, {"shadows"}, {"shadow-size"}, {"shadow-reach"}, {"help", 'h', false}};
+    {"output", 'o'},   {"board"},        {"size"},        {"camera"},       {"path"},
+    {"sun"},           {"fov"},          {"haze"},        {"level"},        {"lod"},
+    {"error-px"},      {"lod-distance"}, {"drape"},       {"drape-repeat"}, {"no-skip"},
+    {"precision"},     {"show"},         {"max-memory"},  {"stats"},        {"generate-ms"},
+    {"vertex-memory"}, {"shadows"},      {"shadow-size"}, {"shadow-reach"}, {"help", 'h', false}};
 
 struct RenderOptions {
   SceneOptions scene;
@@ -156,6 +159,15 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
       options.lod.mode = static_cast<LodMode>(mode - kModes);
     } else {
       error = "--lod: '" + std::string(*text) + "' is not error, distance or full";
+    }
+  }
+  if (const auto text = arguments.value("show"); text && error.empty()) {
+    constexpr const char* kShown[] = {"materials", "cascades", "levels"};  // in the order of Show
+    const auto* shown = std::find(std::begin(kShown), std::end(kShown), *text);
+    if (shown != std::end(kShown)) {
+      options.scene.show = static_cast<Show>(shown - kShown);
+    } else {
+      error = "--show: '" + std::string(*text) + "' is not materials, cascades or levels";
     }
   }
   if (const auto text = arguments.value("precision"); text && error.empty()) {

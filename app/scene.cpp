@@ -145,6 +145,7 @@ RendererSettings Scene::renderer_settings(const Config& config, const MaterialSe
   settings.material_format = materials.format;
   settings.keep_depth = options_.keep_depth;
   settings.high_precision = options_.high_precision;
+  settings.show = options_.show;
   settings.rgb565 = options_.rgb565;
   settings.drape_width = drape_.width;
   settings.drape_height = drape_.height;
@@ -356,6 +357,12 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   input.light = view.light;
   input.quarter_turns = view.quarter_turns;
   input.items = terrain_.items();
+  if (options_.show == Show::levels) {
+    shown_items_.assign(terrain_.items().begin(), terrain_.items().end());
+    std::stable_sort(shown_items_.begin(), shown_items_.end(),
+                     [](const DrawItem& a, const DrawItem& b) { return a.level < b.level; });
+    input.items = shown_items_;
+  }
   input.least_cos2 = terrain_.error_scale().least_cos2;
   input.pages = terrain_.pages();
   input.index_table = terrain_.index_table();

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/common/file_source.h"
 #include "app/frame_statistics.h"
@@ -31,6 +32,7 @@ struct SceneOptions {
   std::uint64_t max_cpu = 0;  // bytes of the CPU's alone, 0: as much as max_memory leaves
   bool keep_depth = false;    // RendererSettings
   bool high_precision = false;
+  Show show = Show::materials;
   CascadeSettings shadows;  // none with a drape
   bool rgb565 = false;
   std::string drape;        // PNG that is laid over the world from above; empty: none
@@ -157,6 +159,7 @@ class Scene {
     ErrorScale scale;              // of those thresholds
   };
   ShadowMap shadow_maps_[kMostCascades];
+  std::vector<DrawItem> shown_items_;  // the frame's, sorted by level, for Show::levels
   LightSpace light_space_;
   Cascade cascades_[kMostCascades];  // of this frame
   int cascade_count_ = 0;

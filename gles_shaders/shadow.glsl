@@ -43,25 +43,32 @@ bool covers(vec4 box, vec2 light) {
   return max(from_middle.x, from_middle.y) < 0.5 - KARST_SHADOW_BORDER * shadow_scale.z;
 }
 
-// 0 in shadow, 1 in the sun. from_eye: voxels. normal: of the surface, unit length.
-float sun_reaches(vec3 from_eye, vec3 normal) {
-  vec2 light = vec2(dot(shadow_x.xyz, from_eye), dot(shadow_y.xyz, from_eye));
-  float layer = 0.0;
-  vec4 box = shadow_box_0;
+// The smallest map that covers a place in light space, and its box; -1 where none does.
+int cascade_of(vec2 light, out vec4 box) {
+  int map = 0;
+  box = shadow_box_0;
   if (shadow_scale.x > 1.0 && !covers(box, light)) {
-    layer = 1.0;
+    map = 1;
     box = shadow_box_1;
   }
   if (shadow_scale.x > 2.0 && !covers(box, light)) {
-    layer = 2.0;
+    map = 2;
     box = shadow_box_2;
   }
-  if (shadow_scale.x < 1.0 || !covers(box, light)) return 1.0;
+  return shadow_scale.x < 1.0 || !covers(box, light) ? -1 : map;
+}
+
+// 0 in shadow, 1 in the sun. from_eye: voxels. normal: of the surface, unit length.
+float sun_reaches(vec3 from_eye, vec3 normal) {
+  vec2 light = vec2(dot(shadow_x.xyz, from_eye), dot(shadow_y.xyz, from_eye));
+  vec4 box;
+  int map = cascade_of(light, box);
+  if (map < 0) return 1.0;
   vec3 in_light = vec3(dot(shadow_x.xyz, normal), dot(shadow_y.xyz, normal), dot(sun_direction.xyz, normal));
   vec3 moved = from_eye + normal * (kNormalTexels * box.w);
   vec2 at = vec2(dot(shadow_x.xyz, moved), dot(shadow_y.xyz, moved)) * box.z + box.xy;
   vec2 slope = in_light.xy / max(in_light.z, kLeastFacing) * (box.w * shadow_scale.w);
   float depth = dot(shadow_z.xyz, moved) + shadow_z.w;
   depth -= kSlopeTexels * (abs(slope.x) + abs(slope.y)) + kDepthSteps;
-  return tent(vec3(at, depth), slope, layer);
+  return tent(vec3(at, depth), slope, float(map));
 }

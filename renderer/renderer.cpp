@@ -396,7 +396,11 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
       static_cast<std::uint8_t>(input.shading | (input.cascades.empty() ? 0 : kShadeShadows));
   gl_.UseProgram(programs_[drape_ != 0 ? ShaderVariant::drape : terrain_variant(shading)]);
   const ExpandIndices expand{input.index_table, input.items, input.pages, {}};
-  const Status status = counts.vertices_lost ? Status() : draw_items(expand, input.max_level, counts);
+  Status status;
+  if (!counts.vertices_lost) {
+    status = settings_.show == Show::materials || drape_ != 0 ? draw_items(expand, input.max_level, counts)
+                                                              : draw_shown(input, expand, counts);
+  }
   pop_group();
   if (!status.ok()) return status;
 
@@ -408,6 +412,28 @@ Status Renderer::draw(const FrameInput& input, FrameCounts& counts) {
   timer_.end(gl_);
   fences_[frame_++ % kFramesInFlight] = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
   has_picture_ = true;
+  return {};
+}
+
+// A call for each run of items of one level.
+Status Renderer::draw_shown(const FrameInput& input, const ExpandIndices& expand, FrameCounts& counts) {
+  const GLuint program =
+      programs_[settings_.show == Show::cascades ? ShaderVariant::show_cascades : ShaderVariant::show_levels];
+  gl_.UseProgram(program);
+  const GLint shown_level = gl_.GetUniformLocation(program, "shown_level");
+  for (std::size_t first = 0; first < input.items.size();) {
+    const std::uint8_t level = input.items[first].level;
+    std::size_t end = first + 1;
+    while (end < input.items.size() &&
+           (input.items[end].level == level || settings_.show == Show::cascades)) {
+      ++end;
+    }
+    if (shown_level >= 0) gl_.Uniform1i(shown_level, level);
+    ExpandIndices run = expand;
+    run.items = input.items.subspan(first, end - first);
+    if (const Status status = draw_items(run, input.max_level, counts); !status.ok()) return status;
+    first = end;
+  }
   return {};
 }
 

@@ -41,6 +41,13 @@
 
 namespace karst {
 
+// What a picture shows.
+enum class Show : std::uint8_t {
+  materials,
+  cascades,  // the shadow map that each pixel is looked up in
+  levels     // triangles, by their level of detail
+};
+
 struct RendererSettings {
   int width = 1280;  // of the picture, pixels, 1..kMaxPicture
   int height = 720;
@@ -59,6 +66,7 @@ struct RendererSettings {
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
   bool high_precision = false;  // all of a pixel is computed in 32 bits, for comparison
+  Show show = Show::materials;  // with a drape always what that shows
   int cascades = 0;             // shadow maps, 0..kMostCascades; with a drape there are none
   int shadow_size = 1024;       // texels a side, as in CascadeSettings
   int shadow_bits = 16;         // of depth, 16 or 24 (which takes 32)
@@ -212,6 +220,7 @@ class Renderer {
   void use_block(GLuint buffer, const shader::FrameBlock& block);
   void draw_sky(FrameCounts& counts);
   void create_materials();
+  Status draw_shown(const FrameInput& input, const ExpandIndices& expand, FrameCounts& counts);
   Status draw_items(ExpandIndices expand, int max_level, FrameCounts& counts);
   void read_pixels(void* rgba);
   void push_group(const char* name);

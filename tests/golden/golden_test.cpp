@@ -118,6 +118,9 @@ class Golden : public testing::TestWithParam<Case> {
       EXPECT_EQ(test::compare(picture, draw_with(view, {"--no-skip", skips})).largest, 0)
           << view.picture << " without skipping " << skips;
     }
+    for (const char* shown : {"cascades", "levels"}) {
+      EXPECT_GT(test::compare(picture, draw_with(view, {"--show", shown})).mean, 5.0) << shown;
+    }
     const test::Difference precision = test::compare(picture, draw_with(view, {"--precision", "high"}));
     std::printf("%s: medium against high precision: mean %.3f, at most %d of 255\n", view.picture,
                 precision.mean, static_cast<int>(precision.largest));
