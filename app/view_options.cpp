@@ -47,7 +47,7 @@ view
       --frames N            draws N frames, changed or not, and ends
       --seconds S           ends after S seconds
       --stats FILE.json     what the frames cost; - prints it; at the end and at SIGHUP
-      --sun AZ,EL  --fov DEG  --haze VOXELS  --level N  --lod NAME  --error-px E
+      --sun AZ,EL  --fov DEG  --haze VOXELS  --level N  --lod NAME  --error-px E  --precision NAME
       --lod-distance V  --max-memory MIB  --vertex-memory MIB
       --generate-ms MS          time a frame to make vertices (4); until they are there frames are coarser
                             as for karst render
@@ -92,6 +92,7 @@ constexpr Option kOptions[] = {{"card"},
                                {"fov"},
                                {"haze"},
                                {"level"},
+                               {"precision"},
                                {"lod"},
                                {"error-px"},
                                {"lod-distance"},
@@ -217,6 +218,7 @@ void read_picture(Reader& read, ViewOptions& options) {
   options.default_haze = !read.next("haze").has_value();
   read.number("haze", 1e-3, 1e7, options.light.haze_voxels);
   read.integer("level", 1, kMaxLevel, options.scene.level);
+  options.scene.high_precision = read.word("precision", {"medium", "high"}, 0) == 1;
   options.lod.mode = static_cast<LodMode>(
       read.word("lod", {"error", "distance", "full"}, static_cast<std::size_t>(options.lod.mode)));
   read.number("error-px", kLeastErrorPx, kMostErrorPx, options.lod.error_px);

@@ -16,15 +16,17 @@ frames=$(statistic frames)
 host key a
 host key home
 sleep 1
-[ "$(statistic frames)" -gt "$frames" ] || fail "a key changes nothing"
+settle $((frames + 1))
+frames=$(statistic frames)
 host key left 2000
-settle $((frames + 2))
+settle $((frames + 1))
 host shot turned
 end TERM
 # poses from another program
 name=poses
 mkfifo /run/poses
-karst view /canyon.karst --seat direct --navigate none --poses - --stats /run/poses.json </run/poses \
+karst view /canyon.karst --seat direct --precision high --navigate none \
+  --poses - --stats /run/poses.json </run/poses \
   >/run/poses.log 2>&1 &
 super=$!
 exec 4>/run/poses
@@ -46,7 +48,7 @@ await_socket
 chmod 666 /run/seatd.sock
 mkdir -p /run/kiosk
 chmod 777 /run/kiosk
-command='HOME=/run/kiosk exec karst view /canyon.karst --seat libseat --navigate none'
+command='HOME=/run/kiosk exec karst view /canyon.karst --seat libseat --precision high --navigate none'
 su kiosk -c "$command" >/run/libseat.log 2>&1 &
 super=$!
 await /run/libseat.log "showing on" 1 1200 || fail "libseat: no picture"

@@ -22,7 +22,8 @@ await() {
 view() {
   name=$1
   shift
-  karst view ${world:-/canyon.karst} --seat direct --stats /run/$name.json "$@" >/run/$name.log 2>&1 &
+  karst view ${world:-/canyon.karst} --seat direct --precision high --stats /run/$name.json "$@" \
+    >/run/$name.log 2>&1 &
   super=$!
   await /run/$name.log "showing on" 1 1200 || fail "$name: no picture"
   view=$(cat /proc/$super/task/$super/children)
@@ -57,7 +58,7 @@ settle() {
   frames=0
   while [ "$frames" != "$before" ] || [ "$frames" -lt "$1" ]; do
     before=$frames
-    sleep 3
+    sleep 6
     frames=$(statistic frames)
   done
 }
