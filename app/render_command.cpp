@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "app/board_options.h"
@@ -152,29 +153,24 @@ std::string read_options(const Arguments& arguments, RenderOptions& options) {
   if (const auto text = arguments.value("camera"); text && error.empty()) {
     error = parse_camera(*text, "--camera", options.cameras.emplace_back());
   }
-  if (const auto text = arguments.value("lod"); text && error.empty()) {
-    constexpr const char* kModes[] = {"error", "distance", "full"};  // in the order of LodMode
-    const auto* mode = std::find(std::begin(kModes), std::end(kModes), *text);
-    if (mode != std::end(kModes)) {
-      options.lod.mode = static_cast<LodMode>(mode - kModes);
-    } else {
-      error = "--lod: '" + std::string(*text) + "' is not error, distance or full";
+  // One of the words; sets out to its place among them.
+  const auto word = [&](const char* name, std::span<const char* const> words, auto& out) {
+    const auto text = arguments.value(name);
+    if (!text || !error.empty()) return;
+    const auto found = std::find(words.begin(), words.end(), *text);
+    if (found != words.end()) {
+      out = static_cast<std::remove_reference_t<decltype(out)>>(found - words.begin());
+      return;
     }
-  }
-  if (const auto text = arguments.value("show"); text && error.empty()) {
-    constexpr const char* kShown[] = {"materials", "cascades", "levels"};  // in the order of Show
-    const auto* shown = std::find(std::begin(kShown), std::end(kShown), *text);
-    if (shown != std::end(kShown)) {
-      options.scene.show = static_cast<Show>(shown - kShown);
-    } else {
-      error = "--show: '" + std::string(*text) + "' is not materials, cascades or levels";
-    }
-  }
-  if (const auto text = arguments.value("precision"); text && error.empty()) {
-    options.scene.high_precision = *text == "high";
-    if (*text != "high" && *text != "medium")
-      error = "--precision: '" + std::string(*text) + "' is neither high nor medium";
-  }
+    error = std::string("--") + name + ": '" + std::string(*text) + "' is not one of";
+    for (const char* w : words) error.append(" ").append(w);
+  };
+  constexpr const char* kModes[] = {"error", "distance", "full"};        // in the order of LodMode
+  constexpr const char* kShown[] = {"materials", "cascades", "levels"};  // in the order of Show
+  constexpr const char* kPrecisions[] = {"medium", "high"};
+  word("lod", kModes, options.lod.mode);
+  word("show", kShown, options.scene.show);
+  word("precision", kPrecisions, options.scene.high_precision);
   if (const auto text = arguments.value("no-skip"); text && error.empty()) {
     error = switch_off_skips(*text, options.skips);
     if (!error.empty()) error = "--no-skip: " + error;
