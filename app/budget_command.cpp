@@ -101,6 +101,9 @@ std::string world_budget(const BudgetOptions& options, WorldBudget& result) {
   const WorldInfo& info = reader.info();
   const int level = std::min(static_cast<int>(options.level), info.level);
   result = budget_of(info, level, options.width, options.height, options.board.vertex_bytes);
+  result.renderer.material_count = reader.materials().count;
+  result.renderer.material_side = reader.materials().side;
+  result.renderer.material_format = reader.materials().format;
   return {};
 }
 
