@@ -10,6 +10,5 @@ int run_view(std::span<const char* const> words);
 int run_render(std::span<const char* const> words);
 int run_info(std::span<const char* const> words);
 int run_budget(std::span<const char* const> words);
-int run_bench(std::span<const char* const> words);
 
 }  // namespace karst::app

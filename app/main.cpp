@@ -23,7 +23,6 @@ constexpr const char* kHelp =
   render WORLD   draw pictures of a world
   info WORLD     say what a world file holds
   budget         say what memory a world takes
-  bench WORLD    measure the core on a world
 
 karst COMMAND --help tells more; karst --version prints the version.
 
@@ -35,11 +34,8 @@ struct Command {
   std::string_view name;
   int (*run)(std::span<const char* const> words);
 };
-constexpr Command kCommands[] = {{"view", run_view},
-                                 {"render", run_render},
-                                 {"info", run_info},
-                                 {"budget", run_budget},
-                                 {"bench", run_bench}};
+constexpr Command kCommands[] = {
+    {"view", run_view}, {"render", run_render}, {"info", run_info}, {"budget", run_budget}};
 
 // A software driver takes a frame's working memory from the heap and frees it when the frame is drawn. By
 // default glibc gives the end of the heap back to the kernel each time, and the next frame faults it in page

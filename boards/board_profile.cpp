@@ -9,7 +9,7 @@
 #include "terrain/base/lattice.h"
 #include "terrain/patch/gpu_vertex.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
@@ -191,4 +191,4 @@ std::string find_board(std::string_view name, BoardProfile& profile) {
   return std::string("'").append(name).append("' is not one of ").append(names);
 }
 
-}  // namespace karst
+}  // namespace karst::core

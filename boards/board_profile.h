@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace karst {
+namespace karst::core {
 
 struct BoardProfile {
   std::string name;             // of the file
@@ -50,4 +50,4 @@ std::span<const BoardText> board_texts();
 // The built-in profile of that name. Empty on success, else a line that names those that there are.
 [[nodiscard]] std::string find_board(std::string_view name, BoardProfile& profile);
 
-}  // namespace karst
+}  // namespace karst::core

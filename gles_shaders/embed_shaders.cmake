@@ -63,10 +63,10 @@ file(WRITE ${EMBEDDED} "// SPDX-License-Identifier: MIT
 // Made by gles_shaders/embed_shaders.cmake.
 #include \"gles_shaders/shader_texts.h\"
 
-namespace karst {
+namespace karst::core {
 
 const ShaderText kShaderTexts[kShaderVariants] = {
 ${entries}};
 
-}  // namespace karst
+}  // namespace karst::core
 ")

@@ -64,7 +64,7 @@
 #define KARST_SOFTEN_LEVELS 0.8
 // Height of bumps where they are too fine to be seen.
 #define KARST_MEAN_HEIGHT 0.5
-// Voxels below the sky-line (terrain/voxel/sky_line.h) at which a cave begins, and at which it is dark.
+// Voxels below the sky-line (terrain/field/sky_line.h) at which a cave begins, and at which it is dark.
 #define KARST_CAVE_BEGINS 2.0
 #define KARST_CAVE_IS_DARK 6.0
 // Voxels from the eye at which the visitor's lamp fades out.
@@ -78,7 +78,7 @@
 #define KARST_SHADOW_BORDER 4.0
 
 #define KARST_STEPS_PER_VOXEL 8192.0
-// terrain/view/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
+// terrain/lod/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
 #define KARST_THRESHOLD_UNIT 524288.0
 #define KARST_MORPH_SHARE 0.3
 
@@ -112,7 +112,7 @@ KARST_BLOCK(FrameBlock) {
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
   vec4 view_scale;         // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
-  // Shadow maps, terrain/view/cascades.h. from_eye: a point less the eye, voxels.
+  // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
   vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
   vec4 shadow_y;           // the same for y
   vec4 shadow_z;           // depth in a map is the dot product of xyz with from_eye, plus w
@@ -124,13 +124,13 @@ KARST_BLOCK(FrameBlock) {
   // What every pixel does whether it needs it or not, to measure what skipping saves: x: planes, y:
   // materials, z: near scales, w: looks at the sun.
   ivec4 least_work;
-  // Point lights, terrain/world/materials.h.
+  // Point lights, terrain/shading/materials.h.
   vec4 light_scale;        // x: number of lights, y: 1 where caves keep the sun out without shadow maps
   vec4 light_place[KARST_MOST_LIGHTS];   // xyz: from the eye, w: reach; voxels
   vec4 light_colour[KARST_MOST_LIGHTS];  // rgb
 };
 
-// What stays the same for a world. Material, terrain/world/materials.h, by layer.
+// What stays the same for a world. Material, terrain/shading/materials.h, by layer.
 KARST_BLOCK(MaterialBlock) {
   vec4 material_scale;  // y: log2 of a texture's side in texels
   // Limits of the normal's y: x * xy + .. is 0 where a material begins to cover, 1 where it covers; zw: the

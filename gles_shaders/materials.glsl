@@ -10,10 +10,10 @@
 uniform KARST_MEDIUM sampler2DArray albedo_height;     // rgb: albedo, sRGB; a: height of the bumps, 0..1
 uniform KARST_MEDIUM sampler2DArray normal_roughness;  // a, g: normal along s and t; r: roughness
 #ifdef KARST_BLEND
-uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, equation 4.6 (renderer/variation_texture.h)
+uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, K equation 4.6 (variation_texture.h)
 #endif
 
-// Weights below it are exactly zero. terrain/view/shading.h relies on it.
+// Weights below it are exactly zero. terrain/shading/shading.h relies on it.
 const float kTriplanarEpsilon = KARST_TRIPLANAR_EPSILON;
 
 vec3 triplanar_weights(vec3 normal) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The formulas of a vertex in terrain/view/morph.h, which explains them; tests/gl compares the two. Lengths
+// The formulas of a vertex in terrain/lod/morph.h, which explains them; tests/gl compares the two. Lengths
 // in lattice steps.
 
 // from_eye: the vertex at home less the eye.

@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-namespace karst {
+namespace karst::core {
 
 enum class ShaderVariant {
 #define KARST_VARIANT(name, vertex, fragment, macros) name,
@@ -23,4 +23,4 @@ struct ShaderText {
 
 extern const ShaderText kShaderTexts[kShaderVariants];
 
-}  // namespace karst
+}  // namespace karst::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How much of the sun reaches a point, from the shadow maps of terrain/view/cascades.h.
+// How much of the sun reaches a point, from the shadow maps of terrain/shadow/cascades.h.
 
 uniform highp sampler2DArrayShadow shadow_maps;  // depth of what is nearest to the sun, a layer a cascade
 

@@ -13,7 +13,7 @@
 layout(location = KARST_LOCATION_POSITION) in ivec4 position_normal;
 layout(location = KARST_LOCATION_MORPH) in ivec4 morph_normal;
 
-uniform highp usampler2D page_table;  // a texel a page: terrain/patch/page_table.h
+uniform highp usampler2D page_table;  // a texel a page: terrain/resident/page_table.h
 uniform highp usampler2D morph_entries;  // r: entry in a row, by vertex of a slot
 uniform highp sampler2D morph_rows;  // r: threshold in units of KARST_THRESHOLD_UNIT
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "platform/log.h"
-#include "platform/seat.h"
+#include "platform/seat/seat.h"
 
 namespace karst {
 

@@ -6,14 +6,14 @@
 #include <cstdio>
 #include <cstring>
 
-#include "renderer/present.h"
-#include "renderer/terrain_variants.h"
-#include "renderer/texture_layout.h"
-#include "renderer/variation_texture.h"
-#include "terrain/patch/index_batches.h"
-#include "terrain/voxel/sky_line.h"
+#include "renderer/passes/present.h"
+#include "renderer/passes/terrain_variants.h"
+#include "renderer/resources/texture_layout.h"
+#include "renderer/resources/variation_texture.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/field/sky_line.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // Levels of a full mip pyramid, and its texels; 0 x 0 has none.
@@ -554,4 +554,4 @@ void GL_APIENTRY Renderer::on_debug_message(GLenum /*source*/, GLenum /*type*/, 
   if (self->message_[0] == '\0') std::snprintf(self->message_, sizeof self->message_, "%s", text);
 }
 
-}  // namespace karst
+}  // namespace karst::core

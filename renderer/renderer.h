@@ -2,10 +2,10 @@
 // The OpenGL ES 3.0 pipeline: all GL objects are made by create() and none after it; a frame allocates
 // nothing.
 //
-// Vertices of all patches lie in one buffer, cut into pages (terrain/patch/page_table.h); a small texture
+// Vertices of all patches lie in one buffer, cut into pages (terrain/resident/page_table.h); a small texture
 // tells the vertex shader by page which patch it is of, another by patch where its vertices morph
-// (terrain/view/morph.h). Indices are streamed as 32 bits from the shared tables
-// (terrain/view/expand_indices.h), so a pass is one draw call, or a few where the stream is full.
+// (terrain/lod/morph.h). Indices are streamed as 32 bits from the shared tables
+// (terrain/draw/expand_indices.h), so a pass is one draw call, or a few where the stream is full.
 //
 // At most kFramesInFlight frames are under way: before anything of frame n is uploaded or drawn, frame n -
 // kFramesInFlight is complete. So pages that the last kFramesInFlight frames did not draw may be written
@@ -21,25 +21,25 @@
 
 #include <glm/vec3.hpp>
 
-#include "renderer/frame_block.h"
-#include "renderer/gl.h"
-#include "renderer/gl_caps.h"
-#include "renderer/gpu_timer.h"
-#include "renderer/programs.h"
+#include "karst/status.h"
+#include "renderer/gl/gl.h"
+#include "renderer/gl/gl_caps.h"
+#include "renderer/gl/gpu_timer.h"
+#include "renderer/passes/frame_block.h"
+#include "renderer/passes/programs.h"
 #include "terrain/base/budget.h"
-#include "terrain/base/status.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/expand_indices.h"
+#include "terrain/field/octree.h"
+#include "terrain/lod/morph.h"
 #include "terrain/patch/gpu_vertex.h"
-#include "terrain/patch/page_table.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/shading/materials.h"
+#include "terrain/shading/shading.h"
+#include "terrain/shadow/cascades.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/cascades.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/expand_indices.h"
-#include "terrain/view/morph.h"
-#include "terrain/view/shading.h"
-#include "terrain/voxel/octree.h"
-#include "terrain/world/materials.h"
 
-namespace karst {
+namespace karst::core {
 
 // What a picture shows.
 enum class Show : std::uint8_t {
@@ -61,7 +61,7 @@ struct RendererSettings {
   int drape_width = 0;
   int drape_height = 0;
   double drape_repeat = 1;  // times that it covers the world's content on each axis, 2^-10..2^10
-  // Of the materials' textures, terrain/world/materials.h; count 0: one plain material.
+  // Of the materials' textures, terrain/shading/materials.h; count 0: one plain material.
   std::uint32_t material_count = 0;  // 0..kMostMaterials
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
@@ -264,4 +264,4 @@ class Renderer {
   char message_[2048] = {};
 };
 
-}  // namespace karst
+}  // namespace karst::core

@@ -7,13 +7,13 @@
 
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
-#include "terrain/patch/page_table.h"
-#include "terrain/view/cascades.h"
-#include "terrain/view/morph.h"
-#include "terrain/world/materials.h"
-#include "terrain/world/patch_shading.h"
+#include "terrain/lod/morph.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/shading/materials.h"
+#include "terrain/shading/patch_shading.h"
+#include "terrain/shadow/cascades.h"
 
-namespace karst::shader {
+namespace karst::core::shader {
 
 using mat4 = glm::mat4;
 using vec4 = glm::vec4;
@@ -33,4 +33,4 @@ static_assert(kCaveBegins == static_cast<float>(KARST_CAVE_BEGINS));
 static_assert(1 << static_cast<int>(KARST_FAR_REPEAT_LOG2) == KARST_FAR_REPEAT);
 static_assert(kMorphShare == static_cast<float>(KARST_MORPH_SHARE));
 
-}  // namespace karst::shader
+}  // namespace karst::core::shader

@@ -4,9 +4,10 @@
 
 #include <string>
 
-#include "terrain/world/byte_source.h"
+#include "terrain/file/byte_source.h"
 
 namespace karst::app {
+using namespace core;
 
 class FileSource {
  public:

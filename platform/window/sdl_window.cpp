@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "platform/clock.h"
-#include "platform/window_display.h"
+#include "platform/window/window_display.h"
 
 namespace karst {
 namespace {

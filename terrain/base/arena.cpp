@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/base/arena.h"
 
-namespace karst {
+namespace karst::core {
 
 void* Arena::take(Consumer consumer, std::size_t bytes) {
   const bool aligned = reinterpret_cast<std::uintptr_t>(memory_.data()) % kAlignment == 0;
@@ -12,4 +12,4 @@ void* Arena::take(Consumer consumer, std::size_t bytes) {
   return block;
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -11,7 +11,7 @@
 #include <span>
 #include <type_traits>
 
-namespace karst {
+namespace karst::core {
 
 // Everybody who takes memory from the arena. kConsumerNames holds the same words for reports.
 enum class Consumer : std::uint8_t {
@@ -73,4 +73,4 @@ class Arena {
   bool frozen_ = false;
 };
 
-}  // namespace karst
+}  // namespace karst::core

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <span>
 
-namespace karst {
+namespace karst::core {
 
 // Everybody who takes GPU memory. kGpuConsumerNames holds the same words for reports.
 enum class GpuConsumer : std::uint8_t {
@@ -84,4 +84,4 @@ class Budget {
   std::array<Term, kConsumerCount + kGpuConsumerCount> terms_{};
 };
 
-}  // namespace karst
+}  // namespace karst::core

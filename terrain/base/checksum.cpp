@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr std::uint32_t kPolynomial = 0x82F63B78u;  // 0x1EDC6F41 with its bits reversed
@@ -48,4 +48,4 @@ std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t previous) {
   return ~crc;
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <span>
 
-namespace karst {
+namespace karst::core {
 
 // The CRC-32C of some earlier bytes, whose CRC is previous, followed by bytes. 0 is the CRC of nothing.
 std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t previous = 0);
 
-}  // namespace karst
+}  // namespace karst::core

@@ -3,7 +3,7 @@
 // one.
 #include "terrain/base/config.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr bool defaults_match_table() {
@@ -43,4 +43,4 @@ Status Config::validate() const {
   return {};
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -7,14 +7,14 @@
 // memory and 16 MiB of GPU memory. Programs that open a world start from the sizes that its file states.
 #pragma once
 
+#include "karst/status.h"
 #include "terrain/base/lattice.h"
-#include "terrain/base/status.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-namespace karst {
+namespace karst::core {
 
 // GPU vertex memory is handed out in pages, so that a table with one entry a page tells a vertex its patch.
 inline constexpr std::uint32_t kPageVertices = 32;  // vertices; 512 bytes at 16 bytes a vertex
@@ -87,4 +87,4 @@ inline constexpr std::array<ConfigField, 11> kConfigFields = {{
      "32-bit indices a draw call", "1 of the 16 MiB, 87,381 triangles; a pass with more takes several calls"},
 }};
 
-}  // namespace karst
+}  // namespace karst::core

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace karst {
+namespace karst::core {
 
 inline constexpr int kLatticeBits = 13;
 inline constexpr std::int32_t kStepsPerVoxel = 1 << kLatticeBits;  // lattice steps
@@ -34,4 +34,4 @@ constexpr int patch_triangles(int level) {
   return 2 * patch_cells(level) * patch_cells(level);
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -5,11 +5,11 @@
 
 #include <cstdint>
 
-namespace karst {
+namespace karst::core {
 
 struct PatchBounds {
   std::int16_t min[3] = {0, 0, 0};
   std::int16_t max[3] = {0, 0, 0};
 };
 
-}  // namespace karst
+}  // namespace karst::core

@@ -5,9 +5,9 @@
 
 #include <span>
 
-#include "terrain/surface/surface.h"
+#include "terrain/surface/patch.h"
 
-namespace karst {
+namespace karst::core {
 
 struct PatchCorner {
   PatchId patch;
@@ -56,4 +56,4 @@ inline int corner_fan(std::span<const Patch> patches, PatchCorner start, PatchCo
   return count;
 }
 
-}  // namespace karst
+}  // namespace karst::core

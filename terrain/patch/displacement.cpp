@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using simd::Float4;
@@ -268,4 +268,4 @@ BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, in
   return {0.5 * p, g / (length > double{kMinGradientLength} ? length : double{kMinGradientLength})};
 }
 
-}  // namespace karst
+}  // namespace karst::core

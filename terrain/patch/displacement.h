@@ -15,12 +15,12 @@
 
 #include <glm/vec3.hpp>
 
+#include "terrain/base/simd.h"
 #include "terrain/patch/heights.h"
-#include "terrain/patch/simd.h"
-#include "terrain/surface/case_tables.h"
-#include "terrain/surface/surface.h"
+#include "terrain/surface/bezier/case_tables.h"
+#include "terrain/surface/patch.h"
 
-namespace karst {
+namespace karst::core {
 
 // In the units of Volume::gradient, where a flat surface has 32 at the voxel centres beside it.
 inline constexpr float kMinGradientLength = 2.0f;
@@ -87,4 +87,4 @@ struct BasePoint {
 };
 BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j);
 
-}  // namespace karst
+}  // namespace karst::core

@@ -9,7 +9,7 @@
 
 #include "terrain/patch/displacement.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // Refinement ends when the bracket is a quarter of a lattice step.
@@ -113,4 +113,4 @@ void FitHeights::run(PatchId first, PatchId last, Result& result) const {
   }
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -8,11 +8,11 @@
 
 #include <glm/vec3.hpp>
 
-#include "terrain/base/status.h"
+#include "karst/status.h"
 #include "terrain/patch/heights.h"
-#include "terrain/surface/surface.h"
+#include "terrain/surface/patch.h"
 
-namespace karst {
+namespace karst::core {
 
 // A solid given by a continuous function of position: positive inside, negative outside. Position in voxels
 // from the octree's minimum corner. Called many millions of times: keep it cheap and pure.
@@ -43,4 +43,4 @@ struct FitHeights {
   void run(PatchId first, PatchId last, Result& result) const;
 };
 
-}  // namespace karst
+}  // namespace karst::core

@@ -15,12 +15,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/base/simd.h"
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/displacement.h"
 #include "terrain/patch/octahedral.h"
-#include "terrain/patch/simd.h"
 
-namespace karst {
+namespace karst::core {
 
 namespace {
 
@@ -541,4 +541,4 @@ PatchScratch* make_patch_scratch(std::span<std::byte> memory) {
   return ::new (static_cast<void*>(memory.data())) PatchScratch();
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -12,14 +12,14 @@
 #include <cstdint>
 #include <span>
 
-#include "terrain/base/status.h"
+#include "karst/status.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/patch/heights.h"
-#include "terrain/surface/surface.h"
+#include "terrain/surface/patch.h"
 
-namespace karst {
+namespace karst::core {
 
 // Working memory of one run at a time; lives in the arena (Consumer::scratch).
 struct PatchScratch;
@@ -67,4 +67,4 @@ struct GenerateVertices {
 std::size_t patch_scratch_bytes();
 PatchScratch* make_patch_scratch(std::span<std::byte> memory);
 
-}  // namespace karst
+}  // namespace karst::core

@@ -4,7 +4,7 @@
 // h = 2^(m-1), an even row of level m adds the h vertices of odd i, an odd row all 2h + 1 of them.
 #include "terrain/patch/gpu_vertex.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 Status check(int level, std::span<std::uint16_t> out) {
@@ -63,4 +63,4 @@ Status build_grid_order(int level, std::span<std::uint16_t> out) {
   return {};
 }
 
-}  // namespace karst
+}  // namespace karst::core

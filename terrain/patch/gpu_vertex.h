@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <span>
 
+#include "karst/status.h"
 #include "terrain/base/lattice.h"
-#include "terrain/base/status.h"
 
-namespace karst {
+namespace karst::core {
 
 // position, morph: lattice steps from the patch's origin, +-4 voxels. normal, morph_normal: octahedral.h. Two
 // attributes of ivec4 on the GPU.
@@ -37,4 +37,4 @@ Status build_vertex_order(int level, std::span<std::uint16_t> out);
 // The inverse: out[vertex_order(level, i, j)] = j * patch_side(level) + i. Shapes and errors as above.
 Status build_grid_order(int level, std::span<std::uint16_t> out);
 
-}  // namespace karst
+}  // namespace karst::core

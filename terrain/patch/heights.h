@@ -9,7 +9,7 @@
 
 #include "terrain/base/lattice.h"
 
-namespace karst {
+namespace karst::core {
 
 // |height| limit in lattice steps. A vertex lies within half a voxel of its origin before displacement and
 // |W| <= 1, so positions stay inside int16 (4 voxels) with 0.1 voxel to spare.
@@ -31,4 +31,4 @@ struct Heights {
   }
 };
 
-}  // namespace karst
+}  // namespace karst::core

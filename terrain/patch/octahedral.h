@@ -9,7 +9,7 @@
 
 #include <glm/vec3.hpp>
 
-namespace karst {
+namespace karst::core {
 
 // Low byte x, high byte z. n need not be of unit length; the zero vector gives (0, 1, 0).
 inline std::uint16_t encode_octahedral(glm::vec3 n) {
@@ -41,4 +41,4 @@ inline glm::vec3 decode_octahedral(std::uint16_t packed) {
   return {x / length, y / length, z / length};
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -6,7 +6,7 @@
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/displacement.h"
 
-namespace karst {
+namespace karst::core {
 
 struct GridVertex {
   PatchId patch;
@@ -49,4 +49,4 @@ void for_each_copy(std::span<const Patch> patches, int level, GridVertex v, Visi
   }
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -147,4 +147,4 @@ double projection_scale(const Camera& camera) {
   return 1.0 / std::tan(camera.fov_y_deg * (kPi / 360.0));
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -14,10 +14,10 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
+#include "karst/status.h"
 #include "terrain/base/lattice.h"
-#include "terrain/base/status.h"
 
-namespace karst {
+namespace karst::core {
 
 // Fractions of a lattice step that a camera's place is rounded to. Not finer, because a double resolves 10^7
 // m to 1.9e-9 m, which is 1/64 step of a voxel of 1 mm; a place given on this grid still comes out exactly.
@@ -83,4 +83,4 @@ glm::dvec3 eye_lattice(const Camera& camera);
 // height covers. Pixels per radian are picture height / 2 times this.
 double projection_scale(const Camera& camera);
 
-}  // namespace karst
+}  // namespace karst::core

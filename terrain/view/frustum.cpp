@@ -22,7 +22,7 @@
 
 #include <glm/geometric.hpp>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr double kMargin = 16.0 / (1 << 24);
@@ -52,4 +52,4 @@ Frustum make_frustum(const Camera& camera) {
            make_plane(forward - y, eye, 0.0, 1.0), make_plane(-forward, eye, far, far / near)}};
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -9,7 +9,7 @@
 
 #include "terrain/view/camera.h"
 
-namespace karst {
+namespace karst::core {
 
 // In lattice steps from the octree's minimum corner. min <= max on every axis; |component| < kBoxReach.
 struct LatticeBox {
@@ -65,4 +65,4 @@ inline PlaneMask classify(const Frustum& frustum, const LatticeBox& box, PlaneMa
   return crossed;
 }
 
-}  // namespace karst
+}  // namespace karst::core

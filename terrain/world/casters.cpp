@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Casters of shadows: what a cascade wants (terrain/view/select_casters.h) is made resident wherever the
+// Casters of shadows: what a cascade wants (terrain/shadow/select_casters.h) is made resident wherever the
 // picture looks. As long as the pool has room, maps depend neither on that nor on what was seen before.
 #include <cstring>
 
-#include "terrain/view/select_casters.h"
+#include "terrain/shadow/select_casters.h"
 #include "terrain/world/terrain.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // FNV-1a over words of eight bytes.
@@ -78,4 +78,4 @@ bool Terrain::generate_next_caster(PatchUpload& upload, Status& status) {
   return false;
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <new>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 #include "terrain/patch/shared_vertices.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // Loading needs the octree's bytes, the table of volumes and the mask, generating a PatchScratch; never two
@@ -589,4 +589,4 @@ bool Terrain::generate_ahead(PatchUpload& upload, Status& status) {
   return false;
 }
 
-}  // namespace karst
+}  // namespace karst::core

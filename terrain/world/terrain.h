@@ -16,28 +16,28 @@
 #include <cstdint>
 #include <span>
 
+#include "karst/status.h"
 #include "terrain/base/arena.h"
 #include "terrain/base/budget.h"
 #include "terrain/base/config.h"
-#include "terrain/base/status.h"
+#include "terrain/cull/occlusion.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
+#include "terrain/lod/morph.h"
+#include "terrain/lod/select_lod.h"
 #include "terrain/patch/generate_vertices.h"
-#include "terrain/patch/height_cache.h"
-#include "terrain/patch/page_table.h"
-#include "terrain/patch/resident_pool.h"
-#include "terrain/surface/extract_surface.h"
-#include "terrain/view/cascades.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/morph.h"
-#include "terrain/view/occlusion.h"
-#include "terrain/view/select_lod.h"
-#include "terrain/view/shading.h"
-#include "terrain/voxel/octree.h"
-#include "terrain/world/materials.h"
-#include "terrain/world/patch_shading.h"
-#include "terrain/world/world_file.h"
-#include "terrain/world/world_reader.h"
+#include "terrain/resident/height_cache.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/resident/resident_pool.h"
+#include "terrain/shading/materials.h"
+#include "terrain/shading/patch_shading.h"
+#include "terrain/shading/shading.h"
+#include "terrain/shadow/cascades.h"
+#include "terrain/surface/bezier/extract_surface.h"
 
-namespace karst {
+namespace karst::core {
 
 struct TerrainView {
   const Camera* camera = nullptr;
@@ -275,4 +275,4 @@ class Terrain {
   std::size_t listed_ = 0;
 };
 
-}  // namespace karst
+}  // namespace karst::core

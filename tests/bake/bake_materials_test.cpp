@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Materials, painted patches and lights on their way into a world file.
-#include "app/bake/bake.h"
-#include "app/bake/bake_error.h"
-#include "app/bake/cave_lights.h"
-#include "terrain/voxel/voxelize.h"
+#include "bake/carve/cave_lights.h"
+#include "bake/pipeline/bake.h"
+#include "bake/pipeline/bake_error.h"
+#include "terrain/field/voxelize.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 #include "tests/support/tree_memory.h"
@@ -15,6 +15,7 @@
 #include <cstring>
 
 namespace karst::bake {
+using namespace core;
 namespace {
 
 class BakeMaterialsTest : public ::testing::Test {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The whole way from an image to the bytes of a world file, and what is said about it.
-#include "app/bake/bake.h"
+#include "bake/pipeline/bake.h"
 
-#include "app/bake/bake_error.h"
+#include "bake/pipeline/bake_error.h"
 #include "terrain/patch/shared_vertices.h"
-#include "terrain/surface/extract_surface.h"
+#include "terrain/surface/bezier/extract_surface.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 
@@ -18,6 +18,7 @@
 #include <memory>
 
 namespace karst::bake {
+using namespace core;
 namespace {
 
 std::string error_of(const Bake& job) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Carve JSON: what is read, every way in which it can be wrong, and what the shapes do to a solid.
-#include "app/bake/carve.h"
+#include "bake/carve/carve.h"
 
-#include "app/bake/bake_error.h"
+#include "bake/pipeline/bake_error.h"
 #include "tests/support/process.h"
 
 #include <gtest/gtest.h>

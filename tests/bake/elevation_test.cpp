@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Elevation files of every kind that is read, and every way in which one can be wrong.
-#include "app/bake/elevation.h"
+#include "bake/elevation/elevation.h"
 
-#include "app/bake/bake_error.h"
-#include "app/bake/geo_scale.h"
+#include "bake/elevation/geo_scale.h"
+#include "bake/pipeline/bake_error.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How near the compressed images come to the originals, and what must hold for every block. That the decoder
 // is right is for tests/gl/etc2_test.cpp, which asks the driver.
-#include "app/bake/etc2.h"
+#include "etc2/etc2.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +14,10 @@
 #include <gtest/gtest.h>
 #include <glm/vec2.hpp>
 
-#include "app/bake/noise.h"
+#include "bake/samples/noise.h"
 
 namespace karst::bake {
+using namespace etc2;
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Images of materials from files: colour, orientation, resizing that keeps tiles, and files that are none.
-#include "app/bake/material_files.h"
+#include "bake/materials/material_files.h"
 
-#include "app/bake/bake_error.h"
+#include "bake/pipeline/bake_error.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 

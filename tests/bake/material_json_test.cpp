@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Material files: what is read, and every way in which they can be wrong.
-#include "app/bake/material_json.h"
+#include "bake/materials/material_json.h"
 
-#include "app/bake/bake_error.h"
+#include "bake/pipeline/bake_error.h"
 #include "tests/support/process.h"
 
 #include <gtest/gtest.h>

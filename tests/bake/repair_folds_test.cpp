@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Folds: found where they are, taken out, and shared vertices stay equal.
-#include "app/bake/repair_folds.h"
+#include "bake/pipeline/repair_folds.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "tests/support/test_world.h"
 
 namespace karst::bake {
+using namespace core;
 namespace {
 
 constexpr int kLevel = 3;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Procedural materials: they tile, look the same at every size, and are the same bits everywhere.
-#include "app/bake/sample_materials.h"
+#include "bake/procedural/sample_materials.h"
 
-#include "app/bake/texture_pyramid.h"
-#include "app/bake/tile_noise.h"
+#include "bake/materials/texture_pyramid.h"
+#include "bake/procedural/tile_noise.h"
 #include "terrain/base/checksum.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +12,7 @@
 #include <string>
 
 namespace karst::bake {
+using namespace core;
 namespace {
 
 constexpr const char* kNames[] = {"grass", "rock", "strata", "sand", "snow", "ceiling"};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The procedural samples: the same bits everywhere, and about the shape that their descriptions promise.
-#include "app/bake/samples.h"
+#include "bake/samples/samples.h"
 
-#include "app/bake/noise.h"
-#include "app/bake/settle_voxels.h"
+#include "bake/pipeline/settle_voxels.h"
+#include "bake/samples/noise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Pyramids of textures: what is averaged how, and what compression costs.
-#include "app/bake/texture_pyramid.h"
+#include "bake/materials/texture_pyramid.h"
 
-#include "app/bake/etc2.h"
-#include "app/bake/sample_materials.h"
+#include "bake/procedural/sample_materials.h"
+#include "etc2/etc2.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include <cstring>
 
 namespace karst::bake {
+using namespace etc2;
 namespace {
 
 constexpr int kSide = 16;

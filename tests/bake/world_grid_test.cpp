@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where voxels lie, column tops, and the taking away of what is one voxel wide.
-#include "app/bake/bake_error.h"
-#include "app/bake/elevation_solid.h"
-#include "app/bake/settle_voxels.h"
+#include "bake/elevation/elevation_solid.h"
+#include "bake/pipeline/bake_error.h"
+#include "bake/pipeline/settle_voxels.h"
 
 #include <gtest/gtest.h>
 

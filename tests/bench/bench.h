@@ -7,7 +7,7 @@
 #include <chrono>
 #include <vector>
 
-namespace karst::bench {
+namespace karst::core::bench {
 
 struct Bench {
   const char* name;
@@ -39,4 +39,4 @@ Times measure(int repeats, Work&& work) {
   return {ms[ms.size() / 2], ms.front()};
 }
 
-}  // namespace karst::bench
+}  // namespace karst::core::bench

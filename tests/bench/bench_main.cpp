@@ -4,17 +4,17 @@
 #include <cstdio>
 #include <cstring>
 
-namespace karst::bench {
+namespace karst::core::bench {
 
 std::vector<Bench>& all() {
   static std::vector<Bench> benches;
   return benches;
 }
 
-}  // namespace karst::bench
+}  // namespace karst::core::bench
 
 int main(int argc, char** argv) {
-  using karst::bench::Bench;
+  using karst::core::bench::Bench;
   bool smoke = false;
   std::vector<const char*> names;
   for (int n = 1; n < argc; ++n) {
@@ -26,13 +26,13 @@ int main(int argc, char** argv) {
   }
   for (const char* name : names) {
     const auto same = [&](const Bench& b) { return std::strcmp(b.name, name) == 0; };
-    const auto& benches = karst::bench::all();
+    const auto& benches = karst::core::bench::all();
     if (std::any_of(benches.begin(), benches.end(), same)) continue;
     std::fprintf(stderr, "karst_bench_core: no benchmark named '%s'\n", name);
     return 2;
   }
   int result = 0;
-  for (const Bench& bench : karst::bench::all()) {
+  for (const Bench& bench : karst::core::bench::all()) {
     const auto same = [&](const char* name) { return std::strcmp(bench.name, name) == 0; };
     if (names.empty() || std::any_of(names.begin(), names.end(), same)) result |= bench.run(smoke);
   }

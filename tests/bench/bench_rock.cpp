@@ -9,12 +9,12 @@
 #include <cstdio>
 #include <vector>
 
-#include "terrain/view/draw_list.h"
-#include "terrain/view/occlusion.h"
+#include "terrain/cull/occlusion.h"
+#include "terrain/draw/draw_list.h"
 #include "tests/bench/bench.h"
 #include "tests/support/morphed_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr int kLevel = 3;
@@ -173,4 +173,4 @@ int run_rock(bool smoke) {
 const bench::Register registered{{"rock", run_rock}};
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

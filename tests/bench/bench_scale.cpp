@@ -8,14 +8,14 @@
 #include <random>
 #include <vector>
 
+#include "terrain/draw/draw_list.h"
+#include "terrain/lod/morph.h"
+#include "terrain/lod/select_lod.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/morph.h"
-#include "terrain/view/select_lod.h"
 #include "tests/bench/bench.h"
 #include "tests/support/grid_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr int kLevel = 5;
@@ -103,4 +103,4 @@ int run_scale(bool smoke) {
 const bench::Register registered{{"scale", run_scale}};
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

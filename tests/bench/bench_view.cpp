@@ -10,16 +10,16 @@
 #include <span>
 #include <vector>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/expand_indices.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/lod/morph.h"
+#include "terrain/lod/select_lod.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/expand_indices.h"
-#include "terrain/view/morph.h"
-#include "terrain/view/select_lod.h"
 #include "tests/bench/bench.h"
 #include "tests/support/grid_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 struct Scene {
@@ -191,4 +191,4 @@ int run_view(bool smoke) {
 const bench::Register registered{{"view", run_view}};
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

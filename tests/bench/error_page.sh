@@ -17,21 +17,21 @@ fi
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 peers=$(cd "$1" && pwd)
-karst=$(realpath "$2/app/karst")
-bake=$(realpath "$2/app/bake/karst-bake")
+bench=$(realpath "$2/bench/karst-bench")
+bake=$(realpath "$2/bake/karst-bake")
 dem=$(realpath "$3")
 out=$peers/out
 [[ -s $out/results.csv ]] || { echo "error_page.sh: no $out/results.csv; see peers.sh run" >&2; exit 1; }
 
 cd "$peers/data"
 awk 'NR % 8 == 1' peers.txt >every-eighth.txt
-"$karst" bench peers.karst --suite pareto --path every-eighth.txt --drape diffuse_1024.png --drape-repeat 32 \
+"$bench" peers.karst --suite pareto --path every-eighth.txt --drape diffuse_1024.png --drape-repeat 32 \
   --targets 1,2,2.75,4,8,16 --distances 8,16,32 \
   --elevation terrain_1025.png --pixel-size 3.90625 --z-scale 0.0030518043793392844 \
   --csv "$out/sweep.csv" --svg "$root/docs/images/error-peers.svg" --peers "$out/peers.csv"
 
 [[ -s dem.karst ]] || "$bake" "$dem" -o dem.karst --voxel 256 --levels 4 --quiet
-"$karst" bench dem.karst --suite pareto --frames "${FRAMES:-24}" --size "${SIZE:-640x360}" \
+"$bench" dem.karst --suite pareto --frames "${FRAMES:-24}" --size "${SIZE:-640x360}" \
   --targets 1,2,4,8,16 --distances 16,32 --drape diffuse_1024.png --drape-repeat 32 \
   --csv "$out/dem.csv" --svg "$root/docs/images/error-dem.svg"
 cp "$out/peers.csv" "$root/docs/images/peers.csv"
@@ -74,7 +74,7 @@ choose instead. The page, its plots and its numbers are made by
     tests/bench/peers.sh run PEERS build/release
     tests/bench/error_page.sh PEERS build/release ../shared/data/bigtujunga.tif
 
-The error of a picture is measured from its depth (`app/bench/picture_error.h`). Against elevation: the
+The error of a picture is measured from its depth (`bench/measure/picture_error.h`). Against elevation: the
 distance in pixels between what is seen at a pixel and the elevation above or below it. Against a picture of
 the full level: the distance of the surfaces, in pixels at most. Times are medians of frames that end with
 `glFinish`; the metric is not part of them, nor of the memory. By error, `target` is `--error-px`; by

@@ -114,12 +114,12 @@ csv_values() {
   for name in "${@:2}"; do printf '%s ' "$(csv_value "$1" "$name")"; done
 }
 karst_times() {
-  "$karst" bench "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" --json "$out/k.json" >/dev/null
+  "$bench" "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" --json "$out/k.json" >/dev/null
   csv_values "$out/k.csv" frame_median_ms frame_p99_ms all_cpu_ms main_cpu_ms triangles draw_calls
   echo "$(json_number "$out/k.json" peak_resident_mib) $(json_number "$out/k.json" first_frame_ms)"
 }
 karst_errors() {
-  "$karst" bench "${scene[@]}" --targets "$1" --elevation terrain_1025.png --pixel-size $pixel_size \
+  "$bench" "${scene[@]}" --targets "$1" --elevation terrain_1025.png --pixel-size $pixel_size \
     --z-scale $z_scale --csv "$out/k.csv" >/dev/null
   csv_values "$out/k.csv" error_mean_px error_rms_px error_p95_px error_p99_px error_max_px
 }
@@ -135,7 +135,7 @@ note() {
 main_thread_by_library() {
   command -v perf >/dev/null || { say "no perf: the main thread's time by library is left out"; return; }
   perf record -q -e cpu-clock -F 4000 -D 1000 -o "$out/perf.data" \
-    "$karst" bench "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" >/dev/null 2>&1 ||
+    "$bench" "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" >/dev/null 2>&1 ||
     { say "perf does not work here"; return; }
   local main
   main=$(csv_value "$out/k.csv" main_cpu_ms)
@@ -223,12 +223,12 @@ measure_peers_errors() {
 
 run() {
   peers=$(cd "$1" 2>/dev/null && pwd) || skip "no folder $1; see peers.sh build"
-  karst=$(realpath "$2/app/karst")
-  bake=$(realpath "$2/app/bake/karst-bake")
+  bench=$(realpath "$2/bench/karst-bench")
+  bake=$(realpath "$2/bake/karst-bake")
   for program in gen_terrain peer_irrlicht peer_osg peer_ogre; do
     [[ -x $peers/build/$program ]] || skip "no $peers/build/$program; see peers.sh build"
   done
-  [[ -x $karst && -x $bake ]] || skip "no karst in $2"
+  [[ -x $bench && -x $bake ]] || skip "no karst-bench in $2"
   command -v xvfb-run >/dev/null || skip "no xvfb-run, which the peers need"
   mkdir -p "$peers/data" "${3:-$peers/out}"
   out=$(cd "${3:-$peers/out}" && pwd)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// karst bench from outside, on a world of a few patches.
+// karst-bench from outside, on a world of a few patches.
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -12,7 +12,7 @@
 #include "tests/support/process.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::ProcessResult;
@@ -27,8 +27,8 @@ class Bench : public testing::Test {
     world_ = folder_.write("world.karst", world.file());
   }
   ProcessResult bench(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {"bench", world_});
-    return test::run_process(KARST_APP_PATH, arguments);
+    arguments.insert(arguments.begin(), {world_});
+    return test::run_process(KARST_BENCH_PATH, arguments);
   }
   std::string file(const std::string& name) const { return folder_.path(name); }
 
@@ -124,8 +124,8 @@ TEST_F(Bench, LodStandsBesideTheThesis) {
   test::TestWorld world({24, 12, 20}, [](glm::ivec3 v) { return v.y < 5; });
   world.roughen(4, 9, 700);
   const std::string level_4 = folder_.write("four.karst", world.file());
-  const ProcessResult result = test::run_process(
-      KARST_APP_PATH, {"bench", level_4, "--suite", "lod", "--size", "64x36", "--frames", "2"});
+  const ProcessResult result =
+      test::run_process(KARST_BENCH_PATH, {level_4, "--suite", "lod", "--size", "64x36", "--frames", "2"});
   ASSERT_EQ(result.code, 0) << result.err;
   for (const char* part :
        {"    4      1 |", "    4      2 |", "    4      4 |", "K:    0.25    0.40       5.4"}) {
@@ -172,12 +172,12 @@ TEST_F(Bench, ShadingComparesTexturesOfTwoWorlds) {
                           "--material-format", format, "-o", file(format), "--quiet"});
     ASSERT_EQ(baked.code, 0) << baked.err;
   }
-  const std::vector<std::string> words = {"bench",    file("etc2"), "--suite", "shading", "--size",   "96x54",
-                                          "--rounds", "1",          "--json",  "-",       "--against"};
+  const std::vector<std::string> words = {file("etc2"), "--suite", "shading", "--size", "96x54",
+                                          "--rounds",   "1",       "--json",  "-",      "--against"};
   const auto against = [&](const std::string& world) {
     auto all = words;
     all.push_back(world);
-    return test::run_process(KARST_APP_PATH, all);
+    return test::run_process(KARST_BENCH_PATH, all);
   };
   const ProcessResult result = against(file("rgba8"));
   ASSERT_EQ(result.code, 0) << result.err;
@@ -208,4 +208,4 @@ TEST_F(Bench, CoreWritesJson) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -13,7 +13,7 @@
 #include "tests/support/test_world.h"
 #include "tests/support/world_damage.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Folder;
@@ -33,9 +33,12 @@ class Karst : public testing::Test {
  protected:
   void SetUp() override { world_ = folder_.write("world.karst", small_world()); }
 
+  // "bench" is a program of its own.
   static ProcessResult run(std::vector<std::string> arguments,
                            const std::vector<std::string>& environment = {}) {
-    return test::run_process(KARST_APP_PATH, arguments, environment);
+    const bool bench = !arguments.empty() && arguments[0] == "bench";
+    if (bench) arguments.erase(arguments.begin());
+    return test::run_process(bench ? KARST_BENCH_PATH : KARST_APP_PATH, arguments, environment);
   }
   ProcessResult render(std::vector<std::string> arguments, const std::vector<std::string>& environment = {}) {
     arguments.insert(arguments.begin(), {"render", world_, "--size", "64x36"});
@@ -506,4 +509,4 @@ TEST_F(Karst, ResultsThatReachNobodyAreAFailure) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -10,7 +10,7 @@
 #include "tests/support/process.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Folder;
@@ -100,4 +100,4 @@ TEST(Skips, ChangeNoPixel) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "terrain/base/checksum.h"
+#include "terrain/draw/index_batches.h"
 #include "terrain/patch/fit_heights.h"
-#include "terrain/patch/index_batches.h"
 #include "terrain/view/camera.h"
 #include "terrain/world/terrain.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 template <class T>
@@ -99,10 +99,10 @@ bool run() {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core
 
 int main() {
-  if (karst::run()) return 0;
+  if (karst::core::run()) return 0;
   std::fputs("flow_hash: a stage refused its input\n", stderr);
   return 1;
 }

@@ -13,8 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::vector<std::byte> file(size);
   if (size != 0) std::memcpy(file.data(), data, size);
-  karst::fuzz_world_file(file);
-  karst::fix_checksums(file);
-  karst::fuzz_world_file(file);
+  karst::core::fuzz_world_file(file);
+  karst::core::fix_checksums(file);
+  karst::core::fuzz_world_file(file);
   return 0;
 }

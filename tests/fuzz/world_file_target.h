@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Reads any bytes as a world file, all the way down, and traps where an accepted file breaks a promise of
-// terrain/world/world_file.h. Used by world_file_test.cpp and by libFuzzer (world_file_target.cpp).
+// terrain/file/world_file.h. Used by world_file_test.cpp and by libFuzzer (world_file_target.cpp).
 #pragma once
 
 #include "terrain/base/arena.h"
+#include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
 #include "terrain/patch/heights.h"
-#include "terrain/world/world_file.h"
-#include "terrain/world/world_reader.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 
 enum class Reached { rejected, header, octree };
 
@@ -143,4 +143,4 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   return Reached::octree;
 }
 
-}  // namespace karst
+}  // namespace karst::core

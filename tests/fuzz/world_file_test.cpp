@@ -11,7 +11,7 @@
 #include <bit>
 #include <limits>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using namespace world_offsets;
@@ -310,4 +310,4 @@ TEST(WorldFileFuzz, Noise) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

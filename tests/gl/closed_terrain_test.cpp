@@ -16,7 +16,7 @@
 #include "renderer/renderer.h"
 #include "tests/gl/gl_fixture.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -176,4 +176,4 @@ TEST(ClosedTerrain, AMissingPatchIsSeen) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

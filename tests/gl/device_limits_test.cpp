@@ -9,11 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "renderer/renderer.h"
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/gl/noop_gl.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::NoopGl;
@@ -247,4 +247,4 @@ TEST(DeviceLimits, LostVerticesAreTold) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

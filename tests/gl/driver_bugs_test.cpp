@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "platform/headless_display.h"
-#include "renderer/gl_caps.h"
+#include "platform/headless/headless_display.h"
+#include "renderer/gl/gl_caps.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 TEST(DriverBugs, FirstTimerResultOfLlvmpipeIsWrong) {
@@ -52,4 +52,4 @@ TEST(DriverBugs, FirstTimerResultOfLlvmpipeIsWrong) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The driver's decoder of ETC2 and EAC against karst-bake's: the same bytes for any block.
-#include "app/bake/etc2.h"
+#include "etc2/etc2.h"
 
 #include <array>
 #include <cstdint>
@@ -12,7 +12,8 @@
 
 #include "tests/gl/gl_fixture.h"
 
-namespace karst::bake {
+namespace karst::core {
+using namespace etc2;
 namespace {
 
 using test::GlContext;
@@ -196,4 +197,4 @@ TEST_F(Etc2Gl, SmallImagesHaveTheFirstTexelsOfTheirBlocks) {
 }
 
 }  // namespace
-}  // namespace karst::bake
+}  // namespace karst::core

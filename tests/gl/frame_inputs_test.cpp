@@ -7,13 +7,13 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/frame_block.h"
-#include "renderer/variation_texture.h"
+#include "renderer/passes/frame_block.h"
+#include "renderer/resources/variation_texture.h"
 #include "terrain/base/checksum.h"
-#include "terrain/voxel/sky_line.h"
+#include "terrain/field/sky_line.h"
 #include "tests/gl/gl_fixture.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 std::vector<std::uint8_t> variation_texture() {
@@ -134,4 +134,4 @@ TEST(FrameLight, NamesTheFieldThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -10,7 +10,7 @@
 #include "tests/gl/noop_gl.h"
 #include "tests/support/heap_count.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::NoopGl;
@@ -115,4 +115,4 @@ TEST(FrameMemory, FencesAreDeleted) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "platform/headless_display.h"
+#include "platform/headless/headless_display.h"
 
 namespace karst::test {
 

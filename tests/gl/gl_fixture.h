@@ -16,6 +16,7 @@
 #include "tests/support/test_world.h"
 
 namespace karst::test {
+using namespace core;
 
 class GlContext {
  public:

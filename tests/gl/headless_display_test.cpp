@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Headless contexts: the real one, and every way of failing, with a table of fake EGL functions.
-#include "platform/headless_display.h"
+#include "platform/headless/headless_display.h"
 
 #include <cstring>
 #include <string>
@@ -8,7 +8,7 @@
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // What the fake EGL offers, and what was left open in it.
@@ -232,4 +232,4 @@ TEST_F(HeadlessDisplay, LaterStepsFailCleanly) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -5,9 +5,10 @@
 
 #include <cstdint>
 
-#include "renderer/gl.h"
+#include "renderer/gl/gl.h"
 
 namespace karst::test {
+using namespace core;
 
 struct NoopGl {
   std::uint64_t objects_made = 0;

@@ -10,10 +10,10 @@
 
 #include <gtest/gtest.h>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 #include "tests/gl/gl_fixture.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::DrawnWorld;
@@ -298,4 +298,4 @@ TEST(Renderer, PagesMayLieAnywhere) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

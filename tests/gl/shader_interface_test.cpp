@@ -10,11 +10,11 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/programs.h"
+#include "renderer/passes/programs.h"
 #include "renderer/shader_interface.h"
 #include "tests/gl/gl_fixture.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::GlContext;
@@ -198,4 +198,4 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

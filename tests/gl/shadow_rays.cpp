@@ -8,9 +8,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 
 namespace karst::test {
+using namespace core;
 namespace {
 
 constexpr std::uint32_t kChunkIndices = 48;  // 16 triangles

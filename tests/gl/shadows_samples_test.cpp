@@ -11,7 +11,7 @@
 #include "tests/gl/shadow_rays.h"
 #include "tests/support/process.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::ShadowedWorld;
@@ -101,4 +101,4 @@ INSTANTIATE_TEST_SUITE_P(All, ShadowsOfSamples, testing::Values("canyon", "caves
 #endif
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -14,7 +14,7 @@
 #include "tests/gl/noop_gl.h"
 #include "tests/gl/shadow_rays.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::GlContext;
@@ -292,4 +292,4 @@ TEST(Shadows, DefaultsAreFourMebibytes) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

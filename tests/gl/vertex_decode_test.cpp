@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the vertex shader makes of the 16 bytes, read back with transform feedback: the same numbers as C++,
-// vertices moved as terrain/view/morph.h says, and the same bits in clip space for every patch that shares a
+// vertices moved as terrain/lod/morph.h says, and the same bits in clip space for every patch that shares a
 // vertex.
 #include <algorithm>
 #include <cmath>
@@ -15,12 +15,12 @@
 #include <glm/geometric.hpp>
 
 #include "gles_shaders/shader_texts.h"
-#include "renderer/frame_block.h"
+#include "renderer/passes/frame_block.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/support/morphed_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::GlContext;
@@ -364,4 +364,4 @@ TEST_F(Morphing, SharedVerticesAreTheSameBitsInClipSpace) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

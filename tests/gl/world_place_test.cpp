@@ -5,7 +5,7 @@
 
 #include "tests/gl/gl_fixture.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::DrawnWorld;
@@ -39,4 +39,4 @@ TEST(WorldPlace, PicturesDoNotDependOnOriginAndVoxelSize) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

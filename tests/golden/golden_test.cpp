@@ -12,7 +12,7 @@
 #include "tests/golden/picture.h"
 #include "tests/support/process.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Folder;
@@ -160,4 +160,4 @@ TEST(Compare, SeesDifferences) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/bench/elevation_grid.h"
+#include "bench/measure/elevation_grid.h"
 
 #include <cstdint>
 #include <cstring>
@@ -11,7 +11,7 @@
 
 #include "tests/support/process.h"
 
-namespace karst::app {
+namespace karst::bench {
 namespace {
 
 std::string png_of(png_uint_32 format, png_uint_32 columns, png_uint_32 rows, const void* pixels) {
@@ -83,4 +83,4 @@ TEST(ElevationGrid, InsideLeavesAMargin) {
 }
 
 }  // namespace
-}  // namespace karst::app
+}  // namespace karst::bench

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Errors of pictures whose depth is computed here, of planes and steps whose errors are known.
-#include "app/bench/picture_error.h"
+#include "bench/measure/picture_error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
 
-namespace karst::app {
+namespace karst::bench {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 90;
@@ -178,4 +178,4 @@ TEST(SummariseErrors, RanksAndMeans) {
 }
 
 }  // namespace
-}  // namespace karst::app
+}  // namespace karst::bench

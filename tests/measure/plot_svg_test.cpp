@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/bench/plot_svg.h"
+#include "bench/plots/plot_svg.h"
 
 #include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
 
-namespace karst::app {
+namespace karst::bench {
 namespace {
 
 std::size_t count(const std::string& text, const std::string& part) {
@@ -51,4 +51,4 @@ TEST(PlotSvg, NothingToDraw) {
 }
 
 }  // namespace
-}  // namespace karst::app
+}  // namespace karst::bench

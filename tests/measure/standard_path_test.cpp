@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/bench/standard_path.h"
+#include "bench/measure/standard_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace karst::app {
+namespace karst::bench {
 namespace {
 
 // 64 x 48 columns of ground at 3 voxels with a tower of 9.
@@ -76,4 +76,4 @@ TEST(StandardPath, LowStaysLowAndHighStaysHigh) {
 }
 
 }  // namespace
-}  // namespace karst::app
+}  // namespace karst::bench

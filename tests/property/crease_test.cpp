@@ -17,9 +17,9 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "terrain/surface/case_tables.h"
+#include "terrain/surface/bezier/case_tables.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using Point = glm::dvec3;
@@ -246,4 +246,4 @@ TEST(Crease, TableHasTheLeastOfAllFills) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -12,10 +12,10 @@
 
 #include <glm/geometric.hpp>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 #include "tests/property/morph_scene.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 struct Deviation {
@@ -269,4 +269,4 @@ TEST(ErrorBound, TheBoundHoldsForWhatIsHeld) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

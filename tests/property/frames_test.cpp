@@ -19,15 +19,15 @@
 
 #include <glm/common.hpp>
 
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/lod/select_lod.h"
 #include "terrain/patch/gpu_vertex.h"
-#include "terrain/patch/index_batches.h"
-#include "terrain/surface/case_tables.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/select_lod.h"
+#include "terrain/surface/bezier/case_tables.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -301,4 +301,4 @@ TEST(Frames, NoneHasATJunctionOrCallsTheHeap) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

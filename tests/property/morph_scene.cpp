@@ -6,7 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-namespace karst {
+namespace karst::core {
 
 double between(Random& random, double low, double high) {
   return low + (high - low) * random.unit();
@@ -119,4 +119,4 @@ std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double
   return held;
 }
 
-}  // namespace karst
+}  // namespace karst::core

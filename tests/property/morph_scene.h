@@ -10,10 +10,10 @@
 
 #include <glm/vec3.hpp>
 
-#include "terrain/view/select_lod.h"
+#include "terrain/lod/select_lod.h"
 #include "tests/support/morphed_surface.h"
 
-namespace karst {
+namespace karst::core {
 
 using test::MorphedSurface;
 using test::Projection;
@@ -148,4 +148,4 @@ Camera camera_of(const CameraSettings& settings);
 // random, some not at all.
 std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double missing);
 
-}  // namespace karst
+}  // namespace karst::core

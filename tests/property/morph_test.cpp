@@ -12,11 +12,11 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/draw/index_batches.h"
 #include "terrain/patch/displacement.h"
-#include "terrain/patch/index_batches.h"
 #include "tests/property/morph_scene.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // Levels follow from thresholds alone: neighbours never have to be raised, and culling does not change them.
@@ -242,4 +242,4 @@ TEST(Morph, SharedVerticesMoveAlike) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -9,12 +9,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/draw/index_batches.h"
+#include "terrain/measure/normal_cone.h"
 #include "terrain/patch/displacement.h"
-#include "terrain/patch/index_batches.h"
-#include "terrain/patch/normal_cone.h"
 #include "tests/support/morphed_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::MorphedSurface;
@@ -183,4 +183,4 @@ TEST(NormalCone, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

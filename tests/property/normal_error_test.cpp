@@ -12,7 +12,7 @@
 #include "terrain/patch/octahedral.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 TEST(LayoutError, Normals) {
@@ -84,4 +84,4 @@ TEST(LayoutError, FlatGradient) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

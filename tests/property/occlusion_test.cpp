@@ -11,13 +11,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "terrain/patch/index_batches.h"
-#include "terrain/patch/normal_cone.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/occlusion.h"
+#include "terrain/cull/occlusion.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/measure/normal_cone.h"
 #include "tests/support/morphed_surface.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::MorphedSurface;
@@ -315,4 +315,4 @@ TEST(Occlusion, OutsideAndInsideAreWhatTheySay) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

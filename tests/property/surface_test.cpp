@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "terrain/draw/index_batches.h"
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/displacement.h"
-#include "terrain/patch/index_batches.h"
-#include "terrain/surface/case_tables.h"
+#include "terrain/surface/bezier/case_tables.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -299,4 +299,4 @@ TEST(Surface, CornerFansAreConsistent) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -8,7 +8,7 @@
 
 #include "terrain/base/lattice.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr std::uint32_t kNobody = 0xffffffffu;
@@ -85,4 +85,4 @@ GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::ui
   return result;
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -3,14 +3,14 @@
 // order in space and the boxes of a real one, for a fraction of the time that extraction takes.
 #pragma once
 
+#include "terrain/cull/bounds_tree.h"
 #include "terrain/patch/bounds.h"
-#include "terrain/surface/surface.h"
-#include "terrain/view/bounds_tree.h"
+#include "terrain/surface/patch.h"
 
 #include <cstdint>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 
 struct GridSurface {
   std::vector<Volume> volumes;
@@ -31,4 +31,4 @@ struct GridSurface {
 // j along -z. sheets: as many such hills above each other, 40 voxels apart, one after the other in order.
 GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::uint64_t seed, int sheets = 1);
 
-}  // namespace karst
+}  // namespace karst::core

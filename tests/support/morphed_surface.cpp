@@ -7,11 +7,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/draw/index_batches.h"
 #include "terrain/patch/displacement.h"
 #include "terrain/patch/generate_vertices.h"
-#include "terrain/patch/index_batches.h"
 
 namespace karst::test {
+using namespace core;
 namespace {
 
 void require(const Status& status) {

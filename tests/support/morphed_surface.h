@@ -10,12 +10,13 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "terrain/lod/morph.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/morph.h"
 #include "tests/support/test_world.h"
 
 namespace karst::test {
+using namespace core;
 
 // A point of the full grid on a coarser level's surface: the triangle that it lies in, and where.
 struct SurfacePoint {

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "terrain/field/voxelize.h"
+#include "terrain/measure/level_error.h"
+#include "terrain/measure/shading_cone.h"
 #include "terrain/patch/displacement.h"
-#include "terrain/patch/level_error.h"
-#include "terrain/patch/shading_cone.h"
-#include "terrain/surface/extract_surface.h"
-#include "terrain/voxel/voxelize.h"
+#include "terrain/surface/bezier/extract_surface.h"
 
 namespace karst::test {
+using namespace core;
 namespace {
 
 // The first address in memory that is aligned for an arena.

@@ -10,13 +10,14 @@
 
 #include <glm/vec3.hpp>
 
+#include "terrain/field/octree.h"
+#include "terrain/file/world_file.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/heights.h"
-#include "terrain/surface/surface.h"
-#include "terrain/voxel/octree.h"
-#include "terrain/world/world_file.h"
+#include "terrain/surface/patch.h"
 
 namespace karst::test {
+using namespace core;
 
 // A 64-bit mix (SplitMix64, Steele et al. 2014): test data must not depend on the standard library's
 // generators.

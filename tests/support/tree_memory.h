@@ -3,7 +3,7 @@
 #pragma once
 
 #include "terrain/base/arena.h"
-#include "terrain/voxel/octree.h"
+#include "terrain/field/octree.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <new>
 #include <span>
 
-namespace karst {
+namespace karst::core {
 
 // splitmix64 (Steele, Lea and Flood, 2014): the same numbers on every compiler, unlike <random>'s
 // distributions.
@@ -84,4 +84,4 @@ inline void expect_sound(const Octree& tree) {
   EXPECT_TRUE(collapsed);
 }
 
-}  // namespace karst
+}  // namespace karst::core

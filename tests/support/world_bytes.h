@@ -3,8 +3,8 @@
 #pragma once
 
 #include "terrain/base/lattice.h"
-#include "terrain/voxel/voxelize.h"
-#include "terrain/world/world_file.h"
+#include "terrain/field/voxelize.h"
+#include "terrain/file/world_file.h"
 #include "tests/support/tree_memory.h"
 #include "tests/support/world_damage.h"
 
@@ -16,7 +16,7 @@
 #include <cstdio>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 
 struct TestWorld {
   WorldInfo info;
@@ -123,4 +123,4 @@ inline bool same_nodes(const Octree& a, Octree::Node na, const Octree& b, Octree
   return true;
 }
 
-}  // namespace karst
+}  // namespace karst::core

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <span>
 
-namespace karst {
+namespace karst::core {
 
 // Byte offsets of docs/formats.md, typed in again: a reader that moved a field must fail the tests.
 namespace world_offsets {
@@ -130,4 +130,4 @@ inline void fix_checksums(std::span<std::byte> file) {
   store_at(file, kHeaderCrc, crc32c(file.subspan(kHeaderCrc + 4, header - kHeaderCrc - 4), before));
 }
 
-}  // namespace karst
+}  // namespace karst::core

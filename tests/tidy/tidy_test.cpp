@@ -146,23 +146,27 @@ TEST(RuleTest, FloorsGoDownwards) {
     return count(check_includes, path, "#include " + header + "\n");
   };
   EXPECT_EQ(includes("terrain/base/a.h", "\"terrain/base/b.h\""), 0);
+  EXPECT_EQ(includes("terrain/base/a.h", "\"karst/status.h\""), 0);
   EXPECT_EQ(includes("terrain/world/a.h", "\"terrain/view/b.h\""), 0);
-  EXPECT_EQ(includes("renderer/a.h", "\"terrain/view/b.h\""), 0);
-  EXPECT_EQ(includes("platform/a.h", "\"terrain/base/status.h\""), 0);
-  EXPECT_EQ(includes("app/a.cpp", "\"renderer/b.h\""), 0);
+  EXPECT_EQ(includes("terrain/surface/bezier/a.h", "\"terrain/surface/patch.h\""), 0);
+  EXPECT_EQ(includes("renderer/passes/a.h", "\"terrain/view/b.h\""), 0);
+  EXPECT_EQ(includes("platform/kms/a.h", "\"platform/display.h\""), 0);
+  EXPECT_EQ(includes("app/view/a.cpp", "\"platform/b.h\""), 0);
   EXPECT_EQ(includes("tests/gl/a_test.cpp", "\"platform/b.h\""), 0);
 
-  EXPECT_EQ(includes("terrain/base/a.h", "\"terrain/voxel/b.h\""), 1);
-  EXPECT_EQ(includes("terrain/voxel/a.h", "\"terrain/surface/b.h\""), 1);
+  EXPECT_EQ(includes("include/karst/a.h", "\"terrain/base/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/base/a.h", "\"terrain/field/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/field/a.h", "\"terrain/surface/b.h\""), 1);
   EXPECT_EQ(includes("terrain/surface/a.h", "\"terrain/patch/b.h\""), 1);
-  EXPECT_EQ(includes("terrain/patch/a.h", "\"terrain/view/b.h\""), 1);
-  EXPECT_EQ(includes("terrain/view/a.h", "\"terrain/edit/b.h\""), 1);
-  EXPECT_EQ(includes("terrain/edit/a.h", "\"terrain/world/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/patch/a.h", "\"terrain/measure/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/view/a.h", "\"terrain/lod/b.h\""), 1);
+  EXPECT_EQ(includes("terrain/file/a.h", "\"terrain/world/b.h\""), 1);
   EXPECT_EQ(includes("terrain/patch/a.h", "\"renderer/b.h\""), 1);
   EXPECT_EQ(includes("terrain/base/a.h", "\"tests/support/b.h\""), 1);
   EXPECT_EQ(includes("renderer/a.h", "\"platform/b.h\""), 1);
   EXPECT_EQ(includes("platform/a.h", "\"renderer/b.h\""), 1);
   EXPECT_EQ(includes("platform/a.h", "\"terrain/view/b.h\""), 1);
+  EXPECT_EQ(includes("bake/main.cpp", "\"app/view/b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"tests/support/b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"../terrain/base/b.h\""), 1);
@@ -175,8 +179,8 @@ TEST(RuleTest, LibrariesStayWhereTheyBelong) {
   };
   EXPECT_EQ(includes("terrain/view/a.h", "glm/vec3.hpp"), 0);
   EXPECT_EQ(includes("terrain/view/a.h", "algorithm"), 0);
-  EXPECT_EQ(includes("terrain/patch/simd.h", "arm_neon.h"), 0);
-  EXPECT_EQ(includes("app/bake/a.cpp", "OpenImageIO/imageio.h"), 0);
+  EXPECT_EQ(includes("terrain/base/simd.h", "arm_neon.h"), 0);
+  EXPECT_EQ(includes("bake/elevation/a.cpp", "OpenImageIO/imageio.h"), 0);
   EXPECT_EQ(includes("renderer/a.cpp", "GLES3/gl3.h"), 0);
   EXPECT_EQ(includes("platform/a.cpp", "EGL/egl.h"), 0);
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 TEST(BudgetTest, StartsEmptyWithEveryConsumerNamed) {
@@ -75,4 +75,4 @@ TEST(BudgetTest, AgreesWithTheArenaToTheByte) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -16,7 +16,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -221,4 +221,4 @@ TEST(Camera, LooksAtATarget) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

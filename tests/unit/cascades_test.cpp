@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The boxes of shadow maps: what they cover, and that they stay where they are.
-#include "terrain/view/cascades.h"
+#include "terrain/shadow/cascades.h"
 
 #include <cmath>
 #include <functional>
@@ -13,7 +13,7 @@
 
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -219,4 +219,4 @@ TEST_F(Cascades, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

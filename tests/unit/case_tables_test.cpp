@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The case tables against K's figures and the rules of design 4.2, exhaustively.
-#include "terrain/surface/case_tables.h"
+#include "terrain/surface/bezier/case_tables.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 glm::ivec3 point(const std::array<std::int8_t, 3>& p) {
@@ -303,4 +303,4 @@ TEST(CaseTables, CornerNormalsAreVoxelFaceNormals) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

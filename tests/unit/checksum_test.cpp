@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 std::vector<std::byte> bytes_of(std::string_view text) {
@@ -58,4 +58,4 @@ TEST(Checksum, AllLengthsAlignmentsAndCutsEqualTheDefinition) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

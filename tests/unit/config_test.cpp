@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 TEST(ConfigTest, DefaultsAreValidAndEqualTheTable) {
@@ -102,4 +102,4 @@ TEST(ConfigTest, LevelOneFitsOnePage) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -11,14 +11,14 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
 
-#include "terrain/view/bounds_tree.h"
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/draw/draw_list.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/draw_list.h"
 #include "terrain/view/frustum.h"
 #include "tests/support/grid_surface.h"
 #include "tests/support/tree_memory.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 double fraction(TestRandom& random) {
@@ -260,4 +260,4 @@ TEST(BoundsTree, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

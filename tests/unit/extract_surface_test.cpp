@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Extraction: its invalid inputs one by one, its counts, large voxels against small ones, and work that
 // follows the surface.
-#include "terrain/surface/extract_surface.h"
+#include "terrain/surface/bezier/extract_surface.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "terrain/surface/case_tables.h"
-#include "terrain/surface/gradient.h"
-#include "terrain/voxel/voxel_reader.h"
+#include "terrain/field/voxel_reader.h"
+#include "terrain/surface/bezier/case_tables.h"
+#include "terrain/surface/bezier/gradient.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 class ExtractSurfaceTest : public testing::Test {
@@ -170,4 +170,4 @@ TEST(Gradient, MatchesItsDefinition) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -13,7 +13,7 @@
 #include "terrain/patch/shared_vertices.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr int kLevel = 3;
@@ -145,4 +145,4 @@ TEST(SharedVertices, CopiesAreAtOnePlace) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

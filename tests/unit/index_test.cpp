@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The nine index batches: for every level and every state of the four edges, the triangles of a patch tile
 // its square once, wind counter-clockwise, and leave exactly the border that the neighbours expect.
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 
 #include "terrain/patch/gpu_vertex.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 struct Point {
@@ -245,4 +245,4 @@ TEST(IndexTables, RefusesWrongShapes) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Errors of levels against brute force over the index tables and the vertices that the GPU gets.
-#include "terrain/patch/level_error.h"
+#include "terrain/measure/level_error.h"
 
 #include <gtest/gtest.h>
 
@@ -13,10 +13,10 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "terrain/patch/index_batches.h"
+#include "terrain/draw/index_batches.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -332,4 +332,4 @@ TEST(LevelErrors, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

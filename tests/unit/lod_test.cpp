@@ -11,12 +11,12 @@
 
 #include <gtest/gtest.h>
 
+#include "terrain/lod/select_lod.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/select_lod.h"
 #include "tests/support/grid_surface.h"
 #include "tests/support/tree_memory.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 double fraction(TestRandom& random) {
@@ -298,4 +298,4 @@ TEST(SelectLod, EmptySurfaceIsFine) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Thresholds, rows and the formulas of a morphing vertex, against their definitions in terrain/view/morph.h.
-#include "terrain/view/morph.h"
+// Thresholds, rows and the formulas of a morphing vertex, against their definitions in terrain/lod/morph.h.
+#include "terrain/lod/morph.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 #include "tests/support/grid_surface.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::Random;
@@ -317,4 +317,4 @@ TEST(Morph, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

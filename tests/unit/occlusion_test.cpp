@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "terrain/view/draw_list.h"
-#include "terrain/view/occlusion.h"
+#include "terrain/cull/occlusion.h"
+#include "terrain/draw/draw_list.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 class Halls : public testing::Test {
@@ -179,4 +179,4 @@ TEST_F(Halls, AFrameIsBoundedAndTheNextOnesGoOn) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

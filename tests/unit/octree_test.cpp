@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/voxel/octree.h"
+#include "terrain/field/octree.h"
 
 #include "tests/support/tree_memory.h"
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // The plain array that an octree stands for.
@@ -241,4 +241,4 @@ TEST(Octree, UpdateNodeReusesItsOctet) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

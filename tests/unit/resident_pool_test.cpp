@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/patch/resident_pool.h"
+#include "terrain/resident/resident_pool.h"
 
 #include <algorithm>
 #include <vector>
@@ -8,7 +8,7 @@
 
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 struct PoolMemory {
@@ -173,4 +173,4 @@ TEST(ResidentPool, RandomUseLosesNoPage) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

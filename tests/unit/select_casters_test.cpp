@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What casts into a shadow map: all of the box, as coarse as the map allows, neighbours at most a level
 // apart.
-#include "terrain/view/select_casters.h"
+#include "terrain/shadow/select_casters.h"
 
 #include <functional>
 #include <vector>
@@ -11,7 +11,7 @@
 
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr int kLevel = 5;
@@ -177,4 +177,4 @@ TEST_F(Casters, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

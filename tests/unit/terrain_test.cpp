@@ -12,7 +12,7 @@
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::AlignedBytes;
@@ -406,4 +406,4 @@ TEST(Terrain, SelectNeedsACamera) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 std::size_t vertices(int level) {
@@ -85,4 +85,4 @@ TEST(VertexOrder, RefusesWrongShapes) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

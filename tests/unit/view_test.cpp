@@ -12,16 +12,16 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/expand_indices.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/lod/select_lod.h"
 #include "terrain/patch/gpu_vertex.h"
-#include "terrain/patch/index_batches.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/draw_list.h"
-#include "terrain/view/expand_indices.h"
-#include "terrain/view/select_lod.h"
 #include "tests/support/grid_surface.h"
 #include "tests/support/tree_memory.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // A grid with levels chosen for a camera in its middle, and a draw list over it.
@@ -351,4 +351,4 @@ TEST_F(Expand, RefusesOneWrongFieldAtATime) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

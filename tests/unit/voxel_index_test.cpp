@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/voxel/voxel_index.h"
+#include "terrain/field/voxel_index.h"
 
 #include "tests/support/tree_memory.h"
 
@@ -7,7 +7,7 @@
 
 #include <set>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // All of it works at compile time.
@@ -127,4 +127,4 @@ TEST(VoxelIndex, FillIsTheLastBit) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

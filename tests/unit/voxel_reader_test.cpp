@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/voxel/voxel_reader.h"
+#include "terrain/field/voxel_reader.h"
 
-#include "terrain/voxel/voxelize.h"
+#include "terrain/field/voxelize.h"
 #include "tests/support/tree_memory.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // The world side rule, from the octree's own look-up.
@@ -64,4 +64,4 @@ TEST(VoxelReader, ExtremePositions) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/voxel/voxelize.h"
+#include "terrain/field/voxelize.h"
 
 #include "tests/support/tree_memory.h"
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -264,4 +264,4 @@ TEST(EditVoxels, ExhaustionLeavesAValidTree) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/world/world_file.h"
+#include "terrain/file/world_file.h"
 
 #include "tests/support/world_bytes.h"
 
@@ -11,7 +11,7 @@
 #include <limits>
 #include <string>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using namespace world_offsets;
@@ -569,4 +569,4 @@ TEST(WorldFile, TheWriterRefusesWhatTheReaderWould) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

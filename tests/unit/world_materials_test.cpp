@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Materials, their textures, overrides and lights in the world file, whole and piece by piece.
-#include "terrain/world/materials.h"
+#include "terrain/shading/materials.h"
 
+#include "terrain/file/world_reader.h"
 #include "terrain/world/terrain.h"
-#include "terrain/world/world_reader.h"
 #include "tests/support/test_world.h"
 #include "tests/support/world_bytes.h"
 
@@ -14,7 +14,7 @@
 #include <limits>
 #include <string>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using namespace world_offsets;
@@ -342,4 +342,4 @@ TEST(Materials, ATerrainHandsThemOut) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

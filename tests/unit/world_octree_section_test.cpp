@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/world/octree_section.h"
+#include "terrain/file/octree_section.h"
 
 #include "tests/support/tree_memory.h"
 
@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 constexpr unsigned kEmpty = 0;
@@ -72,4 +72,4 @@ TEST(OctreeSection, LengthsMustFit) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

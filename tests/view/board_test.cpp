@@ -11,7 +11,7 @@
 #include "tests/support/process.h"
 #include "tests/view/fake_screen.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 std::string text_of(const std::string& name) {
@@ -105,4 +105,4 @@ TEST_F(BoardProgram, RenderDrawsAsTheBoardWould) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

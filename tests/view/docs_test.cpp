@@ -7,7 +7,7 @@
 
 #include "tests/support/process.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 // Every option behind "karst COMMAND" in an indented or quoted line of the page is in that command's help.
@@ -42,4 +42,4 @@ TEST(Docs, TheKioskPageNamesFilesThatExist) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // When frames are drawn, without a clock.
-#include "app/frame_scheduler.h"
+#include "app/view/frame_scheduler.h"
 
 #include <gtest/gtest.h>
 

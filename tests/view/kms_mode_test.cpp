@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Which mode a request means, and what is tried in which order.
-#include "platform/kms_mode.h"
+#include "platform/kms/kms_mode.h"
 
 #include <gtest/gtest.h>
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 drmModeModeInfo mode(int width, int height, double hz, bool preferred = false, unsigned flags = 0) {
@@ -81,4 +81,4 @@ TEST(KmsMode, AttemptsGoFromBestToLeast) {
 }
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

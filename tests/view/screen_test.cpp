@@ -12,7 +12,7 @@
 
 #include "tests/view/fake_screen.h"
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::FakeScreen;
@@ -309,4 +309,4 @@ TEST_P(Failures, EveryCallAtEveryIndex) {
 INSTANTIATE_TEST_SUITE_P(Errnos, Failures, testing::Values(EINVAL, ENODEV, EACCES, ENOMEM, EBUSY));
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core

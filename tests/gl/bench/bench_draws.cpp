@@ -20,15 +20,15 @@
 #include <vector>
 
 #include "renderer/shader_interface.h"
-#include "terrain/patch/index_batches.h"
-#include "terrain/view/expand_indices.h"
+#include "terrain/draw/expand_indices.h"
+#include "terrain/draw/index_batches.h"
 #include "tests/gl/gl_fixture.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
-namespace karst {
+namespace karst::core {
 namespace {
 
 using test::DrawnWorld;
@@ -335,7 +335,7 @@ class Bench {
 };
 
 }  // namespace
-}  // namespace karst
+}  // namespace karst::core
 
 int main(int argc, char** argv) {
 #ifdef __GLIBC__
@@ -343,7 +343,7 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
 #endif
   const bool smoke = argc > 1 && std::strcmp(argv[1], "--smoke") == 0;
-  karst::Bench bench(smoke ? 24 : 96, smoke ? 1 : 51);
+  karst::core::Bench bench(smoke ? 24 : 96, smoke ? 1 : 51);
   for (const double error_px : {4.0, 1.0, 0.25}) bench.run(error_px);
   return testing::Test::HasFailure() ? 1 : 0;
 }

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Where pictures are taken from: given, read from a path file, or chosen to show the whole world.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "terrain/view/camera.h"
+#include "terrain/view/frustum.h"
+
+namespace karst::app {
+using namespace core;
+
+// A camera as users state it: metres and degrees, space as in CameraSettings.
+struct CameraPlace {
+  glm::dvec3 position_m{0.0};
+  double yaw_deg = 0.0;
+  double pitch_deg = 0.0;
+};
+
+inline constexpr std::size_t kMaxPathFrames = 1'000'000;
+
+// "X,Y,Z,YAW,PITCH". Empty on success, else a line that names `what`.
+[[nodiscard]] std::string parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
+
+// A path: a line "X Y Z YAW PITCH" a frame; empty lines and what follows a # are left out. Messages name file
+// and line.
+[[nodiscard]] std::string parse_camera_path(std::string_view text, const std::string& file,
+                                            std::vector<CameraPlace>& path);
+
+// A camera for the picture, near and far fitted to the world's box. box: in lattice steps.
+Status place_camera(const CameraPlace& place, const WorldFrame& frame, const LatticeBox& box,
+                    double fov_y_deg, double aspect, Camera& camera);
+
+// Looks over the world from above its south-east corner.
+CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg);
+
+}  // namespace karst::app

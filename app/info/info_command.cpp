@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// karst info: what a world file holds.
+#include <cstdio>
+#include <string>
+
+#include "app/commands.h"
+#include "app/common/arguments.h"
+#include "app/common/json_writer.h"
+#include "app/common/mapped_file.h"
+#include "app/common/status_text.h"
+#include "terrain/base/lattice.h"
+#include "terrain/file/world_file.h"
+
+namespace karst::app {
+using namespace core;
+namespace {
+
+constexpr const char* kHelp =
+    R"(usage: karst info WORLD [--json]
+
+Checks a world file and says what it holds.
+
+  karst info canyon.karst
+)";
+
+constexpr Option kOptions[] = {{"json", 0, false}, {"help", 'h', false}};
+
+void print_json(const WorldInfo& info, std::size_t file_bytes) {
+  JsonWriter json;
+  json.begin_object();
+  json.field("name", info.name).field("file_bytes", std::uint64_t{file_bytes});
+  json.field("voxel_size_m", info.voxel_size_m);
+  json.key("origin_m").begin_array();
+  for (const double axis : info.origin_m) json.value(axis);
+  json.end_array().key("extent_voxels").begin_array();
+  for (int axis = 0; axis < 3; ++axis) json.value(info.extent[axis]);
+  json.end_array();
+  json.field("depth", info.depth).field("level", info.level).field("octets", info.octets);
+  json.field("volumes", info.volumes)
+      .field("patches", info.patches)
+      .field("height_blocks", info.height_blocks);
+  json.end_object();
+  std::fputs(json.text().c_str(), stdout);
+}
+
+void print_text(const WorldInfo& info, std::size_t file_bytes) {
+  const double size = info.voxel_size_m;
+  const double far_m[3] = {info.origin_m[0] + size * info.extent.x, info.origin_m[1] + size * info.extent.y,
+                           info.origin_m[2] + size * info.extent.z};
+  const auto patch = static_cast<double>(patch_vertices(info.level));
+  if (info.name[0] != '\0') std::printf("name           %s\n", info.name);
+  std::printf("file           %zu bytes\n", file_bytes);
+  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent.x, info.extent.y,
+              info.extent.z, size, info.depth);
+  std::printf("from           %.10g, %.10g, %.10g m\n", info.origin_m[0], info.origin_m[1], info.origin_m[2]);
+  std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  std::printf("octets         %u\n", info.octets);
+  std::printf("volumes        %u\n", info.volumes);
+  std::printf("patches        %u, %u of them with heights\n", info.patches, info.height_blocks);
+  std::printf("level          %d: %.0f vertices a patch, %.0f in all\n", info.level, patch,
+              patch * info.patches);
+}
+
+}  // namespace
+
+int run_info(std::span<const char* const> words) {
+  Arguments arguments;
+  std::string usage = arguments.parse(words, kOptions);
+  if (usage.empty() && arguments.has("help")) {
+    std::fputs(kHelp, stdout);
+    return kExitOk;
+  }
+  if (usage.empty() && arguments.positional().size() != 1) usage = "takes one WORLD";
+  if (!usage.empty()) {
+    print_error("karst info", usage);
+    return kExitUsage;
+  }
+  const std::string path(arguments.positional()[0]);
+  MappedFile file;
+  std::string error = file.open(path);
+  WorldInfo info;
+  if (error.empty()) {
+    if (const Status status = read_world_info(file.bytes(), info); !status.ok())
+      error = status_text(path, status);
+  }
+  if (!error.empty()) {
+    print_error("karst info", error);
+    return kExitFailure;
+  }
+  arguments.has("json") ? print_json(info, file.bytes().size()) : print_text(info, file.bytes().size());
+  return kExitOk;
+}
+
+}  // namespace karst::app

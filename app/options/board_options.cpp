@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "app/options/board_options.h"
+
+#include "app/common/mapped_file.h"
+
+namespace karst::app {
+
+std::string read_board(std::string_view text, BoardProfile& profile) {
+  if (!text.ends_with(".board")) {
+    const std::string error = find_board(text, profile);
+    return error.empty() ? error : "--board: " + error;
+  }
+  const std::string path(text);
+  MappedFile file;
+  if (std::string error = file.open(path); !error.empty()) return error;
+  const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  std::string error = parse_board(content, path, profile);
+  profile.name = path;
+  return error;
+}
+
+void set_board(const BoardProfile& profile, SceneOptions& scene) {
+  scene.width = profile.width;
+  scene.height = profile.height;
+  scene.level = profile.level;
+  scene.vertex_bytes = profile.vertex_bytes;
+  scene.rgb565 = profile.rgb565;
+  scene.shadows.count = profile.cascades;
+  if (profile.cascades > 0) scene.shadows.size = profile.cascade_side;
+  scene.max_cpu = profile.cpu_bytes;
+  scene.max_memory = profile.cpu_bytes + profile.gpu_bytes;
+}
+
+}  // namespace karst::app

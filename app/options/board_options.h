@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// A board's profile as options: what --board NAME or --board FILE.board sets before the other options do.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "boards/board_profile.h"
+#include "scene/scene.h"
+
+namespace karst::app {
+using namespace core;
+
+// text: a built-in board's name, or a file whose name ends in .board. Empty on success.
+[[nodiscard]] std::string read_board(std::string_view text, BoardProfile& profile);
+
+// Size, level, pool, colour and memory of a scene.
+void set_board(const BoardProfile& profile, SceneOptions& scene);
+
+}  // namespace karst::app

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "app/view/view_statistics.h"
+
+#include <sys/resource.h>
+
+#include "app/common/json_writer.h"
+#include "scene/scene.h"
+
+namespace karst::app {
+using namespace core;
+namespace {
+
+void write_series(JsonWriter& json, const char* name, const Series& series) {
+  json.key(name).begin_object().field("median", series.percentile(0.5)).field("p99", series.percentile(0.99));
+  json.field("max", series.most()).end_object();
+}
+
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+}
+
+}  // namespace
+
+std::string ViewStatistics::json(const Display& display, Scene& scene, const PoseLines& poses) const {
+  const FrameTimes& times = display.times();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  JsonWriter json;
+  json.begin_object();
+  json.field("frames", frames());
+  const RendererSettings& settings = scene.renderer().settings();
+  json.key("size").begin_array().value(settings.width).value(settings.height).end_array();
+  json.field("renderer", scene.renderer().caps().renderer);
+  json.field("display", std::string_view(display.name()));
+  json.field("refresh_ms", static_cast<double>(display.refresh_ns()) * 1e-6);
+  write_series(json, "draw_ms", draw_ms_);
+  write_series(json, "present_ms", present_ms_);
+  write_series(json, "latency_ms", times.latency_ms());
+  json.field("missed_flips", times.missed()).field("lost_flips", times.lost());
+  json.field("modes_set", times.modes_set()).field("recoveries", times.recovery_ms().count());
+  write_series(json, "recovery_ms", times.recovery_ms());
+  json.field("cpu_s", seconds(usage.ru_utime) + seconds(usage.ru_stime));
+  json.key("poses")
+      .begin_object()
+      .field("taken", poses.poses())
+      .field("malformed", poses.malformed())
+      .end_object();
+  json.key("bytes").begin_object();
+  json.field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});
+  json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
+  json.end_object();
+  return json.text();
+}
+
+}  // namespace karst::app

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What karst view did, as one JSON object (docs/formats.md). Sizes are fixed: a kiosk runs for months.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/view/pose_stream.h"
+#include "platform/display.h"
+
+namespace karst::app {
+
+class Scene;
+
+class ViewStatistics {
+ public:
+  void add_frame(double draw_ms, double present_ms) {
+    draw_ms_.add(draw_ms);
+    present_ms_.add(present_ms);
+  }
+  std::uint64_t frames() const { return draw_ms_.count(); }
+  std::string json(const Display& display, Scene& scene, const PoseLines& poses) const;
+
+ private:
+  Series draw_ms_;     // choosing, listing and submitting
+  Series present_ms_;  // handing over to the screen
+};
+
+}  // namespace karst::app

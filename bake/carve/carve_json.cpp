@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "bake/carve/carve.h"
+#include "bake/carve/json_fields.h"
+
+#include <algorithm>
+
+namespace karst::bake {
+namespace {
+
+CarveShape parse_shape(const JsonFields& fields, std::size_t& points) {
+  constexpr double kFar = CarveShape::kFarthestM, kRadius = CarveShape::kMaxRadiusM;
+  constexpr double kSmall = 1e-6;  // metres; a shape of no size is a mistake
+  CarveShape shape;
+  const std::string kind = fields.word("shape", {"box", "sphere", "capsule"});
+  shape.fill = fields.word("op", {"fill", "empty"}) == "fill";
+  if (fields.has("blend")) shape.blend_m = fields.number("blend", 0, kRadius);
+  if (kind == "box") {
+    fields.only({"shape", "op", "blend", "center", "size", "radius"});
+    shape.kind = CarveShape::Kind::box;
+    shape.centre_m = fields.vector("center", -kFar, kFar);
+    shape.half_m = 0.5 * fields.vector("size", kSmall, kFar);
+    const double least = std::min({shape.half_m.x, shape.half_m.y, shape.half_m.z});
+    if (fields.has("radius")) shape.radius_m = fields.number("radius", 0, least);
+  } else if (kind == "sphere") {
+    fields.only({"shape", "op", "blend", "center", "radius"});
+    shape.centre_m = fields.vector("center", -kFar, kFar);
+    shape.radius_m = fields.number("radius", kSmall, kRadius);
+  } else {
+    fields.only({"shape", "op", "blend", "points", "radius"});
+    shape.kind = CarveShape::Kind::capsule;
+    shape.radius_m = fields.number("radius", kSmall, kRadius);
+    const nlohmann::json& list = fields.get("points");
+    if (!list.is_array() || list.size() < 2) fields.fail("points", "not a list of two or more points");
+    points += list.size();
+    if (points > CarveShape::kMostPoints) fields.fail("points", "more than 100000 points together");
+    for (const nlohmann::json& point : list)
+      shape.points_m.push_back(fields.vector("points", point, -kFar, kFar));
+  }
+  return shape;
+}
+
+}  // namespace
+
+std::vector<CarveShape> parse_carve(std::string_view text, const std::string& name) {
+  const nlohmann::json root = parse_json(text, name, 8, "a list of shapes");
+  if (!root.is_array()) throw BakeError(name + ": not a list of shapes");
+  if (root.size() > CarveShape::kMostShapes) {
+    throw BakeError(name + ": " + std::to_string(root.size()) + " shapes; the most is 10000");
+  }
+  std::vector<CarveShape> shapes;
+  std::size_t points = 0;
+  for (std::size_t k = 0; k < root.size(); ++k)
+    shapes.push_back(parse_shape(JsonFields(root[k], name + ": shape " + std::to_string(k)), points));
+  return shapes;
+}
+
+std::vector<CarveShape> read_carve(const std::string& path) {
+  return parse_carve(read_json_text(path), path);
+}
+
+}  // namespace karst::bake

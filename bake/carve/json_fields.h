@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Strict reading of JSON: a field that is missing, unknown, of the wrong type or out of range is an error
+// that names the file, the place in it and the field. For sources that read JSON alone.
+#pragma once
+
+#include "bake/pipeline/bake_error.h"
+
+#include <glm/vec3.hpp>
+#include <nlohmann/json.hpp>
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+namespace karst::bake {
+
+// One object with its place in the file for messages, as "file.json: shape 3".
+class JsonFields {
+ public:
+  using json = nlohmann::json;
+
+  // object outlives this.
+  JsonFields(const json& object, std::string place);
+
+  [[noreturn]] void fail(const std::string& field, const std::string& what) const;
+  bool has(const char* field) const { return object_.contains(field); }
+  const json& get(const char* field) const;
+  // One of the words.
+  std::string word(const char* field, std::initializer_list<const char*> allowed) const;
+  // Text of 1 to `most` bytes.
+  std::string text(const char* field, std::size_t most) const;
+  double number(const std::string& field, const json& value, double low, double high) const;
+  double number(const char* field, double low, double high) const {
+    return number(field, get(field), low, high);
+  }
+  glm::dvec3 vector(const std::string& field, const json& value, double low, double high) const;
+  glm::dvec3 vector(const char* field, double low, double high) const {
+    return vector(field, get(field), low, high);
+  }
+  // A list of at most `most`.
+  const json& list(const char* field, std::size_t most) const;
+  void only(std::initializer_list<const char*> allowed) const;
+
+ private:
+  const json& object_;
+  std::string place_;
+};
+
+// Parses text that is nested at most `depth` deep. what: of what it should be, for messages.
+nlohmann::json parse_json(std::string_view text, const std::string& name, int depth, const char* what);
+
+// The whole file, at most 64 MiB.
+std::string read_json_text(const std::string& path);
+
+}  // namespace karst::bake

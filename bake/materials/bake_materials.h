@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// What the ground of a baked world is made of, and its lights: images, rules, textures, painted patches.
+#pragma once
+
+#include "bake/materials/material_image.h"
+#include "bake/materials/material_json.h"
+#include "bake/materials/material_rules.h"
+#include "bake/materials/texture_pyramid.h"
+#include "bake/samples/solid.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/world_file.h"
+#include "terrain/surface/patch.h"
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace karst::bake {
+using namespace core;
+
+inline constexpr int kDefaultMaterialSide = 256;
+inline constexpr TextureFormat kDefaultTextureFormat = TextureFormat::etc2;
+
+// What the command line says. What it does not say, the file says, or else the defaults.
+struct MaterialOptions {
+  bool none = false;   // the world has no materials and no lights
+  std::string path{};  // of a material file; empty: none
+  std::optional<int> side{};
+  std::optional<TextureFormat> format{};
+};
+
+struct BakedMaterials {
+  MaterialSet set;
+  std::vector<std::byte> textures;
+  std::vector<std::uint8_t> overrides;
+  std::vector<PointLight> lights;
+  std::size_t painted = 0;  // patches
+  TextureLoss loss;
+
+  WorldMaterials view() const { return {set, textures, overrides, lights}; }
+};
+
+// Two steps: load() reads files, before the work of a bake, so that a mistake in them costs no time; run()
+// needs what the bake made. Borrows what it is given.
+class BakeMaterials {
+ public:
+  MaterialOptions options;
+  int threads = 1;
+
+  // Throws BakeError naming the material file or the image, and the field.
+  void load();
+
+  std::string sample;  // of the world; empty: an elevation image
+  WorldGrid grid;
+  const Octree* octree = nullptr;
+  Surface surface;
+  std::span<const PatchBounds> bounds;
+
+  // Throws BakeError where the file paints with a material that is not there.
+  BakedMaterials run() const;
+
+ private:
+  WorldRelief relief() const;
+  Material resolve(const MaterialSpec& spec) const;
+  std::vector<MaterialSpec> list(MaterialSet& set) const;
+  void paint(BakedMaterials& baked) const;
+  void light(BakedMaterials& baked) const;
+  int side() const { return options.side.value_or(file_.side.value_or(kDefaultMaterialSide)); }
+  glm::dvec3 to_voxels(glm::dvec3 position_m) const { return (position_m - grid.origin_m) / grid.voxel_m; }
+
+  MaterialFile file_;
+  std::vector<MaterialImage> images_;  // of the file's materials; empty ones are procedural
+};
+
+}  // namespace karst::bake

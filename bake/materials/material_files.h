@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Images of a material from files, through OpenImageIO: PNG, JPEG, TIFF and OpenEXR of any size, resized to
+// the side of the texture. What tiles stays so.
+#pragma once
+
+#include "bake/materials/material_image.h"
+#include "bake/materials/material_json.h"
+
+#include <string>
+
+namespace karst::bake {
+
+inline constexpr int kMostImageSide = 8'192;  // texels
+
+// Paths are relative to `folder`. Albedo of integer samples is sRGB, of floats linear. Without a height
+// image, the albedo's brightness is the height; without a normal image (OpenGL's way: green is up), normals
+// are the height's. Throws BakeError that names the image's path.
+MaterialImage read_material_image(const MaterialSpec& spec, const std::string& folder, int side);
+
+}  // namespace karst::bake

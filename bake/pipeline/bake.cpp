@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: MIT
+#include "bake/pipeline/bake.h"
+
+#include "bake/carve/carve.h"
+#include "bake/elevation/elevation_solid.h"
+#include "bake/pipeline/bake_error.h"
+#include "bake/pipeline/parallel.h"
+#include "bake/pipeline/repair_folds.h"
+#include "bake/pipeline/settle_voxels.h"
+#include "bake/samples/samples.h"
+#include "terrain/base/config.h"
+#include "terrain/field/voxelize.h"
+#include "terrain/measure/normal_cone.h"
+#include "terrain/measure/shading_cone.h"
+#include "terrain/patch/fit_heights.h"
+#include "terrain/patch/generate_vertices.h"
+#include "terrain/surface/bezier/extract_surface.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+namespace karst::bake {
+using namespace core;
+namespace {
+
+constexpr double kVoxelsAcross = 128;  // of the longer side, by default: as detailed as K's largest terrain
+// Distance of vertices by default, in samples: above 1 the fit loses detail, below 1/2 heights are
+// interpolated ones.
+constexpr double kSamplesPerVertex = 0.75;
+constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's memory
+constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
+constexpr double kNearHoleVoxels = 2;  // patches bend towards a hole's side within this distance
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+void check(const Status& status, const char* stage) {
+  if (status.ok()) return;
+  throw BakeError(std::string(stage) + ": " + status.field() + ": " + status.what());
+}
+
+// Two significant digits, so that the default voxel size is a number one can say.
+double round_to_two_digits(double x) {
+  const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
+  return std::round(x / unit) * unit;
+}
+
+// Pages of vertices that a patch takes on the GPU: the default level lets a GPU hold all of a world.
+std::uint32_t pages_of(int level) {
+  return (static_cast<std::uint32_t>(patch_vertices(level)) + kPageVertices - 1) / kPageVertices;
+}
+
+// The octree and the memory of its pool.
+struct Voxels {
+  std::unique_ptr<std::byte[]> memory;
+  Octree octree;
+
+  void create(int depth, std::uint32_t max_octets) {
+    // Uninitialised: pages are touched as octets are used.
+    const std::size_t bytes = Octree::bytes_for(max_octets) + Arena::kAlignment;
+    memory.reset(new std::byte[bytes]);
+    void* aligned = memory.get();
+    std::size_t space = bytes;
+    std::align(Arena::kAlignment, bytes - Arena::kAlignment, aligned, space);
+    Arena arena({static_cast<std::byte*>(aligned), bytes - Arena::kAlignment});
+    octree = Octree();
+    check(octree.create(arena, depth, max_octets), "octree");
+  }
+};
+
+class Baker {
+ public:
+  Baker(const Bake& job, Bake::Report& report, const ReportProgress& progress)
+      : job_(job), report_(report), progress_(progress) {}
+
+  std::vector<std::byte> run() {
+    Stopwatch watch;
+    read();
+    report_.seconds_read = watch.lap();
+    make_voxels();
+    extract();
+    report_.seconds_voxels = watch.lap();
+    fit();
+    report_.seconds_fit = watch.lap();
+    measure();
+    report_.seconds_measure = watch.lap();
+    return write();
+  }
+
+ private:
+  // The solid, the grid, and for an image the column tops.
+  void read() {
+    bake_materials_.options = job_.materials;
+    bake_materials_.threads = job_.threads;
+    bake_materials_.load();
+    if (!job_.carve_path.empty()) shapes_ = read_carve(job_.carve_path);
+    report_.carve_shapes = shapes_.size();
+    if (job_.sample.empty()) {
+      read_image();
+    } else {
+      Sample sample = make_sample(job_.sample, job_.threads);
+      if (sample.solid == nullptr) throw BakeError("--sample: there is no sample '" + job_.sample + "'");
+      grid_ = grid_for(sample.content_m, job_.voxel_m > 0 ? job_.voxel_m : sample.voxel_m);
+      level_ = job_.level > 0 ? job_.level : sample.level;
+      base_ = std::move(sample.solid);
+    }
+    if (!shapes_.empty()) carved_ = std::make_unique<CarvedSolid>(*base_, shapes_, grid_);
+    report_.quantisation_m = grid_.voxel_m * kVertexStep / kStepsPerVoxel;
+  }
+
+  void read_image() {
+    elevation_ = job_.read.run();
+    report_.width = elevation_.width;
+    report_.height = elevation_.height;
+    report_.spacing_x_m = elevation_.spacing_x_m;
+    report_.spacing_z_m = elevation_.spacing_z_m;
+    report_.void_share = static_cast<double>(elevation_.voids) / static_cast<double>(elevation_.samples());
+    report_.source = elevation_.source;
+    // Heights are filled in any case: near a hole the surface is fitted to them.
+    const std::vector<std::uint8_t> known = elevation_.valid;
+    const bool holes = job_.leave_holes && elevation_.voids > 0;
+    fill_voids(elevation_);
+    if (holes) elevation_.valid = known;
+    auto solid = std::make_unique<ElevationSolid>(elevation_, holes);
+    ground_ = solid.get();
+    base_ = std::move(solid);
+
+    const auto [low, high] = std::minmax_element(elevation_.heights_m.begin(), elevation_.heights_m.end());
+    const ElevationSurface& surface = ground_->surface();
+    const Box content = {{-surface.half_width_m(), double{*low}, -surface.half_height_m()},
+                         {surface.half_width_m(), double{*high}, surface.half_height_m()}};
+    const double spacing_m = std::min(elevation_.spacing_x_m, elevation_.spacing_z_m);
+    double voxel_m = job_.voxel_m;
+    if (voxel_m <= 0) {
+      const glm::dvec3 size = content.max - content.min;
+      voxel_m = round_to_two_digits(std::max({size.x, size.z, size.y / 2}) / kVoxelsAcross);
+      // A small image need not be cut finer than its samples.
+      voxel_m =
+          std::max(voxel_m, std::min(round_to_two_digits(2 * spacing_m), 0.5 * std::min(size.x, size.z)));
+    }
+    grid_ = grid_for(content, voxel_m);
+    level_ = job_.level;
+    if (level_ <= 0) {
+      const double wanted = std::log2(grid_.voxel_m / (kSamplesPerVertex * spacing_m));
+      level_ = std::clamp(static_cast<int>(std::lround(wanted)), 1, kMaxLevel);
+    }
+  }
+
+  // The content's height range, widened by the shapes over it.
+  WorldGrid grid_for(Box content, double voxel_m) const {
+    const Box plan = content;
+    for (const CarveShape& shape : shapes_) {
+      const Box box = shape.bounds();
+      if (box.max.x < plan.min.x || box.min.x > plan.max.x || box.max.z < plan.min.z ||
+          box.min.z > plan.max.z)
+        continue;
+      if (shape.fill) {
+        content.max.y = std::max(content.max.y, box.max.y + shape.blend_m);
+      } else {
+        content.min.y = std::min(content.min.y, box.min.y - shape.blend_m);
+      }
+    }
+    return WorldGrid::around(content, voxel_m);
+  }
+
+  const Solid& solid() const { return carved_ != nullptr ? static_cast<const Solid&>(*carved_) : *base_; }
+  bool is_height_field() const { return ground_ != nullptr && carved_ == nullptr && !has_holes(); }
+  bool has_holes() const { return job_.leave_holes && elevation_.voids > 0; }
+
+  void make_voxels() {
+    if (ground_ == nullptr) {
+      fill_by(solid());
+      return;
+    }
+    tops_ = column_tops(*ground_, elevation_, grid_, job_.threads);
+    if (carved_ != nullptr) {
+      const ColumnSolid columns(tops_, grid_);
+      fill_by(CarvedSolid(columns, shapes_, grid_));
+      return;
+    }
+    const VoxelizeHeights voxelize{grid_.extent, tops_};
+    voxels_.create(grid_.depth, std::max(1u, voxelize.count_octets(grid_.depth)));
+    check(voxelize.run(voxels_.octree), "voxels");
+  }
+
+  // Voxels whose centre is in the solid, settled. The topmost layer stays air.
+  void fill_by(const Solid& solid) {
+    const glm::ivec3 extent = grid_.extent;
+    const auto row = static_cast<std::size_t>(extent.x), slice = row * static_cast<std::size_t>(extent.y);
+    std::vector<float> values(slice * static_cast<std::size_t>(extent.z), -1.0f);
+    parallel_chunks(static_cast<std::size_t>(extent.z), 1, job_.threads,
+                    [&](std::size_t z, std::size_t, int) {
+                      for (std::size_t k = 0; k < slice - row; ++k) {
+                        const glm::dvec3 corner(static_cast<double>(k % row), static_cast<double>(k / row),
+                                                static_cast<double>(z));
+                        values[z * slice + k] = static_cast<float>(solid.value_m(grid_.to_m(corner + 0.5)));
+                      }
+                    });
+    report_.voxels_settled = SettleVoxels{extent, values}.run();
+    const auto is_filled = [&](glm::ivec3 v, bool) {
+      return values[static_cast<std::size_t>(v.z) * slice + static_cast<std::size_t>(v.y) * row +
+                    static_cast<std::size_t>(v.x)] > 0;
+    };
+    const VoxelizePredicate voxelize{extent, VoxelFunction(is_filled)};
+    const std::uint32_t full_tree = ((1u << (3 * grid_.depth)) - 1) / 7;
+    for (std::uint32_t octets = std::min(1u << 16, full_tree);; octets = std::min(4 * octets, full_tree)) {
+      voxels_.create(grid_.depth, octets);
+      const Status status = voxelize.run(voxels_.octree);
+      if (status.code() == StatusCode::limit_reached && octets < full_tree) continue;
+      check(status, "voxels");
+      return;
+    }
+  }
+
+  void extract() {
+    report_.filled_voxels = voxels_.octree.count_filled();
+    ExtractSurface extract;
+    extract.octree = &voxels_.octree;
+    extract.extent = grid_.extent;
+    ExtractSurface::Result counts;
+    check(extract.count(counts), "surface");
+    if (counts.patches == 0) throw BakeError("the world has no surface: nothing, or everything, is filled");
+    while (job_.level <= 0 && level_ > 1 && counts.patches > kMostPages / pages_of(level_)) --level_;
+    const std::size_t samples = counts.patches * static_cast<std::size_t>(patch_vertices(level_));
+    if (counts.patches > kMostPatches || samples * sizeof(std::int16_t) > kMaxHeightBytes) {
+      throw BakeError("--levels: " + std::to_string(counts.patches) + " patches at level " +
+                      std::to_string(level_) + " take more than 4 GiB; use a lower level or larger voxels");
+    }
+    volumes_.resize(counts.volumes);
+    patches_.resize(counts.patches);
+    std::vector<std::uint32_t> scratch(ExtractSurface::scratch_size(counts.volumes));
+    extract.volumes = volumes_;
+    extract.patches = patches_;
+    extract.scratch = scratch;
+    check(extract.run(counts), "surface");
+    for (std::uint32_t p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
+    heights_.resize(samples);
+  }
+
+  struct FieldContext {
+    const Solid* solid;
+    const WorldGrid* grid;
+  };
+  static double field_value(const void* context, glm::dvec3 position) {
+    const auto& c = *static_cast<const FieldContext*>(context);
+    return c.solid->value_m(c.grid->to_m(position));
+  }
+
+  void fit() {
+    const FieldContext context{&solid(), &grid_};
+    FitHeights fit;
+    fit.surface = {volumes_, patches_};
+    fit.field = {field_value, &context};
+    fit.level = level_;
+    fit.heights = heights_;
+    check(fit.validate(), "heights");
+    std::vector<FitHeights::Result> results(static_cast<std::size_t>(job_.threads));
+    std::atomic<std::uint64_t> done = 0;
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads,
+                    [&](std::size_t first, std::size_t last, int worker) {
+                      fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
+                              results[static_cast<std::size_t>(worker)]);
+                      const std::uint64_t now = done += last - first;
+                      if (worker == 0 && progress_) progress_("heights", now, patches_.size());
+                    });
+    for (const FitHeights::Result& r : results) {
+      report_.vertices += r.vertices;
+      report_.misses += r.misses;
+    }
+    RepairFolds repair;
+    repair.surface = fit.surface;
+    repair.level = level_;
+    repair.heights = heights_;
+    repair.height_field = is_height_field();
+    check(repair.validate(), "folds");
+    const RepairFolds::Result folds = repair.run();
+    report_.folds_repaired = folds.folded_before - std::min(folds.folded_before, folds.folded_after);
+    report_.folds_left = folds.folded_after;
+  }
+
+  // Columns within kNearHoleVoxels of a void sample.
+  std::vector<std::uint8_t> columns_near_holes() const {
+    std::vector<std::uint8_t> near(tops_.size(), 0);
+    const ElevationSurface& surface = ground_->surface();
+    for (int row = 0; row < elevation_.height; ++row) {
+      for (int column = 0; column < elevation_.width; ++column) {
+        if (elevation_.valid[elevation_.at(column, row)] != 0) continue;
+        const double x_m = column * elevation_.spacing_x_m - surface.half_width_m();
+        const double z_m = row * elevation_.spacing_z_m - surface.half_height_m();
+        mark_columns((x_m - grid_.origin_m.x) / grid_.voxel_m, (z_m - grid_.origin_m.z) / grid_.voxel_m,
+                     near);
+      }
+    }
+    return near;
+  }
+
+  void mark_columns(double x, double z, std::vector<std::uint8_t>& near) const {
+    const auto first = [](double v) {
+      return std::max(0, static_cast<int>(std::floor(v - kNearHoleVoxels)));
+    };
+    const auto last = [](double v, int extent) {
+      return std::min(extent - 1, static_cast<int>(std::floor(v + kNearHoleVoxels)));
+    };
+    for (int k = first(z); k <= last(z, grid_.extent.z); ++k) {
+      for (int i = first(x); i <= last(x, grid_.extent.x); ++i) near[column_index(i, k)] = 1;
+    }
+  }
+
+  std::size_t column_index(int x, int z) const {
+    return static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.extent.x) +
+           static_cast<std::size_t>(x);
+  }
+
+  void measure() {
+    if (ground_ == nullptr) return;
+    MeasureFit measure;
+    measure.solid = ground_;
+    measure.spacing_x_m = elevation_.spacing_x_m;
+    measure.spacing_z_m = elevation_.spacing_z_m;
+    measure.grid = grid_;
+    measure.surface = {volumes_, patches_};
+    measure.heights = {level_, heights_};
+    std::vector<std::uint8_t> near_holes;
+    if (has_holes()) near_holes = columns_near_holes();
+    report_.fit_is_partial = has_holes() || carved_ != nullptr;
+    if (report_.fit_is_partial) {
+      measure.excluded = [&](double x_m, double z_m) {
+        if (carved_ != nullptr && carved_->touches(x_m, z_m)) return true;
+        if (near_holes.empty()) return false;
+        const double x = std::floor((x_m - grid_.origin_m.x) / grid_.voxel_m);
+        const double z = std::floor((z_m - grid_.origin_m.z) / grid_.voxel_m);
+        return near_holes[column_index(static_cast<int>(std::clamp(x, 0.0, grid_.extent.x - 1.0)),
+                                       static_cast<int>(std::clamp(z, 0.0, grid_.extent.z - 1.0)))] != 0;
+      };
+    }
+    report_.fit = measure.run();
+  }
+
+  std::vector<std::uint16_t> level_errors() const {
+    std::vector<BorderErrors> borders(patches_.size());
+    std::vector<std::uint16_t> values(patches_.size() * level_error_values(level_));
+    const MeasureLevelErrors errors{{volumes_, patches_}, {level_, heights_}, borders, values};
+    check(errors.validate(), "level errors");
+    const auto in_parallel = [&](void (MeasureLevelErrors::*stage)(PatchId, PatchId) const) {
+      parallel_chunks(patches_.size(), kFitChunk, job_.threads,
+                      [&](std::size_t first, std::size_t last, int) {
+                        (errors.*stage)(static_cast<PatchId>(first), static_cast<PatchId>(last));
+                      });
+    };
+    in_parallel(&MeasureLevelErrors::measure);
+    in_parallel(&MeasureLevelErrors::join);
+    return values;
+  }
+
+  // memory: patch_scratch_bytes() and room to align them, borrowed.
+  GenerateVertices generator(std::span<std::byte> memory) const {
+    const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
+    const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
+    GenerateVertices generate;
+    generate.surface = {volumes_, patches_};
+    generate.heights = {level_, heights_};
+    generate.level = level_;
+    generate.emit_level = level_;
+    generate.scratch = make_patch_scratch(memory.subspan(skip));
+    return generate;
+  }
+
+  std::vector<PatchBounds> bounds() const {
+    std::vector<PatchBounds> boxes(patches_.size());
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
+      const GenerateVertices generate = generator(memory);
+      for (std::size_t p = first; p < last; ++p) boxes[p] = generate.bounds(static_cast<PatchId>(p));
+    });
+    return boxes;
+  }
+
+  std::vector<NormalCone> normal_cones() const {
+    std::vector<NormalCone> cones(patches_.size());
+    const MeasureNormalCones measure{{volumes_, patches_}, {level_, heights_}, cones};
+    check(measure.validate(), "normal cones");
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      measure.run(static_cast<PatchId>(first), static_cast<PatchId>(last));
+    });
+    return cones;
+  }
+
+  std::vector<NormalCone> shading_cones() const {
+    std::vector<NormalCone> cones(patches_.size());
+    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
+      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
+      std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level_)));
+      const GenerateVertices generate = generator(memory);
+      for (std::size_t p = first; p < last; ++p) {
+        generate.run(static_cast<PatchId>(p), vertices, nullptr);
+        cones[p] = measure_shading_cone(vertices);
+      }
+    });
+    return cones;
+  }
+
+  std::vector<std::byte> write() {
+    WorldInfo& info = report_.info;
+    info.voxel_size_m = grid_.voxel_m;
+    for (int k = 0; k < 3; ++k) info.origin_m[k] = grid_.origin_m[k];
+    info.extent = grid_.extent;
+    info.depth = grid_.depth;
+    info.level = level_;
+    info.octets = voxels_.octree.octets_used();
+    info.volumes = static_cast<std::uint32_t>(volumes_.size());
+    info.patches = info.height_blocks = static_cast<std::uint32_t>(patches_.size());
+    set_name(job_.sample.empty() ? job_.read.path.substr(job_.read.path.find_last_of('/') + 1) : job_.sample);
+    check(validate_world_info(info), "world");
+
+    std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
+    for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
+    const std::vector<std::uint16_t> errors = level_errors();
+    const std::vector<PatchBounds> boxes = bounds();
+    const std::vector<NormalCone> cones = normal_cones();
+    const std::vector<NormalCone> shading = shading_cones();
+    const WorldPatches world_patches{mask, heights_, errors, boxes, cones, shading};
+    report_.materials = materials(boxes);
+    const WorldMaterials ground = report_.materials.view();
+    std::vector<std::byte> file(world_file_bytes(info, ground));
+    std::size_t written = 0;
+    check(write_world(info, voxels_.octree, world_patches, ground, file, written), "world");
+    file.resize(written);
+    return file;
+  }
+
+  BakedMaterials materials(std::span<const PatchBounds> boxes) const {
+    BakeMaterials bake = bake_materials_;
+    bake.sample = job_.sample;
+    bake.grid = grid_;
+    bake.octree = &voxels_.octree;
+    bake.surface = {volumes_, patches_};
+    bake.bounds = boxes;
+    return bake.run();
+  }
+
+  void set_name(const std::string& name) {
+    const std::size_t count = std::min(name.size(), kWorldNameBytes - 1);
+    for (std::size_t k = 0; k < count; ++k)
+      report_.info.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
+  }
+
+  const Bake& job_;
+  Bake::Report& report_;
+  const ReportProgress& progress_;
+
+  BakeMaterials bake_materials_;
+  Elevation elevation_;
+  std::vector<CarveShape> shapes_;
+  std::unique_ptr<Solid> base_;             // the image's surface or the sample
+  const ElevationSolid* ground_ = nullptr;  // base_, where it is an image's
+  std::unique_ptr<CarvedSolid> carved_;     // base_ with shapes_, where there are any
+  WorldGrid grid_;
+  int level_ = 0;
+  std::vector<float> tops_;
+  Voxels voxels_;
+  std::vector<Volume> volumes_;
+  std::vector<Patch> patches_;
+  std::vector<std::int16_t> heights_;
+};
+
+}  // namespace
+
+std::vector<std::byte> Bake::run(Report& report, const ReportProgress& progress) const {
+  report = Report();
+  return Baker(*this, report, progress).run();
+}
+
+}  // namespace karst::bake

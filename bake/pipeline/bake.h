@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// From an elevation image or a sample to a world file: solid, voxels, surface, heights, file; and what came
+// of it.
+#pragma once
+
+#include "bake/elevation/elevation.h"
+#include "bake/materials/bake_materials.h"
+#include "bake/pipeline/measure_fit.h"
+#include "terrain/file/world_file.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace karst::bake {
+using namespace core;
+
+// Work of the whole bake, for progress bars: which stage, how much of it is done.
+using ReportProgress = std::function<void(const char* stage, std::uint64_t done, std::uint64_t total)>;
+
+struct Bake {
+  // What: either an elevation image (read.path) or a sample by name.
+  ReadElevation read;
+  std::string sample{};
+  bool leave_holes = false;  // voids of the image: left out of the world, else filled
+
+  double voxel_m = 0;        // 0: the sample's, or so that about 128 voxels span the image
+  int level = 0;             // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
+  std::string carve_path{};  // empty: nothing is carved
+  MaterialOptions materials{};
+  int threads = 1;  // >= 1; the result does not depend on it
+
+  struct Report {
+    // The image; zeros for a sample.
+    int width = 0, height = 0;
+    double spacing_x_m = 0, spacing_z_m = 0;
+    double void_share = 0;
+    std::string source;
+
+    WorldInfo info;
+    std::uint64_t filled_voxels = 0;
+    std::uint64_t voxels_settled = 0;  // changed by SettleVoxels
+    std::size_t carve_shapes = 0;
+    std::uint64_t vertices = 0, misses = 0;            // misses: no surface within reach of the vertex
+    std::uint64_t folds_repaired = 0, folds_left = 0;  // triangles, in the sense of RepairFolds
+    double quantisation_m = 0;              // kVertexStep; coordinates are off by half of it at most
+    std::optional<MeasureFit::Result> fit;  // of height fields: with an image
+    bool fit_is_partial = false;            // holes and carved places are left out of fit
+    BakedMaterials materials;
+    double seconds_read = 0, seconds_voxels = 0, seconds_fit = 0, seconds_measure = 0;
+  };
+
+  // Returns the bytes of the world file. Throws BakeError; writes nothing.
+  std::vector<std::byte> run(Report& report, const ReportProgress& progress) const;
+};
+
+}  // namespace karst::bake

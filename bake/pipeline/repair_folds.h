@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The last stage of fitting heights: folds that neighbouring rays leave on steep ground are taken out.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/surface/patch.h"
+
+namespace karst::bake {
+using namespace core;
+
+// Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle
+// is folded or max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is
+// turned both against W at its vertices and against its undisplaced normal; in a height field (height_field =
+// true), when it does not face upwards.
+struct RepairFolds {
+  Surface surface;
+  int level = 0;
+  std::span<std::int16_t> heights;  // in and out, layout as in FitHeights
+  bool height_field = false;
+  int max_passes = 200;
+
+  struct Result {
+    std::uint64_t folded_before = 0;  // triangles
+    std::uint64_t folded_after = 0;
+    std::uint64_t vertices_moved = 0;
+    int passes = 0;
+  };
+
+  Status validate() const;
+  Result run() const;
+};
+
+}  // namespace karst::bake

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Both ways of a comparison draw every view in turns, in one process, so that a slow minute of the machine
+// hits them alike. Before a frame is measured the same one is drawn unmeasured: vertices, shadow maps and
+// caches are then as that way leaves them, and what is measured is a picture that goes on.
+//
+// Skips are switches of a view. What a renderer is made with (shadow maps, precision, textures) is compared
+// by two scenes, each in a context of its own.
+#include "bench/suites/bench_shading.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "app/common/arguments.h"
+#include "app/common/atomic_file.h"
+#include "app/common/progress.h"
+#include "app/common/status_text.h"
+#include "app/options/skips.h"
+#include "bench/measure/picture_error.h"
+#include "bench/suites/bench_view.h"
+#include "platform/headless/headless_display.h"
+
+namespace karst::bench {
+using namespace app;
+namespace {
+
+constexpr std::string_view kFlights[] = {"low", "oblique", "high"};
+
+using Picture = std::vector<std::uint8_t>;
+
+// A scene in a context of its own.
+struct Stage {
+  std::unique_ptr<Display> display;
+  std::unique_ptr<BenchView> view;
+
+  // Loads a scene, in place of the one before.
+  std::string set(const SceneOptions& options) {
+    std::string error;
+    clear();
+    if (display == nullptr) display = open_headless_display({}, error);
+    if (display == nullptr) return error;
+    view = std::make_unique<BenchView>();
+    if (error = display->make_current(); !error.empty()) return error;
+    if (error = view->load(options); !error.empty()) return error;
+    return view->scene().attach(*display, options.width, options.height);
+  }
+  // The renderer goes while its context is current.
+  void clear() {
+    if (view == nullptr) return;
+    if (display->make_current().empty()) view->scene().detach();
+    view.reset();
+  }
+};
+
+// One way to draw: a scene, and the switches of its views.
+struct Way {
+  Stage* stage = nullptr;
+  SceneView switches;
+};
+
+class Suite {
+ public:
+  explicit Suite(const ShadingSuiteOptions& options) : options_(options) {}
+  Suite(const Suite&) = delete;
+  Suite& operator=(const Suite&) = delete;
+  // Closing either display may take the other's context along.
+  ~Suite() {
+    for (Stage* stage : {&main_, &other_}) stage->clear();
+  }
+
+  std::string run(ShadingReport& report) {
+    if (std::string error = main_.set(scene_options()); !error.empty()) return error;
+    if (std::string error = place_cameras(); !error.empty()) return error;
+    report.width = options_.scene.width;
+    report.height = options_.scene.height;
+    report.views = static_cast<int>(cameras_.size());
+    report.rounds = options_.rounds;
+    report.renderer = main_.view->scene().renderer().caps().renderer;
+    if (std::string error = compare_skips(report); !error.empty()) return error;
+    return compare_features(report);
+  }
+
+ private:
+  SceneOptions scene_options() const {
+    SceneOptions scene = options_.scene;
+    if (scene.vertex_bytes == 0) scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
+    return scene;
+  }
+
+  std::string place_cameras() {
+    const GroundHeights ground = main_.view->ground();
+    for (const std::string_view flight : kFlights) {
+      const auto path =
+          make_standard_path(flight, ground, main_.view->scene().terrain().box(), options_.frames);
+      std::vector<Camera> cameras;
+      if (std::string error = main_.view->place(path, cameras); !error.empty()) return error;
+      cameras_.insert(cameras_.end(), cameras.begin(), cameras.end());
+    }
+    return {};
+  }
+
+  // One view one way: the times of the second frame. picture: may be null.
+  std::string measure(const Way& way, const Camera& camera, ShadingTime& time, Picture* picture) {
+    SceneView view = way.switches;
+    view.camera = camera;
+    view.lod = options_.lod;
+    BenchFrame frame;
+    std::string error = way.stage->display->make_current();
+    for (int k = 0; k < 2 && error.empty(); ++k) error = way.stage->view->draw(view, frame);
+    if (!error.empty()) return error;
+    time = {frame.record.frame_ms, frame.all_cpu_ms};
+    if (picture == nullptr) return {};
+    picture->resize(static_cast<std::size_t>(options_.scene.width) *
+                    static_cast<std::size_t>(options_.scene.height) * 4);
+    const Status status = way.stage->view->scene().renderer().read_colour(*picture);
+    return status.ok() ? std::string() : status_text("picture", status);
+  }
+
+  // Views first..first + count, both ways. Pictures are compared in the first round.
+  std::string draw_round(const Way& on, const Way& off, std::size_t first, std::size_t count,
+                         ShadingComparison& row) {
+    const bool is_first = row.on_rounds.empty();
+    ShadingTime& on_sum = row.on_rounds.emplace_back();
+    ShadingTime& off_sum = row.off_rounds.emplace_back();
+    const double share = 1 / static_cast<double>(count);
+    Picture pictures[2];
+    for (std::size_t k = first; k < first + count; ++k) {
+      ShadingTime on_time, off_time;
+      std::string error = measure(on, cameras_[k], on_time, is_first ? &pictures[0] : nullptr);
+      if (error.empty()) error = measure(off, cameras_[k], off_time, is_first ? &pictures[1] : nullptr);
+      if (!error.empty()) return error;
+      on_sum.add(on_time, share);
+      off_sum.add(off_time, share);
+      if (!is_first) continue;
+      for (std::size_t i = 0; i < pictures[0].size(); ++i) {
+        const int difference = std::abs(int{pictures[0][i]} - int{pictures[1][i]});
+        row.most_difference = std::max(row.most_difference, difference);
+      }
+      row.mean_difference += mean_colour_difference(pictures[0], pictures[1]) * share;
+    }
+    return {};
+  }
+
+  static void finish(ShadingComparison& row) {
+    for (double ShadingTime::*part : {&ShadingTime::frame_ms, &ShadingTime::cpu_ms}) {
+      std::vector<double> on, off, ratios;
+      for (std::size_t k = 0; k < row.on_rounds.size(); ++k) {
+        on.push_back(row.on_rounds[k].*part);
+        off.push_back(row.off_rounds[k].*part);
+        ratios.push_back(on.back() / off.back());
+      }
+      row.on_time.*part = median(on);
+      row.off_time.*part = median(off);
+      row.ratio.*part = median(ratios);
+    }
+  }
+
+  std::string compare_skips(ShadingReport& report) {
+    std::vector<Way> off;
+    SceneView none;
+    for (const Skip& skip : kSkips) {
+      off.push_back({&main_, {}});
+      skip.in(off.back().switches) = false;
+      skip.in(none) = false;
+      report.skips.push_back(row_of(skip.name, "skipped", "drawn"));
+    }
+    const std::size_t alone = off.size();
+    off.push_back({&main_, none});
+    report.skips.push_back(row_of("all", "skipped", "drawn"));
+    for (const std::string_view flight : kFlights)
+      report.flights.push_back(row_of("all, " + std::string(flight), "skipped", "drawn"));
+
+    const Way on{&main_, {}};
+    const auto rounds = static_cast<std::size_t>(options_.rounds);
+    const auto frames = static_cast<std::size_t>(options_.frames);
+    Progress progress("skips", rounds * off.size());
+    for (std::size_t round = 0; round < rounds; ++round) {
+      std::string error;
+      for (std::size_t k = 0; k < alone && error.empty(); ++k) {
+        error = draw_round(on, off[k], 0, cameras_.size(), report.skips[k]);
+        progress.update(round * off.size() + k + 1);
+      }
+      for (std::size_t k = 0; k < report.flights.size() && error.empty(); ++k)
+        error = draw_round(on, off[alone], k * frames, frames, report.flights[k]);
+      if (!error.empty()) return error;
+    }
+    join(report.flights, report.skips[alone]);
+    for (ShadingComparison& row : report.skips) finish(row);
+    for (ShadingComparison& row : report.flights) finish(row);
+    return {};
+  }
+
+  static ShadingComparison row_of(std::string name, std::string on, std::string off) {
+    ShadingComparison row;
+    row.name = std::move(name);
+    row.on = std::move(on);
+    row.off = std::move(off);
+    return row;
+  }
+
+  // Flights of as many views make up the whole.
+  static void join(const std::vector<ShadingComparison>& flights, ShadingComparison& whole) {
+    const double share = 1 / static_cast<double>(flights.size());
+    whole.on_rounds.resize(flights[0].on_rounds.size());
+    whole.off_rounds.resize(whole.on_rounds.size());
+    for (const ShadingComparison& flight : flights) {
+      for (std::size_t k = 0; k < whole.on_rounds.size(); ++k) {
+        whole.on_rounds[k].add(flight.on_rounds[k], share);
+        whole.off_rounds[k].add(flight.off_rounds[k], share);
+      }
+      whole.most_difference = std::max(whole.most_difference, flight.most_difference);
+      whole.mean_difference += flight.mean_difference * share;
+    }
+  }
+
+  // What the main scene has, against a scene without it.
+  std::string compare_feature(const char* name, const std::string& on, const std::string& off,
+                              const SceneOptions& without, ShadingReport& report) {
+    if (std::string error = other_.set(without); !error.empty()) return error;
+    return compare_ways(row_of(name, on, off), {&other_, {}}, report);
+  }
+
+  std::string compare_lamps(ShadingReport& report) {
+    const std::size_t count = main_.view->scene().terrain().lights().size();
+    if (count == 0) return {};
+    Way off{&main_, {}};
+    off.switches.lamps = false;
+    return compare_ways(row_of("lamps", std::to_string(count), "none"), off, report);
+  }
+
+  std::string compare_ways(ShadingComparison row, const Way& off, ShadingReport& report) {
+    Progress progress(row.name, static_cast<std::uint64_t>(options_.rounds));
+    for (int round = 0; round < options_.rounds; ++round) {
+      if (std::string error = draw_round({&main_, {}}, off, 0, cameras_.size(), row); !error.empty())
+        return error;
+      progress.update(static_cast<std::uint64_t>(round) + 1);
+    }
+    finish(row);
+    report.features.push_back(std::move(row));
+    return {};
+  }
+
+  std::string compare_features(ShadingReport& report) {
+    std::string error;
+    if (const CascadeSettings& shadows = options_.scene.shadows; shadows.count > 0) {
+      SceneOptions without = scene_options();
+      without.shadows.count = 0;
+      const std::string maps = std::to_string(shadows.count) + " of " + std::to_string(shadows.size);
+      error = compare_feature("shadows", maps, "none", without, report);
+    }
+    if (error.empty()) {
+      SceneOptions high = scene_options();
+      high.high_precision = true;
+      error = compare_feature("precision", "medium", "high", high, report);
+    }
+    if (error.empty()) error = compare_lamps(report);
+    if (!error.empty() || options_.against.empty()) return error;
+    SceneOptions against = scene_options();
+    against.world = options_.against;
+    if (error = check_world(against, report.textures); !error.empty()) return error;
+    return compare_feature("textures", report.textures.on, report.textures.off, against, report);
+  }
+
+  // Before it is drawn: whether it is the same world, and how its textures differ.
+  std::string check_world(const SceneOptions& against, TextureComparison& textures) const {
+    Scene scene;
+    if (std::string error = scene.load(against); !error.empty()) return error;
+    const Terrain& a = main_.view->scene().terrain();
+    const Terrain& b = scene.terrain();
+    if (a.info().extent != b.info().extent || a.patch_count() != b.patch_count())
+      return against.world + ": is not " + options_.scene.world + " baked another way";
+    const std::string error = compare_textures(a, b, textures);
+    return error.empty() ? error : against.world + ": " + error;
+  }
+
+  const ShadingSuiteOptions& options_;
+  Stage main_, other_;
+  std::vector<Camera> cameras_;
+};
+
+std::string run_suite(const ShadingSuiteOptions& options) {
+  ShadingReport report;
+  if (std::string error = Suite(options).run(report); !error.empty()) return error;
+  const std::string text = shading_json(report);
+  if (options.json == "-") {
+    std::fputs(text.c_str(), stdout);
+    return {};
+  }
+  print_shading(report);
+  return options.json.empty() ? std::string()
+                              : write_file_atomic(options.json, std::as_bytes(std::span(text)));
+}
+
+}  // namespace
+
+int run_shading_suite(const ShadingSuiteOptions& options) {
+  if (const std::string error = run_suite(options); !error.empty()) {
+    print_error("karst-bench", error);
+    return kExitFailure;
+  }
+  return kExitOk;
+}
+
+}  // namespace karst::bench

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// `karst-bench WORLD --suite shadows`: what shadow maps cost that are drawn only when something in them
+// changed, beside drawing all of them in every frame.
+#pragma once
+
+#include "scene/scene.h"
+
+namespace karst::bench {
+using namespace core;
+using namespace app;
+
+struct ShadowSuiteOptions {
+  SceneOptions scene;
+  int frames = 36;  // of each flight
+};
+
+// Measures a camera that turns once in place, and the standard flights. Returns the exit code; errors go to
+// stderr.
+int run_shadow_suite(const ShadowSuiteOptions& options);
+
+}  // namespace karst::bench

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Display cards and their connectors: opening, listing, and finding the card that has a monitor.
+#pragma once
+
+#include <xf86drmMode.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "platform/log.h"
+#include "platform/seat/seat.h"
+
+namespace karst {
+
+struct KmsConnector {
+  std::uint32_t id = 0;
+  std::string name;  // as the kernel's: "HDMI-A-1"
+  bool connected = false;
+  std::uint32_t crtcs = 0;  // bit n: CRTC n of the card can feed it
+  int width_mm = 0;
+  int height_mm = 0;
+  std::vector<drmModeModeInfo> modes;
+};
+
+class KmsCard {
+ public:
+  KmsCard() = default;
+  KmsCard(const KmsCard&) = delete;
+  KmsCard& operator=(const KmsCard&) = delete;
+  ~KmsCard() { close(); }
+
+  // Empty on success, else why the card is of no use. The seat must outlive the card.
+  [[nodiscard]] std::string open(Seat& seat, const std::string& path);
+  void close();
+  bool is_open() const { return device_.fd >= 0; }
+
+  int fd() const { return device_.fd; }
+  const std::string& path() const { return path_; }
+  const std::string& driver() const { return driver_; }
+  bool atomic() const { return atomic_; }              // the driver has the atomic calls
+  bool modifiers() const { return modifiers_; }        // framebuffers may have modifiers
+  const std::string& lacks() const { return lacks_; }  // what the driver does not have; for reports
+  const std::vector<std::uint32_t>& crtcs() const { return crtcs_; }
+
+  // All connectors, asking the monitors again. Takes milliseconds to a second on real connectors.
+  [[nodiscard]] std::string read_connectors(std::vector<KmsConnector>& out) const;
+
+ private:
+  Seat* seat_ = nullptr;
+  SeatDevice device_;
+  std::string path_;
+  std::string driver_;
+  std::string lacks_;
+  std::vector<std::uint32_t> crtcs_;
+  bool atomic_ = false;
+  bool modifiers_ = false;
+};
+
+// Nodes of all cards, sorted. error is set where there are none.
+std::vector<std::string> card_paths(std::string& error);
+
+// Opens the first card with a connected connector of the wanted name and with a mode. card: a node or a link
+// to one (/dev/dri/by-path/...), empty: any. connector: its name, empty: the first connected. On failure
+// returns false, and reasons has one line a card that was looked at. card is closed then.
+bool find_output(Seat& seat, const std::string& wanted_card, const std::string& wanted_connector,
+                 KmsCard& card, KmsConnector& connector, std::vector<std::string>& reasons);
+
+// What --list-outputs shows.
+struct KmsOutputInfo {
+  std::string card;
+  std::string driver;
+  std::string connector;
+  bool connected = false;
+  int width_mm = 0;
+  int height_mm = 0;
+  std::vector<drmModeModeInfo> modes;
+};
+// All connectors of all cards (or of one). reasons: a line for each card that was refused.
+std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
+                                        std::vector<std::string>& reasons);
+
+}  // namespace karst

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// For programs without windows. One that has them is linked with window/ before this library, which then
+// answers instead.
+#include "platform/window/window_display.h"
+
+namespace karst {
+
+std::unique_ptr<Display> open_window_display(Display::Size /*size*/, const char* /*title*/,
+                                             std::string& error) {
+  error = "--window: this program is for bare screens; karst-window has windows (KARST_WINDOW in CMake)";
+  return nullptr;
+}
+
+}  // namespace karst

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/passes/frame_block.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace karst::core {
+namespace {
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+bool inside(double value, double least, double most) {
+  return value >= least && value <= most;
+}
+
+float smooth_step(double low, double high, double value) {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return static_cast<float>(t * t * (3.0 - 2.0 * t));
+}
+
+glm::vec3 mix(glm::vec3 a, glm::vec3 b, float t) {
+  return a + (b - a) * t;
+}
+
+glm::vec4 xyz(glm::vec3 v) {
+  return {v, 0.0f};
+}
+
+// Linear light, relative to a white surface in full sun being 3.5: the tone curve is made for that. The
+// shares of sun and sky are those of a clear day: about 5 to 1 on level ground at noon.
+void set_light(const FrameLight& light, shader::FrameBlock& block) {
+  const double elevation = light.sun_elevation_deg;
+  const float height = smooth_step(0.0, 35.0, elevation);  // 0 at the horizon, 1 from mid-morning on
+  const float day = smooth_step(-8.0, 8.0, elevation);     // fades to night below the horizon
+  const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
+
+  block.sun_light = xyz(mix({3.1f, 1.65f, 0.85f}, {3.7f, 3.35f, 2.9f}, height) * disc);
+  const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.07f, 0.20f, 0.56f}, height);
+  const glm::vec3 horizon = mix({0.72f, 0.54f, 0.44f}, {0.37f, 0.54f, 0.80f}, height);
+  constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
+  constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
+  block.sky_zenith = xyz(mix(kNightZenith, zenith, day));
+  block.sky_horizon = xyz(mix(kNightHorizon, horizon, day));
+  block.sky_light = xyz((glm::vec3(block.sky_zenith) * 0.6f + glm::vec3(block.sky_horizon) * 0.4f) * 1.15f);
+  // Light that the ground throws back: a brownish sixth of what falls on it.
+  const float level = std::max(0.0f, block.sun_direction.y);
+  block.ground_light = xyz((glm::vec3(block.sun_light) * level + glm::vec3(block.sky_light)) *
+                           glm::vec3(0.19f, 0.16f, 0.125f));
+}
+
+// smoothstep(low - soft, low + soft, v) and 1 - smoothstep(high - soft, high + soft, v), before smoothing.
+glm::vec4 limits(float low, float high, float soft) {
+  const float factor = 0.5f / soft;
+  return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
+}
+
+}  // namespace
+
+Status FrameLight::validate() const {
+  if (!inside(sun_azimuth_deg, -360, 360)) {
+    return {StatusCode::invalid_argument, "not within -360..360 degrees", "sun_azimuth_deg"};
+  }
+  if (!inside(sun_elevation_deg, -90, 90)) {
+    return {StatusCode::invalid_argument, "not within -90..90 degrees", "sun_elevation_deg"};
+  }
+  if (!inside(haze_voxels, 1e-3, 1 << 24)) {
+    return {StatusCode::invalid_argument, "not within 0.001..2^24 voxels", "haze_voxels"};
+  }
+  return {};
+}
+
+shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
+                                    glm::ivec3 extent, int height) {
+  shader::FrameBlock block{};
+  block.clip_from_lattice = clip_from_lattice(camera);
+  block.camera_voxel = glm::ivec4(camera.voxel, 0);
+  block.camera_fine = glm::vec4(camera.fine, 0.0f);
+  block.morph_view = glm::vec4(make_lod_eye(camera, least_cos2).forward, least_cos2);
+  const glm::dmat3 axes = world_from_view(camera);
+  const double half_height = 1.0 / projection_scale(camera);  // of the picture at distance 1
+  block.ray_right = xyz(glm::vec3(axes[0] * (half_height * camera.aspect)));
+  block.ray_up = xyz(glm::vec3(axes[1] * half_height));
+  block.ray_forward = xyz(glm::vec3(-axes[2]));
+
+  block.sun_direction = xyz(glm::vec3(sun_direction(light)));
+  set_light(light, block);
+  block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
+  block.view_scale.y = static_cast<float>(2.0 * half_height / height);
+  block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
+  block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
+  return block;
+}
+
+glm::dvec3 sun_direction(const FrameLight& light) {
+  const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
+  const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
+  return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+          -std::cos(azimuth) * std::cos(elevation)};
+}
+
+void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
+                  shader::FrameBlock& block) {
+  const glm::dvec3 eye = eye_lattice(camera) / static_cast<double>(kStepsPerVoxel);
+  const double depth = 1.0 / (space.near_z - space.far_z);  // a voxel
+  block.shadow_x = xyz(glm::vec3(space.x));
+  block.shadow_y = xyz(glm::vec3(space.y));
+  block.shadow_z = glm::vec4(glm::vec3(space.z * -depth),
+                             static_cast<float>((space.near_z - glm::dot(space.z, eye)) * depth));
+  glm::vec4* const boxes[] = {&block.shadow_box_0, &block.shadow_box_1, &block.shadow_box_2};
+  for (std::size_t n = 0; n < cascades.size(); ++n) {
+    const Cascade& c = cascades[n];
+    *boxes[n] = {static_cast<float>((glm::dot(space.x, eye) - c.low.x) / c.side),
+                 static_cast<float>((glm::dot(space.y, eye) - c.low.y) / c.side),
+                 static_cast<float>(1.0 / c.side), static_cast<float>(c.texel)};
+  }
+  block.shadow_scale = {static_cast<float>(cascades.size()), static_cast<float>(size),
+                        1.0f / static_cast<float>(size), static_cast<float>(depth)};
+}
+
+shader::FrameBlock make_cascade_block(const Cascade& cascade) {
+  shader::FrameBlock block{};
+  block.clip_from_lattice = cascade.clip_from_lattice;
+  block.camera_voxel = glm::ivec4(cascade.eye.voxel, 0);
+  block.camera_fine = glm::vec4(cascade.eye.fine, 0.0f);
+  block.morph_view = glm::vec4(make_lod_eye(cascade.eye, 1.0f).forward, 1.0f);
+  return block;
+}
+
+void set_lights(const Camera& camera, std::span<const PointLight> lights, bool guess_caves,
+                shader::FrameBlock& block) {
+  const glm::dvec3 eye = eye_lattice(camera) / static_cast<double>(kStepsPerVoxel);
+  const std::size_t count = std::min<std::size_t>(lights.size(), kMostLights);
+  for (std::size_t n = 0; n < count; ++n) {
+    block.light_place[n] = glm::vec4(glm::vec3(glm::dvec3(lights[n].position) - eye), lights[n].radius);
+    block.light_colour[n] = xyz(lights[n].colour);
+  }
+  block.light_scale = {static_cast<float>(count), guess_caves ? 1.0f : 0.0f, 0.0f, 0.0f};
+}
+
+shader::MaterialBlock make_material_block(const MaterialSet& materials) {
+  shader::MaterialBlock block{};
+  block.material_scale = {0.0f, materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side)),
+                          0.0f, 0.0f};
+  block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
+  for (std::uint32_t m = 0; m < materials.count; ++m) {
+    const Material& material = materials.materials[m];
+    block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
+    block.material_height[m] = limits(material.height_low, material.height_high, material.height_soft);
+    // Noise moves a limit by fray times soft, which is half of the way through it.
+    block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
+    block.material_average[m] = {material.average[0], material.average[1], material.average[2],
+                                 material.roughness};
+  }
+  return block;
+}
+
+void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
+  const auto axis = [repeat](int voxels) {
+    return static_cast<float>(repeat / std::max(1.0, static_cast<double>(voxels) - 1.0));
+  };
+  block.drape_place = {axis(extent.x), axis(extent.z), -0.5f * axis(extent.x), -0.5f * axis(extent.z)};
+}
+
+glm::vec3 encode_picture(glm::vec3 light) {
+  constexpr float kExposure = 0.66f;
+  for (int c = 0; c < 3; ++c) {
+    const float x = light[c] * kExposure;
+    const float shown = std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
+    light[c] = shown < 0.0031308f ? shown * 12.92f : 1.055f * std::pow(shown, 1 / 2.4f) - 0.055f;
+  }
+  return light;
+}
+
+}  // namespace karst::core

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// From a camera and a sun to what shaders need of a frame.
+#pragma once
+
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "karst/status.h"
+#include "renderer/shader_interface.h"
+#include "terrain/shading/materials.h"
+#include "terrain/shadow/cascades.h"
+#include "terrain/view/camera.h"
+
+namespace karst::core {
+
+// Light and air of a frame. Colours follow from the sun's height, the distance that haze takes from the
+// world's size.
+struct FrameLight {
+  double sun_azimuth_deg = 230.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
+  double sun_elevation_deg = 35.0;  // -90..90 above the horizon
+  double haze_voxels = 400.0;       // above 0, ..2^24: distance at which 63 % of the light is haze
+  // invalid_argument naming the first field outside its range.
+  Status validate() const;
+};
+
+// least_cos2: ErrorScale's. extent: of the world in voxels, at least 1 on each axis. height: of the picture
+// in pixels. light is valid.
+shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
+                                    glm::ivec3 extent, int height);
+
+// Towards the sun, unit length.
+glm::dvec3 sun_direction(const FrameLight& light);
+
+// Shadow maps of `size` texels a side, as FitCascades made them for the camera's frame.
+void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
+                  shader::FrameBlock& block);
+// What a pass into a cascade's shadow map needs.
+shader::FrameBlock make_cascade_block(const Cascade& cascade);
+
+// At most kMostLights of the lights, for the camera's place. guess_caves: the sun is kept out of caves
+// without shadow maps.
+void set_lights(const Camera& camera, std::span<const PointLight> lights, bool guess_caves,
+                shader::FrameBlock& block);
+
+// What stays the same for a world. materials.count 0: one material that is everywhere.
+shader::MaterialBlock make_material_block(const MaterialSet& materials);
+
+// An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
+// worlds by that much), `repeat` times on each axis.
+void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
+
+// Linear light as the picture shows it: output.glsl without its dither.
+glm::vec3 encode_picture(glm::vec3 light);
+
+}  // namespace karst::core

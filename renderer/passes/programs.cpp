@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/passes/programs.h"
+
+#include <cstdio>
+#include <cstring>
+
+#include "renderer/shader_interface.h"
+
+namespace karst::core {
+namespace {
+
+struct Sampler {
+  const char* name;
+  GLint unit;
+};
+// Names are the same in all shaders; a program that has no such sampler is left alone.
+constexpr Sampler kSamplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                 {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                 {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                 {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
+                                 {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
+                                 {"variation", KARST_UNIT_VARIATION},
+                                 {"sky_line", KARST_UNIT_SKY_LINE},
+                                 {"depth", KARST_UNIT_DEPTH},
+                                 {"drape", KARST_UNIT_DRAPE},
+                                 {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+
+constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
+
+// Begins the log with "terrain (vertex): " and returns the room behind it.
+std::span<char> begin_log(std::span<char> log, const char* name, const char* stage) {
+  const int used = std::snprintf(log.data(), log.size(), "%s (%s): ", name, stage);
+  const std::size_t length = used < 0 ? 0 : static_cast<std::size_t>(used);
+  return length < log.size() ? log.subspan(length) : std::span<char>();
+}
+
+void compile(const Gl& gl, GLuint shader, const char* text, const char* defines) {
+  // Nothing but comments may come before the version, which is the text's first line.
+  const char* rest = std::strchr(text, '\n');
+  rest = rest == nullptr ? text : rest + 1;
+  const char* parts[] = {text, defines, rest};
+  const GLint lengths[] = {static_cast<GLint>(rest - text), -1, -1};
+  gl.ShaderSource(shader, 3, parts, lengths);
+  gl.CompileShader(shader);
+}
+
+// Attaches a new shader, which the program keeps alive; its result is read after all are under way, because
+// drivers may compile in the background.
+void attach_shader(const Gl& gl, GLuint program, GLenum stage, const char* text, const char* defines) {
+  const GLuint shader = gl.CreateShader(stage);
+  compile(gl, shader, text, defines);
+  gl.AttachShader(program, shader);
+  gl.DeleteShader(shader);
+}
+
+// Writes the first shader's log that has an error; a link error otherwise.
+void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, const char* defines,
+                      std::span<char> log) {
+  for (const bool vertex : {true, false}) {
+    const GLuint shader = gl.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
+    compile(gl, shader, vertex ? text.vertex : text.fragment, defines);
+    GLint ok = GL_FALSE;
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (ok == GL_FALSE) {
+      const std::span<char> room = begin_log(log, text.name, vertex ? "vertex shader" : "fragment shader");
+      if (!room.empty()) gl.GetShaderInfoLog(shader, static_cast<GLsizei>(room.size()), nullptr, room.data());
+    }
+    gl.DeleteShader(shader);
+    if (ok == GL_FALSE) return;
+  }
+  const std::span<char> room = begin_log(log, text.name, "linking");
+  if (!room.empty()) gl.GetProgramInfoLog(program, static_cast<GLsizei>(room.size()), nullptr, room.data());
+}
+
+void connect(const Gl& gl, GLuint program) {
+  const GLuint block = gl.GetUniformBlockIndex(program, "FrameBlock");
+  if (block != GL_INVALID_INDEX) gl.UniformBlockBinding(program, block, KARST_BINDING_FRAME);
+  const GLuint materials = gl.GetUniformBlockIndex(program, "MaterialBlock");
+  if (materials != GL_INVALID_INDEX) gl.UniformBlockBinding(program, materials, KARST_BINDING_MATERIALS);
+  gl.UseProgram(program);
+  for (const Sampler& sampler : kSamplers) {
+    const GLint location = gl.GetUniformLocation(program, sampler.name);
+    if (location >= 0) gl.Uniform1i(location, sampler.unit);
+  }
+}
+
+}  // namespace
+
+Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
+  std::snprintf(defines_, sizeof defines_, "#define KARST_MATERIALS %d\n%s", settings.materials,
+                settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "");
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    programs_[i] = gl.CreateProgram();
+    attach_shader(gl, programs_[i], GL_VERTEX_SHADER, kShaderTexts[i].vertex, defines_);
+    attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment, defines_);
+    gl.LinkProgram(programs_[i]);
+  }
+  const Status status = link_all(gl, log);
+  if (!status.ok()) destroy(gl);
+  return status;
+}
+
+Status Programs::link_all(const Gl& gl, std::span<char> log) {
+  for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    GLint ok = GL_FALSE;
+    gl.GetProgramiv(programs_[i], GL_LINK_STATUS, &ok);
+    if (ok == GL_FALSE) {
+      describe_failure(gl, programs_[i], kShaderTexts[i], defines_, log);
+      return kShaderFailed;
+    }
+    connect(gl, programs_[i]);
+  }
+  gl.UseProgram(0);
+  return {};
+}
+
+void Programs::destroy(const Gl& gl) {
+  for (GLuint& program : programs_) {
+    if (program != 0) gl.DeleteProgram(program);
+    program = 0;
+  }
+}
+
+}  // namespace karst::core

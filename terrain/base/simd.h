@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// Four lanes of float or int32 as compiler vector types: SSE2 or NEON where the target has them, plain scalar
+// code elsewhere. Every operation is lane-wise IEEE arithmetic without contraction, so the bits are the same
+// on all of them.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#else
+#include <cmath>
+#endif
+
+namespace karst::core::simd {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+inline constexpr int kLanes = 4;
+
+inline Float4 splat(float v) {
+  return Float4{v, v, v, v};
+}
+inline Int4 splat(std::int32_t v) {
+  return Int4{v, v, v, v};
+}
+
+template <class Vector, class T>
+inline Vector load(const T* p) {
+  Vector v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline Float4 load(const float* p) {
+  return load<Float4>(p);
+}
+inline Int4 load(const std::int32_t* p) {
+  return load<Int4>(p);
+}
+
+inline void store(float* p, Float4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+inline void store(std::int32_t* p, Int4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+inline void store(void* p, Int4 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+
+// Towards zero. Precondition: |v| < 2^31.
+inline Int4 to_int(Float4 v) {
+  return __builtin_convertvector(v, Int4);
+}
+inline Float4 to_float(Int4 v) {
+  return __builtin_convertvector(v, Float4);
+}
+
+inline Float4 as_float(Int4 v) {
+  Float4 r;
+  std::memcpy(&r, &v, sizeof r);
+  return r;
+}
+inline Int4 as_int(Float4 v) {
+  Int4 r;
+  std::memcpy(&r, &v, sizeof r);
+  return r;
+}
+
+// mask lanes are 0 or -1.
+inline Int4 select(Int4 mask, Int4 a, Int4 b) {
+  return (mask & a) | (~mask & b);
+}
+inline Float4 select(Int4 mask, Float4 a, Float4 b) {
+  return as_float(select(mask, as_int(a), as_int(b)));
+}
+
+inline Float4 abs(Float4 v) {
+  return as_float(as_int(v) & 0x7fffffff);
+}
+inline Float4 copy_sign(Float4 magnitude, Float4 sign) {
+  const Int4 bit = splat(std::int32_t{INT32_MIN});
+  return as_float((as_int(magnitude) & ~bit) | (as_int(sign) & bit));
+}
+// a > b ? a : b, and a < b ? a : b.
+inline Float4 max(Float4 a, Float4 b) {
+#if defined(__SSE2__)
+  return Float4(_mm_max_ps(__m128(a), __m128(b)));
+#else
+  return select(a > b, a, b);
+#endif
+}
+inline Float4 min(Float4 a, Float4 b) {
+#if defined(__SSE2__)
+  return Float4(_mm_min_ps(__m128(a), __m128(b)));
+#else
+  return select(a < b, a, b);
+#endif
+}
+
+// True when any lane of the mask is set.
+inline bool any(Int4 mask) {
+#if defined(__SSE2__)
+  return _mm_movemask_ps(__m128(as_float(mask))) != 0;
+#else
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+#endif
+}
+
+// Correctly rounded on every target.
+inline Float4 sqrt(Float4 v) {
+#if defined(__SSE2__)
+  return Float4(_mm_sqrt_ps(__m128(v)));
+#elif defined(__aarch64__)
+  return Float4(vsqrtq_f32(float32x4_t(v)));
+#else
+  return Float4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+
+// Rows become columns.
+inline void transpose(Int4& a, Int4& b, Int4& c, Int4& d) {
+  const Int4 ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+  const Int4 ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Int4 cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const Int4 cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  a = __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
+  c = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
+  d = __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7);
+}
+
+}  // namespace karst::core::simd

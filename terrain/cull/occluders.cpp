@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+// Two copies of the cells of each kind as rows of bits, along x and along z: a rectangle across any axis is
+// then a few rows of consecutive bits.
+#include "terrain/cull/occluders.h"
+
+#include <algorithm>
+#include <bit>
+
+#include <glm/common.hpp>
+
+#include "terrain/surface/bezier/case_tables.h"
+
+namespace karst::core {
+namespace {
+
+// Coarsest cells that are of use: a rectangle needs a cell's width of rock.
+constexpr int kMostCellLog2 = 3;
+
+// Cells of a size, of 2^(kLatticeBits + cell_log2) steps.
+constexpr int cell_bits(int cell_log2) {
+  return kLatticeBits + cell_log2;
+}
+
+glm::ivec3 cells_of(glm::ivec3 extent, int cell_log2) {
+  // Cells that stick out of the world are of no kind.
+  return cell_log2 < 0 ? extent << -cell_log2 : extent >> cell_log2;
+}
+
+int words_of(int cells) {
+  return (cells + 63) / 64;
+}
+
+// Bits first..last of the word that holds cells 64 w ...
+std::uint64_t mask_of(int word, int first, int last) {
+  std::uint64_t mask = ~std::uint64_t{0};
+  if (first > word * 64) mask &= ~std::uint64_t{0} << (first - word * 64);
+  if (last < word * 64 + 63) mask &= ~std::uint64_t{0} >> (word * 64 + 63 - last);
+  return mask;
+}
+
+bool touches(const LatticeBox& a, glm::dvec3 low, glm::dvec3 high) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.max[axis] < low[axis] || a.min[axis] > high[axis]) return false;
+  }
+  return true;
+}
+
+// All that a patch's displaced surface, and its way there from the undisplaced one, can touch.
+LatticeBox swept_box(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id) {
+  const Patch& patch = surface.patches[id];
+  const Volume& volume = surface.volumes[patch.volume];
+  LatticeBox box = patch_box(surface, bounds, id);
+  const PatchCase& shape = kCaseTable[volume.configuration].patch[patch.case_patch];
+  const glm::ivec3 origin = patch_origin(volume);
+  for (const auto& row : shape.control) {
+    for (const auto& c : row) {
+      const glm::ivec3 p = origin + glm::ivec3(c[0], c[1], c[2]) * kStepsPerHalfVoxel;
+      box.min = glm::min(box.min, p);
+      box.max = glm::max(box.max, p);
+    }
+  }
+  box.min -= Occluders::kMargin;
+  box.max += Occluders::kMargin;
+  return box;
+}
+
+// Calls visit(face) for each face of its volume on which the patch has an edge that leads nowhere: the world
+// ends there. Faces as in case_tables.h.
+template <class Visit>
+void for_each_open_face(const Surface& surface, PatchId id, Visit visit) {
+  const Patch& patch = surface.patches[id];
+  const PatchCase& shape = kCaseTable[surface.volume_of(id).configuration].patch[patch.case_patch];
+  for (std::size_t e = 0; e < 4; ++e) {
+    if (!patch.neighbour[e].exists() && shape.edge[e].kind == CaseEdge::external) visit(shape.edge[e].a);
+  }
+}
+
+}  // namespace
+
+std::size_t Occluders::word_count(glm::ivec3 extent, int cell_log2) {
+  const glm::ivec3 cells = cells_of(extent, cell_log2);
+  const auto y = static_cast<std::size_t>(cells.y);
+  return 2 * (y * static_cast<std::size_t>(cells.z) * static_cast<std::size_t>(words_of(cells.x)) +
+              y * static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(words_of(cells.z)));
+}
+
+void Occluders::clear_cells(Kind kind, glm::ivec3 low, glm::ivec3 high) {
+  const Bits& bits = bits_[static_cast<std::size_t>(kind)];
+  low = glm::max(low, glm::ivec3(0));
+  high = glm::min(high, size_ - 1);
+  if (low.x > high.x || low.y > high.y || low.z > high.z) return;
+  const auto clear_row = [](std::uint64_t* row, int first, int last) {
+    for (int w = first / 64; w <= last / 64; ++w) row[w] &= ~mask_of(w, first, last);
+  };
+  for (int y = low.y; y <= high.y; ++y) {
+    for (int z = low.z; z <= high.z; ++z) {
+      clear_row(bits.along_x.data() + (y * size_.z + z) * words_x_, low.x, high.x);
+    }
+    for (int x = low.x; x <= high.x; ++x) {
+      clear_row(bits.along_z.data() + (y * size_.x + x) * words_z_, low.z, high.z);
+    }
+  }
+}
+
+void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size) {
+  if (Octree::is_leaf(node)) {
+    const Kind other = Octree::is_filled(node) ? Kind::air : Kind::rock;
+    const int shift = cell_bits(cell_log2_);
+    clear_cells(other, origin * kStepsPerVoxel >> shift, ((origin + size) * kStepsPerVoxel - 1) >> shift);
+    return;
+  }
+  const int half = size / 2;
+  for (int o = 0; o < 8; ++o) {
+    clear_leaves(octree, octree.child(node, o), origin + half * glm::ivec3(o & 1, o >> 1 & 1, o >> 2 & 1),
+                 half);
+  }
+}
+
+void Occluders::find_interior(const Surface& surface, std::span<const PatchBounds> bounds,
+                              glm::ivec3 extent) {
+  // The surface ends half a voxel inside the sides, and above the lowest voxels' centres.
+  interior_.min = glm::ivec3(kStepsPerHalfVoxel);
+  interior_.max = extent * kStepsPerVoxel - kStepsPerHalfVoxel;
+  interior_.max.y = kBoxReach;
+  for (PatchId id = 0; id < surface.patches.size(); ++id) {
+    for_each_open_face(surface, id, [&](int face) {
+      const LatticeBox box = swept_box(surface, bounds, id);
+      const int axis = face / 2;
+      if ((face & 1) != 0) {
+        interior_.max[axis] = std::min(interior_.max[axis], box.min[axis] - 1);
+      } else {
+        interior_.min[axis] = std::max(interior_.min[axis], box.max[axis] + 1);
+      }
+    });
+  }
+}
+
+void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& surface,
+                      std::span<const PatchBounds> bounds) {
+  clear();
+  cell_log2_ = kLeastCellLog2;
+  while (word_count(extent, cell_log2_) > storage_.size()) ++cell_log2_;
+  const glm::ivec3 cells = cells_of(extent, cell_log2_);
+  if (cell_log2_ > kMostCellLog2 || cells.x == 0 || cells.y == 0 || cells.z == 0) return;
+  size_ = cells;
+  extent_ = extent;
+  words_x_ = words_of(size_.x);
+  words_z_ = words_of(size_.z);
+  const auto rows = [&](int other) { return static_cast<std::size_t>(size_.y * other); };
+  std::size_t used = 0;
+  const auto take = [&](std::size_t words) {
+    used += words;
+    const std::span<std::uint64_t> taken = storage_.subspan(used - words, words);
+    std::fill(taken.begin(), taken.end(), ~std::uint64_t{0});
+    return taken;
+  };
+  for (Bits& bits : bits_) {
+    bits.along_x = take(rows(size_.z) * static_cast<std::size_t>(words_x_));
+    bits.along_z = take(rows(size_.x) * static_cast<std::size_t>(words_z_));
+  }
+  clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size());
+  find_interior(surface, bounds, extent);
+  const int shift = cell_bits(cell_log2_);
+  widest_ = 0;
+  for (PatchId id = 0; id < surface.patches.size(); ++id) {
+    const LatticeBox swept = swept_box(surface, bounds, id);
+    const LatticeBox box = patch_box(surface, bounds, id);
+    for (int axis = 0; axis < 3; ++axis) {
+      widest_ = std::max({widest_, box.min[axis] - swept.min[axis], swept.max[axis] - box.max[axis]});
+    }
+    clear_cells(swept.min >> shift, swept.max >> shift);
+  }
+  // What is not wholly in the interior.
+  const glm::ivec3 last = size_ - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 low(0);
+    glm::ivec3 high = last;
+    high[axis] = (interior_.min[axis] - 1) >> shift;
+    clear_cells(low, high);
+    high = last;
+    low[axis] = (interior_.max[axis] + 1) >> shift;
+    clear_cells(low, high);
+  }
+}
+
+std::uint64_t Occluders::count(Kind kind) const {
+  if (empty()) return 0;
+  std::uint64_t result = 0;
+  const auto row = static_cast<std::size_t>(words_x_);
+  const std::span<const std::uint64_t> along_x = bits_[static_cast<std::size_t>(kind)].along_x;
+  for (std::size_t w = 0; w < along_x.size(); ++w) {
+    const int first = static_cast<int>(w % row) * 64;
+    const std::uint64_t inside = mask_of(first / 64, 0, size_.x - 1);
+    result += static_cast<std::uint64_t>(std::popcount(along_x[w] & inside));
+  }
+  return result;
+}
+
+bool Occluders::covers(Kind kind, int axis, int layer, glm::ivec2 low, glm::ivec2 high) const {
+  const int rows = axis == 1 ? size_.z : size_.y;
+  const int columns = axis == 0 ? size_.z : size_.x;
+  if (low.x < 0 || high.x >= rows || low.y < 0 || high.y >= columns) return false;
+  if (layer < 0 || layer >= size_[axis]) return false;
+  const Bits& of = bits_[static_cast<std::size_t>(kind)];
+  const std::uint64_t* bits = axis == 0 ? of.along_z.data() : of.along_x.data();
+  const int words = axis == 0 ? words_z_ : words_x_;
+  int start = 0;  // row `low.x` of the layer, and from there to the next
+  int step = words;
+  if (axis == 0) {
+    start = (low.x * size_.x + layer) * words;
+    step = size_.x * words;
+  } else if (axis == 1) {
+    start = (layer * size_.z + low.x) * words;
+  } else {
+    start = (low.x * size_.z + layer) * words;
+    step = size_.z * words;
+  }
+  for (int w = low.y / 64; w <= high.y / 64; ++w) {
+    const std::uint64_t mask = mask_of(w, low.y, high.y);
+    const std::uint64_t* row = bits + start + w;
+    for (int r = low.x; r <= high.x; ++r, row += step) {
+      if ((*row & mask) != mask) return false;
+    }
+  }
+  return true;
+}
+
+bool Occluders::is_outside(const Octree& octree, const BoundsTree& tree, const Surface& surface,
+                           std::span<const PatchBounds> bounds, glm::dvec3 eye, double reach) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(eye[axis] - reach > interior_.min[axis] && eye[axis] + reach < interior_.max[axis])) return false;
+  }
+  const glm::ivec3 voxel(glm::floor(eye / double{kStepsPerVoxel}));
+  if (voxel.y < extent_.y && octree.filled(voxel)) return false;
+  // Patches whose boxes come near enough, by a stack of nodes: row << 28 | node.
+  const glm::dvec3 low = eye - reach;
+  const glm::dvec3 high = eye + reach;
+  const glm::dvec3 wide(widest_);
+  std::uint32_t stack[BoundsTree::kFanOut * BoundsTree::kMaxRows];
+  int top = 0;
+  stack[top++] = static_cast<std::uint32_t>(tree.rows() - 1) << 28;
+  while (top > 0) {
+    const std::uint32_t entry = stack[--top];
+    const int row = static_cast<int>(entry >> 28);
+    const std::uint32_t n = entry & 0x0fffffffu;
+    if (!touches(tree.node(row, n), low - wide, high + wide)) continue;
+    if (row == 0) {
+      const PatchId first = tree.first_patch(0, n);
+      for (PatchId id = first; id < first + tree.patch_count(0, n); ++id) {
+        if (touches(swept_box(surface, bounds, id), low, high)) return false;
+      }
+      continue;
+    }
+    const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
+    for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) {
+      stack[top++] = static_cast<std::uint32_t>(row - 1) << 28 | child;
+    }
+  }
+  return true;
+}
+
+}  // namespace karst::core

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// Which boxes are hidden by rock (occluders.h), found a few a frame and remembered: a box that was hidden is
+// asked about the same layer of cells again, one that was not is searched for again ever more rarely, and a
+// frame that found little lets the next one search little. After a second with nothing hidden, most frames do
+// not ask at all. So a frame's work is bounded, and next to nothing where nothing is hidden; what is not
+// found costs time alone.
+//
+// Same frames in the same order give the same answers: nothing depends on time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/cull/occluders.h"
+#include "terrain/view/camera.h"
+
+namespace karst::core {
+
+class Occlusion {
+ public:
+  // Entries for so many patches: one a patch, then one a node of their tree.
+  static constexpr std::uint32_t entry_count(std::uint32_t patches) {
+    return patches + BoundsTree::node_count(patches);
+  }
+  // Rows of the tree that are asked about, from the lowest: nodes of 8 and of 64 patches. Above them boxes
+  // are too large for any rock.
+  static constexpr int kRows = 2;
+
+  // Lends memory for entry_count(patches) entries, borrowed for the object's life.
+  void create(std::span<std::uint16_t> storage, std::uint32_t patches) {
+    entries_ = storage.first(entry_count(patches));
+    first_node_ = patches;
+    reset();
+  }
+
+  // Forgets everything: for another surface.
+  void reset();
+
+  // Starts a frame. searches: the most boxes that are searched for rock in it, about a microsecond each. All
+  // borrowed until the frame's last question; tree, surface and bounds are those that occluders were built
+  // with.
+  void begin(const Occluders& occluders, const Octree& octree, const BoundsTree& tree, const Surface& surface,
+             std::span<const PatchBounds> bounds, const Camera& camera, std::uint32_t searches);
+  // Hides nothing until the next begin().
+  void end() { active_ = false; }
+  bool active() const { return active_; }
+
+  // Whether nothing that is drawn inside the box (a patch's, or that of a node of kRows) can be seen from the
+  // frame's eye. False where that is not known.
+  bool hides_patch(PatchId patch, const LatticeBox& box) { return hides(patch, box); }
+  bool hides_node(const BoundsTree& tree, int row, std::uint32_t n) {
+    return hides(first_node_ + tree.node_index(row, n), tree.node(row, n));
+  }
+
+  std::uint32_t searched() const { return searched_; }  // in this frame
+
+ private:
+  // An entry: kHidden | axis << kAxisShift | layer, or how rarely the box is searched for, 0 is always.
+  static constexpr std::uint16_t kHidden = 0x8000;
+  static constexpr int kAxisShift = 13;
+  static constexpr std::uint16_t kLayerMask = (1u << kAxisShift) - 1;
+  static constexpr std::uint16_t kRarest = 5;  // one frame in 32
+  static_assert((1 << kMaxDepth) <= kLayerMask + 1);
+
+  bool hides(std::uint32_t entry, const LatticeBox& box) {
+    const std::uint16_t state = entries_[entry];
+    if ((state & kHidden) == 0 && !is_due(entry, state)) return false;
+    return ask(entry, state, box);
+  }
+  bool is_due(std::uint32_t entry, std::uint16_t rarity) const {
+    if (searched_ >= allowed_) return false;
+    // A hash of the two, so that every frame asks about another sample of the boxes.
+    std::uint32_t mixed = (entry + frame_ * 0x85ebca6bu) * 0x9e3779b1u;
+    mixed = (mixed ^ mixed >> 15) * 0x85ebca6bu;
+    return rarity == 0 || mixed >> (32 - rarity) == 0;
+  }
+  bool ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& box);
+  void wake_siblings(std::uint32_t entry);
+
+  std::span<std::uint16_t> entries_;
+  std::uint32_t first_node_ = 0;
+  const Occluders* occluders_ = nullptr;
+  glm::vec3 eye_{0.0f};  // in cells
+  float reach_ = 0;      // in cells; boxes further away are not hidden
+  float near_ = 0;       // in cells; nothing beyond this from the eye is in front of the near plane
+  bool outside_ = false;
+  bool active_ = false;
+  std::uint32_t frame_ = 0;
+  std::uint32_t allowed_ = 0;  // searches
+  std::uint32_t searched_ = 0;
+  std::uint32_t found_ = 0;
+  std::uint32_t hidden_ = 0;  // boxes
+  std::uint32_t quiet_ = 0;   // active frames in a row with nothing hidden
+  bool fresh_ = true;         // nothing was asked since reset()
+};
+
+}  // namespace karst::core

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// Writes the 32-bit index stream of a draw list: for each item the shared 16-bit table's ranges
+// (index_batches.h), each index moved to the page of the one vertex buffer that holds the vertex. With it a
+// whole pass is one draw call, or a few where the stream is written in chunks, in plain OpenGL ES 3.0, which
+// has no base vertex and no multi-draw.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/resident/page_table.h"
+
+namespace karst::core {
+
+struct ExpandIndices {
+  // Inputs, borrowed.
+  std::span<const std::uint16_t> table;  // build_index_tables(max_level), max_level at least every item's
+  std::span<const DrawItem> items;
+  PageTable pages;  // texels are not used
+
+  // Output, borrowed; may be write-only memory of the GPU: it is written once, in order, and never read.
+  std::span<std::uint32_t> out;
+
+  struct Chunk {
+    std::uint32_t indices = 0;    // written to the front of out: what to draw
+    std::uint32_t next_item = 0;  // where to go on; items.size() when all are done
+    // Items of this chunk whose patch has fewer pages than the level needs, which a valid frame has none of:
+    // they are left out whole, because other patches' vertices lie where theirs are not.
+    std::uint32_t left_out = 0;
+  };
+
+  // Room that out needs so that every chunk holds at least one item of a level up to max_level.
+  static constexpr std::uint32_t least_room(int max_level) { return max_patch_indices(max_level); }
+
+  // invalid_argument naming the first field that is empty or too small, for items at levels up to max_level.
+  Status validate(int max_level) const;
+
+  // Writes whole items from first_item on until out is full or the items end. To draw a list:
+  //   for (Chunk c; c.next_item < items.size();) { c = run(c.next_item); draw c.indices indices; }
+  // Precondition: validate() is ok for the items' levels.
+  Chunk run(std::uint32_t first_item) const;
+};
+
+}  // namespace karst::core

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/file/material_section.h"
+
+#include "terrain/base/checksum.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace karst::core::material_section {
+namespace {
+
+struct Range {
+  const char* what;
+  std::size_t offset;  // of a float in the record
+  float low, high;
+};
+
+// Far outside of these, the shader's smoothstep has no meaning in 32-bit floats. Slopes are within -1..1 and
+// heights within 0..512; limits beyond those say "no limit".
+constexpr float kMostHeight = 1e6f;
+constexpr Range kMaterialRanges[] = {
+    {"slope_low is outside -4..4", offsetof(Material, slope_low), -4, 4},
+    {"slope_high is outside -4..4", offsetof(Material, slope_high), -4, 4},
+    {"slope_soft is outside 0.0001..4", offsetof(Material, slope_soft), 1e-4f, 4},
+    {"height_low is outside +-10^6", offsetof(Material, height_low), -kMostHeight, kMostHeight},
+    {"height_high is outside +-10^6", offsetof(Material, height_high), -kMostHeight, kMostHeight},
+    {"height_soft is outside 0.0001..10^6", offsetof(Material, height_soft), 1e-4f, kMostHeight},
+    {"cave is outside 0..1", offsetof(Material, cave), 0, 1},
+    {"fray is outside 0..1", offsetof(Material, fray), 0, 1},
+    // Colours are divided by it.
+    {"average is outside 0.0001..1", offsetof(Material, average), 1e-4f, 1},
+    {"average is outside 0.0001..1", offsetof(Material, average) + 4, 1e-4f, 1},
+    {"average is outside 0.0001..1", offsetof(Material, average) + 8, 1e-4f, 1},
+    {"roughness is outside 0..1", offsetof(Material, roughness), 0, 1},
+};
+constexpr Range kLightRanges[] = {
+    {"position of a light is outside +-10^6", 0, -kMostHeight, kMostHeight},
+    {"position of a light is outside +-10^6", 4, -kMostHeight, kMostHeight},
+    {"position of a light is outside +-10^6", 8, -kMostHeight, kMostHeight},
+    {"radius of a light is outside 0.0001..10^6", 12, 1e-4f, kMostHeight},
+    {"colour of a light is outside 0..10^6", 16, 0, kMostHeight},
+    {"colour of a light is outside 0..10^6", 20, 0, kMostHeight},
+    {"colour of a light is outside 0..10^6", 24, 0, kMostHeight},
+};
+
+template <class T>
+Fault check_ranges(const T& record, std::span<const Range> ranges) {
+  std::byte bytes[sizeof(T)];
+  std::memcpy(bytes, &record, sizeof record);
+  for (const Range& range : ranges) {
+    float value;
+    std::memcpy(&value, bytes + range.offset, sizeof value);
+    // Written so that NaN fails.
+    if (!(value >= range.low && value <= range.high)) return {range.what, range.offset};
+  }
+  return {};
+}
+
+Fault check_name(const Material& material) {
+  std::size_t length = 0;
+  while (length < sizeof material.name && material.name[length] != '\0') {
+    if (material.name[length] < 0x20 || material.name[length] > 0x7e)
+      return {"name is not printable ASCII", length};
+    ++length;
+  }
+  if (length == 0) return {"name is empty", 0};
+  if (length == sizeof material.name) return {"name is not terminated", 0};
+  for (std::size_t k = length; k < sizeof material.name; ++k) {
+    if (material.name[k] != '\0') return {"name has bytes after its end", k};
+  }
+  return {};
+}
+
+Fault check_material(const Material& material) {
+  if (const Fault fault = check_name(material); fault.what != nullptr) return fault;
+  if (const Fault fault = check_ranges(material, kMaterialRanges); fault.what != nullptr) return fault;
+  if (material.slope_low > material.slope_high)
+    return {"slope_low is above slope_high", offsetof(Material, slope_low)};
+  if (material.height_low > material.height_high)
+    return {"height_low is above height_high", offsetof(Material, height_low)};
+  return {};
+}
+
+Fault check_sizes(std::uint32_t count, std::uint32_t side, std::uint32_t format) {
+  if (count < 1 || count > kMostMaterials) return {"count is outside 1..8", 0};
+  if (side < kLeastTextureSide || side > kMostTextureSide || !std::has_single_bit(side))
+    return {"side is not a power of two within 16..1024", 4};
+  if (format > static_cast<std::uint32_t>(TextureFormat::etc2)) return {"format is none that is known", 8};
+  return {};
+}
+
+}  // namespace
+
+std::size_t image_count(const MaterialSet& set) {
+  return kTextureArrays * static_cast<std::size_t>(texture_levels(set.side)) * set.count;
+}
+
+std::size_t image_index(const MaterialSet& set, TextureArray array, int level, std::uint32_t layer) {
+  const auto levels = static_cast<std::size_t>(texture_levels(set.side));
+  return (static_cast<std::size_t>(array) * levels + static_cast<std::size_t>(level)) * set.count + layer;
+}
+
+std::size_t section_bytes(const MaterialSet& set) {
+  return kHeaderBytes + set.count * sizeof(Material) + image_count(set) * sizeof(std::uint32_t);
+}
+
+Fault check_set(const MaterialSet& set) {
+  if (set.count == 0) return {};
+  if (const Fault fault = check_sizes(set.count, set.side, static_cast<std::uint32_t>(set.format));
+      fault.what != nullptr)
+    return fault;
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    const Fault fault = check_material(set.materials[i]);
+    if (fault.what != nullptr) return {fault.what, kHeaderBytes + i * sizeof(Material) + fault.offset};
+  }
+  return {};
+}
+
+Fault check_lights(std::span<const PointLight> lights) {
+  if (lights.size() > kMostLights) return {"more than 16 lights", 0};
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Fault fault = check_ranges(lights[i], kLightRanges);
+    if (fault.what != nullptr) return {fault.what, i * sizeof(PointLight) + fault.offset};
+    std::uint32_t bits;
+    std::memcpy(&bits, &lights[i].reserved, sizeof bits);
+    if (bits != 0)
+      return {"a reserved field is not 0", i * sizeof(PointLight) + offsetof(PointLight, reserved)};
+  }
+  return {};
+}
+
+Fault check_overrides(std::span<const std::uint8_t> overrides, std::uint32_t count) {
+  for (std::size_t p = 0; p < overrides.size(); ++p) {
+    if (overrides[p] > count) return {"a patch has a material that is not there", p};
+  }
+  return {};
+}
+
+Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs) {
+  if (section.size() < kHeaderBytes) return {"the section is shorter than its header", 0};
+  std::uint32_t header[kHeaderBytes / sizeof(std::uint32_t)];
+  std::memcpy(header, section.data(), sizeof header);
+  if (const Fault fault = check_sizes(header[0], header[1], header[2]); fault.what != nullptr) return fault;
+  if (header[3] != 0) return {"a reserved field is not 0", 12};
+  MaterialSet read;
+  read.count = header[0];
+  read.side = header[1];
+  read.format = static_cast<TextureFormat>(header[2]);
+  if (section.size() != section_bytes(read)) return {"count and side do not fit the section's length", 0};
+  const std::size_t records = read.count * sizeof(Material);
+  std::memcpy(&read.materials, section.data() + kHeaderBytes, records);
+  if (const Fault fault = check_set(read); fault.what != nullptr) return fault;
+  std::memcpy(crcs.data(), section.data() + kHeaderBytes + records,
+              image_count(read) * sizeof(std::uint32_t));
+  set = read;
+  return {};
+}
+
+void encode(const MaterialSet& set, std::span<const std::byte> textures, std::span<std::byte> out) {
+  const std::uint32_t header[] = {set.count, set.side, static_cast<std::uint32_t>(set.format), 0};
+  std::memcpy(out.data(), header, sizeof header);
+  const std::size_t records = set.count * sizeof(Material);
+  std::memcpy(out.data() + kHeaderBytes, &set.materials, records);
+  for (std::size_t k = 0; k < image_count(set); ++k) {
+    const std::size_t first = image_offset(set, k);
+    const std::uint32_t crc = crc32c(textures.subspan(first, image_offset(set, k + 1) - first));
+    std::memcpy(out.data() + kHeaderBytes + records + k * sizeof crc, &crc, sizeof crc);
+  }
+}
+
+std::size_t find_image_fault(const MaterialSet& set, std::span<const std::uint32_t> crcs,
+                             std::span<const std::byte> textures) {
+  const std::size_t count = image_count(set);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t first = image_offset(set, k);
+    if (crc32c(textures.subspan(first, image_offset(set, k + 1) - first)) != crcs[k]) return k;
+  }
+  return count;
+}
+
+std::size_t image_offset(const MaterialSet& set, std::size_t index) {
+  const auto levels = static_cast<std::size_t>(texture_levels(set.side));
+  if (index >= image_count(set)) return texture_bytes(set);
+  return texture_offset(set, static_cast<TextureArray>(index / (levels * set.count)),
+                        static_cast<int>(index / set.count % levels),
+                        static_cast<std::uint32_t>(index % set.count));
+}
+
+}  // namespace karst::core::material_section

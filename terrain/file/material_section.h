@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// The sections of materials (MATL), of their textures (MTEX), of patches that have a material of their own
+// (MOVR) and of point lights (LGTS) in a world file: their checks, the same for reading and writing. For
+// world_file.cpp, world_layout.cpp and world_reader.cpp alone; docs/formats.md has the offsets.
+#pragma once
+
+#include "terrain/shading/materials.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace karst::core::material_section {
+
+inline constexpr std::size_t kHeaderBytes = 16;  // count, side, format, reserved
+inline constexpr std::size_t kMostImages = kTextureArrays * kMostTextureLevels * kMostMaterials;
+inline constexpr std::size_t kMostBytes =
+    kHeaderBytes + kMostMaterials * sizeof(Material) + kMostImages * sizeof(std::uint32_t);
+
+// Images have a checksum each, so that they can be read alone: array by array, level by level, layer by
+// layer.
+std::size_t image_count(const MaterialSet& set);
+std::size_t image_index(const MaterialSet& set, TextureArray array, int level, std::uint32_t layer);
+
+// Of MATL.
+std::size_t section_bytes(const MaterialSet& set);
+
+struct Fault {
+  const char* what = nullptr;  // null: none
+  std::size_t offset = 0;      // bytes from the section's start
+};
+
+// Numbers out of range, names that are none. A set of no materials has no section and no fault.
+Fault check_set(const MaterialSet& set);
+// Number, and each light's ranges.
+Fault check_lights(std::span<const PointLight> lights);
+// Each 0 or one more than the number of a material.
+Fault check_overrides(std::span<const std::uint8_t> overrides, std::uint32_t count);
+
+// set is untouched and crcs are garbage on a fault. crcs: room for kMostImages, image_count() are written.
+Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs);
+
+// out: section_bytes(set). Preconditions: check_set finds no fault, textures are texture_bytes(set).
+void encode(const MaterialSet& set, std::span<const std::byte> textures, std::span<std::byte> out);
+
+// Index of the first image whose checksum is another, or image_count().
+std::size_t find_image_fault(const MaterialSet& set, std::span<const std::uint32_t> crcs,
+                             std::span<const std::byte> textures);
+// Where an image begins in the texture data.
+std::size_t image_offset(const MaterialSet& set, std::size_t index);
+
+}  // namespace karst::core::material_section

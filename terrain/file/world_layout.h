@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+// Where everything lies in a .karst file, and the checks that reading and writing share: a header of fixed
+// size, the section table, then the sections one after another, each at the next multiple of 64 bytes. That
+// leaves one place for everything: sections cannot overlap, the bytes between them are 0, and equal worlds
+// are equal files. docs/formats.md has the offsets. For world_file.cpp and world_reader.cpp alone.
+#pragma once
+
+#include "terrain/file/world_file.h"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace karst::core::world_layout {
+
+// Sections are used as they lie in the file, and the file is little-endian.
+static_assert(std::endian::native == std::endian::little);
+
+struct Field {
+  const char* name;
+  std::size_t offset;  // bytes from the start of the file
+};
+
+inline constexpr std::size_t kHeaderBytes = 192;
+inline constexpr std::size_t kEntryBytes = 32;  // of the section table
+inline constexpr std::uint32_t kMaxSections = 16;
+inline constexpr std::array<unsigned char, 8> kMagic = {'K', 'A',  'R',  'S',
+                                                        'T', 0x1a, '\r', '\n'};  // text mode damages it
+
+inline constexpr Field kMagicField{"magic", 0};
+inline constexpr Field kVersion{"version", 8};
+inline constexpr Field kHeaderLength{"header_bytes", 12};
+inline constexpr Field kFileBytes{"file_bytes", 16};
+inline constexpr Field kSections{"sections", 24};
+inline constexpr Field kHeaderCrc{"header_crc", 28};
+inline constexpr Field kVoxelSize{"voxel_size_m", 32};
+inline constexpr Field kOrigin{"origin_m", 40};
+inline constexpr Field kExtent{"extent", 64};
+inline constexpr Field kDepth{"depth", 76};
+inline constexpr Field kLevel{"level", 80};
+inline constexpr Field kOctets{"octets", 84};
+inline constexpr Field kVolumes{"volumes", 88};
+inline constexpr Field kPatches{"patches", 92};
+inline constexpr Field kHeightBlocks{"height_blocks", 96};
+inline constexpr Field kReserved{"reserved", 100};
+inline constexpr Field kName{"name", 104};
+inline constexpr Field kReservedEnd{"reserved", 168};
+
+// Offsets inside an entry of the section table.
+inline constexpr std::size_t kEntryKind = 0;
+inline constexpr std::size_t kEntryFlags = 4;
+inline constexpr std::size_t kEntryOffset = 8;
+inline constexpr std::size_t kEntryBytesField = 16;
+inline constexpr std::size_t kEntryCrc = 24;
+inline constexpr std::size_t kEntryReserved = 28;
+inline constexpr std::uint32_t kRequired =
+    1;  // the flag bit: a reader that does not know the kind must refuse the file
+
+constexpr std::uint32_t four_letters(const char (&s)[5]) {
+  std::uint32_t value = 0;
+  for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(s[i]);
+  return value;
+}
+
+inline constexpr std::array<std::uint32_t, kWorldSectionKinds> kKinds = {
+    four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"), four_letters("HCRC"),
+    four_letters("LERR"), four_letters("PBND"), four_letters("CONE"), four_letters("SCON"),
+    four_letters("MATL"), four_letters("MTEX"), four_letters("MOVR"), four_letters("LGTS")};
+inline constexpr std::array<const char*, kWorldSectionKinds> kSectionNames = {
+    "octree",       "height mask",   "height samples", "height checksums", "level errors", "patch bounds",
+    "normal cones", "shading cones", "materials",      "textures",         "overrides",    "lights"};
+
+template <class T>
+T load(std::span<const std::byte> bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+template <class T>
+void store(std::span<std::byte> bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+constexpr std::uint64_t align_up(std::uint64_t bytes) {
+  return (bytes + kWorldSectionAlignment - 1) / kWorldSectionAlignment * kWorldSectionAlignment;
+}
+
+bool all_zero(std::span<const std::byte> bytes);
+
+constexpr Status corrupt(const char* what, Field field) {
+  return {StatusCode::corrupt, what, field.name, field.offset};
+}
+
+// --- Ranges of the fields, the same for reading and for writing
+
+struct Fault {
+  const char* what = nullptr;  // null: none
+  Field field{"", 0};
+};
+Fault check_info(const WorldInfo& info);
+
+// Bytes of a section that every world has; the product of the largest counts is far below 2^64.
+std::uint64_t section_bytes(WorldSection section, const WorldInfo& info);
+
+// Where write_world puts the sections, valid where the file's length, which is returned, fits size_t.
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, WorldSections& sections);
+
+// --- Contents of sections
+
+// Byte of the mask that is wrong, or its size where the mask is right.
+std::size_t find_mask_fault(std::span<const std::byte> mask, const WorldInfo& info);
+// Index of the first sample beyond +-kMaxHeight, or the number of samples.
+std::size_t find_sample_fault(std::span<const std::int16_t> samples);
+// Index of the first box whose minimum is above its maximum, or the number of boxes.
+std::size_t find_bounds_fault(std::span<const PatchBounds> bounds);
+
+// --- Reading. head: the file's first bytes, up to kMostHead of them.
+
+inline constexpr std::size_t kMostHead = kHeaderBytes + kMaxSections * kEntryBytes;
+
+// One entry of the section table, of a known kind or another.
+struct Entry {
+  std::uint64_t offset = 0;  // of the section
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0;
+  std::uint64_t gap = 0;  // where the zeros before the section begin
+  std::size_t at = 0;     // of the entry itself
+};
+struct Table {
+  std::array<Entry, kMaxSections> entries;
+  std::size_t count = 0;
+  WorldSections sections;  // of the known ones
+};
+
+// All that the head tells: that this is a whole file of this version, the fields and the table.
+// corrupt, unsupported as in world_file.h.
+Status read_head(std::span<const std::byte> head, std::uint64_t file_bytes, WorldInfo& info, Table& table);
+
+}  // namespace karst::core::world_layout

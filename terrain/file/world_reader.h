@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Reads a .karst file piece by piece, so that neither the file nor its heights need to fit memory. Each piece
+// is checked when it is read: the header and its fields, a section against its checksum, a group of heights
+// against its own. Errors are those of world_file.h; unreadable bytes are corrupt, too, naming "file".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/byte_source.h"
+#include "terrain/file/material_section.h"
+#include "terrain/file/world_file.h"
+
+namespace karst::core {
+
+class WorldReader {
+ public:
+  // Checks the header, materials and lights. The source is borrowed for the reader's life. info() and the
+  // others are empty after a failure.
+  Status open(const ByteSource& source);
+  const WorldInfo& info() const { return info_; }
+  const MaterialSet& materials() const { return materials_; }
+  std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
+  bool has_overrides() const;
+
+  // As karst::read_octree. room: working memory of octree_room(info.octets) bytes.
+  Status read_octree(std::span<std::byte> room, Octree& tree) const;
+  static std::size_t octree_room(std::uint32_t octets);
+
+  // mask: (patches + 7) / 8 bytes. The others: as long as world_file.h says.
+  Status read_mask(std::span<std::byte> mask) const;
+  Status read_level_errors(std::span<std::uint16_t> values) const;
+  Status read_bounds(std::span<PatchBounds> bounds) const;
+  Status read_cones(std::span<NormalCone> cones) const;
+  Status read_shading_cones(std::span<NormalCone> cones) const;
+  Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
+
+  // Materials of patches: one byte a patch, all 0 where the world has no overrides.
+  Status read_overrides(std::span<std::uint8_t> overrides) const;
+
+  // Layers [first, first + count) of one level of an array, as they lie in the file, each checked against its
+  // checksum. out: count x texture_image_bytes(). Precondition: they are there.
+  Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
+                       std::span<std::byte> out) const;
+
+  // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
+  // short.
+  Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;
+
+ private:
+  const WorldSectionPlace& place_of(WorldSection section) const {
+    return sections_[static_cast<std::size_t>(section)];
+  }
+  Status read_section(WorldSection section, std::span<std::byte> out) const;
+  Status read_materials();
+  Status read_lights();
+
+  ByteSource source_;
+  WorldInfo info_;
+  WorldSections sections_;
+  MaterialSet materials_;
+  std::array<std::uint32_t, material_section::kMostImages> image_crcs_{};
+  std::array<PointLight, kMostLights> lights_{};
+  std::size_t light_count_ = 0;
+};
+
+}  // namespace karst::core

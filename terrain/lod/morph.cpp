@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Thresholds level by level from the finest: those of a level need only those of the next finer one, of the
+// patch and of its neighbours.
+#include "terrain/lod/morph.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "terrain/patch/gpu_vertex.h"
+
+namespace karst::core {
+namespace {
+
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+
+// The most that the apparent distance changes a step. Its gradient inside the picture is 2 u z^ - u^2 r^ with
+// u = cos theta and unit vectors z^, r^; its squared length is 4 u^2 - 3 u^4, at most 4/3.
+constexpr double kSteepest = 1.1547005383792517;
+
+// Positions, distances and shares in float are off by less than 2^-20 of the distance to the eye.
+constexpr double kRounding = 0x1p-20;
+
+// The least half not below; never between 0 and kLeastThreshold, never beyond kNeverMorphs.
+std::uint16_t half_up(float steps) {
+  const float units = steps * (1.0f / kThresholdUnit);
+  if (!(units > 0.0f)) return 0;
+  if (units <= 0x1p-14f) return kLeastThreshold;
+  if (units >= 65'504.0f) return kNeverMorphs;
+  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(units) - (112u << 23) + 0x1fffu) >> 13);
+}
+
+void set_place(const SetThresholds& job, PatchId id, PatchLod& lod) {
+  const glm::ivec3 origin = patch_origin(job.surface.volume_of(id));
+  const PatchBounds& b = job.bounds[id];
+  double squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int size = b.max[axis] - b.min[axis];
+    lod.centre[axis] =
+        static_cast<float>(origin[axis]) + 0.5f * static_cast<float>(b.min[axis] + b.max[axis]);
+    squared += double(size) * size;
+  }
+  // A step more than its float can have lost.
+  lod.reach = static_cast<float>(0.5 * kSteepest * std::sqrt(squared) + 1.0);
+}
+
+}  // namespace
+
+Status build_morph_entries(int level, std::span<std::uint8_t> out) {
+  if (level < 1 || level > kMaxLevel) return {StatusCode::invalid_argument, "not a level of detail", "level"};
+  const auto needed = static_cast<std::size_t>(patch_vertices(level));
+  if (out.size() < needed) return {StatusCode::invalid_argument, "too small for the level", "out", needed};
+  const int n = patch_cells(level);
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) {
+      int m = level;
+      for (int both = i | j; m > 1 && (both & 1) == 0; both >>= 1) --m;
+      const int edge = j == 0 ? 0 : i == n ? 1 : j == n ? 2 : i == 0 ? 3 : -1;
+      const int entry = m == 1 ? 0 : morph_entry(m, edge < 0 ? 0 : morph_class_edge(edge));
+      out[static_cast<std::size_t>(vertex_order(level, i, j))] = static_cast<std::uint8_t>(entry);
+    }
+  }
+  return {};
+}
+
+ErrorScale make_error_scale(const Camera& camera, int height_px, double error_px) {
+  const double scale = projection_scale(camera);
+  const double pixels = 0.5 * height_px * scale;
+  const double corner_tan2 = (1.0 + camera.aspect * camera.aspect) / (scale * scale);
+  const double least_cos2 = 1.0 / (1.0 + corner_tan2);
+  const double left_px = error_px - pixels * kRounding / least_cos2;
+  ErrorScale result;
+  result.pixels = static_cast<float>(pixels);
+  result.steps_per_step =
+      left_px > 0 ? static_cast<float>((pixels / left_px + 1.0) * (1.0 + 1e-6)) : kInfinite;
+  result.least_cos2 = static_cast<float>(least_cos2 * (1.0 - 1e-6));
+  return result;
+}
+
+Status SetThresholds::validate() const {
+  const auto refuse = [](const char* what, const char* field) {
+    return Status{StatusCode::invalid_argument, what, field};
+  };
+  const std::size_t patches = surface.patches.size();
+  if (!(scale.steps_per_step > 0.0f && scale.least_cos2 > 0.0f && scale.least_cos2 <= 1.0f)) {
+    return refuse("not made by make_error_scale", "scale");
+  }
+  if (max_level < 1 || max_level > kMaxLevel) return refuse("not a level of detail", "max_level");
+  if (bounds.size() != patches) return refuse("must hold one box a patch", "bounds");
+  if (!errors.known(patches)) return refuse("must hold the values of every patch", "errors");
+  if (lods.size() != patches) return refuse("must hold one entry a patch", "lods");
+  return {};
+}
+
+void SetThresholds::run() const {
+  const auto patches = static_cast<PatchId>(lods.size());
+  const int top = std::min(max_level, errors.level);
+  for (PatchId p = 0; p < patches; ++p) {
+    lods[p] = {};
+    set_place(*this, p, lods[p]);
+    for (int m = 2; m <= top && !morphing; ++m) lods[p].threshold[m] = kNeverMorphs;
+  }
+  if (!morphing) return;
+
+  const float morph_starts = 1.0f - kMorphShare;
+  const float per_reach = static_cast<float>(kSteepest / morph_starts * (1.0 + 1e-6));
+  // Rounding of the distances that (2) compares: a few 2^-20 of the distance to the eye, which is less than
+  // that of the threshold and the box over least_cos2; and a few steps.
+  const float start = 1.0f / morph_starts * (1.0f + 0x1p-20f);
+  const float slack = 1.0f + 0x1p-16f / scale.least_cos2;
+  for (int m = errors.level; m >= 2; --m) {
+    const auto needed = [&](const PatchLod& lod) {
+      const float finer = threshold_steps(lod.threshold[m + 1]);
+      return finer > 0.0f ? ((finer + 2.0f * lod.reach) * slack + 8.0f) * start : 0.0f;
+    };
+    for (PatchId p = 0; p < patches; ++p) {
+      const std::uint16_t error = errors.error(p, m - 1);
+      float steps = 0.0f;
+      if (error == kUnboundedError) {
+        steps = kInfinite;
+      } else if (error > 0) {
+        steps = scale.steps_per_step * static_cast<float>(error) +
+                per_reach * static_cast<float>(errors.reach(p, m));
+      }
+      if (m < errors.level) {
+        steps = std::max(steps, needed(lods[p]));
+        for (const PatchEdge edge : surface.patches[p].neighbour) {
+          if (edge.exists()) steps = std::max(steps, needed(lods[edge.patch()]));
+        }
+      }
+      lods[p].threshold[m] = half_up(steps);
+    }
+  }
+  if (top == errors.level) return;
+  for (PatchLod& lod : lods) {
+    for (int m = top + 1; m <= kMaxLevel; ++m) lod.threshold[m] = 0;
+  }
+}
+
+void make_morph_row(const Surface& surface, std::span<const PatchLod> lods, PatchId patch,
+                    std::span<std::uint16_t, kMorphRow> row) {
+  std::fill(row.begin(), row.end(), std::uint16_t{0});
+  row[0] = kNeverMorphs;
+  const PatchLod& own = lods[patch];
+  for (int edge = -1; edge < 4; ++edge) {
+    const PatchEdge other = edge < 0 ? PatchEdge{} : surface.patches[patch].neighbour[edge];
+    const PatchLod& sharing = other.exists() ? lods[other.patch()] : own;
+    for (int m = 2; m <= kMaxLevel; ++m) {
+      const auto entry = static_cast<std::size_t>(morph_entry(m, 1 + edge));
+      row[entry] = std::min(own.threshold[m], sharing.threshold[m]);
+    }
+  }
+}
+
+LodEye make_lod_eye(const Camera& camera, float least_cos2) {
+  return {glm::vec3(eye_lattice(camera)), glm::vec3(-world_from_view(camera)[2]), least_cos2};
+}
+
+}  // namespace karst::core

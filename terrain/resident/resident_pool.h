@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// Which patches have vertices on the GPU, up to which level, and in which pages (design 4.8).
+//
+// Vertex memory is one buffer in pages of kPageVertices; a patch resident at level r has a chain of
+// slot_pages(r) pages, in any order (page_table.h), so memory never fragments: whatever gives way makes room
+// for anything. Vertices are stored level by level (gpu_vertex.h): raising the level appends pages, lowering
+// it drops the last ones. Each resident patch also has a row, for its morph thresholds (morph.h).
+//
+// The GPU may still draw a frame when the next ones are prepared: what a patch seen in one of the last
+// kFramesInFlight frames gives up is kept back for as many frames.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/base/config.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/surface/patch.h"
+
+namespace karst::core {
+
+class ResidentPool {
+ public:
+  static constexpr std::uint32_t kNoRow = 0xffffffffu;
+  static constexpr std::uint32_t kFramesInFlight = 2;
+
+  // A resident patch. 12 bytes.
+  struct Row {
+    PatchId patch = 0;  // or, of a free row, the next free one
+    std::uint32_t last_seen = 0;
+    std::uint8_t needed = 0;  // level that the frame last_seen wanted
+    bool used = false;
+  };
+
+  // Borrowed for the pool's life.
+  struct Storage {
+    std::span<std::uint32_t> first_page;    // by patch
+    std::span<std::uint32_t> row_of_patch;  // by patch
+    std::span<std::uint8_t> levels;         // by patch
+    std::span<std::uint32_t> next_page;     // by page
+    std::span<PageTexel> texels;            // by page, for the renderer
+    std::span<Row> rows;                    // as many as patches can be resident
+  };
+  void create(const Storage& storage);
+
+  // Empties the pool for a world of so many patches, at most as many as storage has room for. base_level: one
+  // page, what patches out of view are lowered to first. Where pages and rows suffice for all patches at it,
+  // they are never lowered further: what comes into view is not a hole.
+  void reset(std::uint32_t patches, int base_level);
+
+  // A new frame: what was kept back long enough becomes free. frame() counts from 1.
+  void begin_frame();
+  std::uint32_t frame() const { return frame_; }
+
+  int level(PatchId patch) const { return storage_.levels[patch]; }  // 0: not resident
+  std::span<const std::uint8_t> levels() const { return storage_.levels.first(patches_); }
+  std::uint32_t row(PatchId patch) const { return storage_.row_of_patch[patch]; }
+  PageTable pages() const {
+    return {storage_.first_page.first(patches_), storage_.next_page, storage_.texels};
+  }
+
+  // Rows are handed out from 0 on; below is where all used ones lie.
+  std::uint32_t row_end() const { return row_end_; }
+  const Row& row_at(std::uint32_t row) const { return storage_.rows[row]; }
+
+  // Tells that the frame sees a patch and wants it at a level. Nothing where it is not resident.
+  void see(PatchId patch, int needed) {
+    const std::uint32_t row = storage_.row_of_patch[patch];
+    if (row == kNoRow) return;
+    storage_.rows[row].last_seen = frame_;
+    storage_.rows[row].needed = static_cast<std::uint8_t>(needed);
+  }
+
+  bool keeps_base() const { return page_count() >= patches_ && storage_.rows.size() >= patches_; }
+  std::uint32_t page_count() const { return static_cast<std::uint32_t>(storage_.next_page.size()); }
+  std::uint32_t free_pages() const { return free_.count; }
+  std::uint32_t kept_back() const;
+  // What is kept back, or given up in the rest of this frame, is free at once. Precondition: the GPU is idle.
+  void release_kept();
+  std::uint32_t resident() const { return resident_; }
+
+  // Gives a patch the pages and the row for a level above its own. False, and nothing changes, where too few
+  // are free.
+  bool raise(PatchId patch, int level);
+  // Takes what is above a level (0: all) from a patch.
+  void lower(PatchId patch, int level);
+
+  // Makes room for raising a patch to a level: takes from patches that the frame does not see, longest unseen
+  // first by and large, then from those that are finer than the frame needs; for the base level of a patch
+  // that is not resident, which is a hole, even from those that the frame needs finer; not where it is not
+  // seen itself and only casts a shadow. Whether there is room now; some of what it took may be kept back for
+  // the next frames. Never touches `patch`.
+  bool make_room(PatchId patch, int level, bool casts_only = false);
+
+ private:
+  struct List {  // a chain of pages
+    std::uint32_t first = kNoPage;
+    std::uint32_t last = kNoPage;
+    std::uint32_t count = 0;
+  };
+
+  void append(List& list, const List& pages);
+  void give_back(PatchId patch, std::uint32_t row, const List& pages);
+  static std::uint32_t pages_at(int level) { return level <= 0 ? 0 : slot_pages(level); }
+  bool has_room(PatchId patch, int level) const;
+  // What is asked of patches: those out of view go down to `unseen`, those in view to what is needed of them,
+  // or with `holes` to the base level.
+  struct Claim {
+    PatchId spared;
+    int unseen;
+    bool holes;
+  };
+  // What a row may be lowered to; above kMaxLevel where nothing can be taken.
+  int yields_to(std::uint32_t row, const Claim& claim) const;
+  bool take_oldest(const Claim& claim);
+
+  Storage storage_;
+  std::uint32_t patches_ = 0;
+  int base_level_ = 1;
+  std::uint32_t frame_ = 0;
+  std::uint32_t idle_frame_ = 0;  // in this frame nothing is in flight; 0: none
+  List free_;
+  List kept_[kFramesInFlight];  // by frame modulo kFramesInFlight
+  std::uint32_t free_row_ = kNoRow;
+  std::uint32_t row_end_ = 0;
+  std::uint32_t resident_ = 0;
+  std::uint32_t hand_ = 0;
+  std::uint32_t promised_ = 0;  // of the pages kept back, in this frame
+};
+
+}  // namespace karst::core

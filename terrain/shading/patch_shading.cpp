@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/shading/patch_shading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "terrain/base/lattice.h"
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/field/sky_line.h"
+
+namespace karst::core {
+namespace {
+
+// Beyond what rounding does to normals and heights.
+constexpr float kSlack = 2e-3f;
+
+struct Range {
+  float low, high;
+};
+
+Range range_along(const NormalCone& cone, glm::vec3 direction) {
+  return {-most_along(cone, -direction) - kSlack, most_along(cone, direction) + kSlack};
+}
+
+// Whether a value of the range may be covered, or all of them are, wherever noise moves the limits.
+bool may_cover(Range v, float low, float high, float soft, float fray) {
+  const float moves = fray * soft + kSlack;
+  return v.high + moves > low - soft && v.low - moves < high + soft;
+}
+bool covers_all(Range v, float low, float high, float soft, float fray) {
+  const float moves = fray * soft + kSlack;
+  return v.low - moves >= low + soft && v.high + moves <= high - soft;
+}
+
+}  // namespace
+
+Status FindPatchShading::validate() const {
+  const auto wrong = [](const char* field) {
+    return Status{StatusCode::invalid_argument, "of another size than the surface", field};
+  };
+  if (materials == nullptr || octree == nullptr) {
+    return {StatusCode::invalid_argument, "missing", materials == nullptr ? "materials" : "octree"};
+  }
+  if (bounds.size() != surface.patches.size()) return wrong("bounds");
+  if (cones.size() != surface.patches.size()) return wrong("cones");
+  if (out.size() != surface.patches.size()) return wrong("out");
+  if (!overrides.empty() && overrides.size() != surface.patches.size()) return wrong("overrides");
+  const std::size_t columns = static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.z);
+  if (sky.size() < columns) return {StatusCode::invalid_argument, "too small", "sky", columns};
+  return {};
+}
+
+void FindPatchShading::run() const {
+  find_sky();
+  for (PatchId p = 0; p < out.size(); ++p) {
+    const bool cave = may_be_cave(p);
+    unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
+    const std::uint8_t given = overrides.empty() ? std::uint8_t{0} : overrides[p];
+    out[p].material = given;
+    const int sole = given != 0 ? given - 1 : sole_material(p, cave);
+    if (sole >= 0 && skips.material) out[p].material = static_cast<std::uint8_t>(sole + 1);
+    if (out[p].material == 0 || !skips.material) needs |= kShadeBlend;
+    out[p].needs = static_cast<std::uint8_t>(needs);
+  }
+}
+
+// Rounded up to whole voxels.
+void FindPatchShading::find_sky() const {
+  SkyLine rows(*octree, extent);
+  float row[1 << kMaxDepth];
+  const auto width = static_cast<std::size_t>(extent.x);
+  for (std::size_t z = 0; z < static_cast<std::size_t>(extent.z); ++z) {
+    rows.next(row);
+    for (std::size_t x = 0; x < width; ++x) sky[z * width + x] = static_cast<std::int16_t>(std::ceil(row[x]));
+  }
+}
+
+bool FindPatchShading::may_be_cave(PatchId patch) const {
+  const LatticeBox box = patch_box(surface, bounds, patch);
+  const auto low = [](int steps) { return (steps >> kLatticeBits) - 1; };  // the texture interpolates
+  const auto high = [](int steps) { return (steps >> kLatticeBits) + 1; };
+  int highest = 0;
+  for (int z = std::max(low(box.min.z), 0); z <= std::min(high(box.max.z), extent.z - 1); ++z) {
+    for (int x = std::max(low(box.min.x), 0); x <= std::min(high(box.max.x), extent.x - 1); ++x) {
+      highest = std::max(highest, int{sky[static_cast<std::size_t>(z) * static_cast<std::size_t>(extent.x) +
+                                          static_cast<std::size_t>(x)]});
+    }
+  }
+  const float lowest = static_cast<float>(box.min.y) / static_cast<float>(kStepsPerVoxel);
+  return static_cast<float>(highest) - lowest > kCaveBegins - kSlack;
+}
+
+bool FindPatchShading::lit_by_lamp(PatchId patch) const {
+  const LatticeBox box = patch_box(surface, bounds, patch);
+  const glm::vec3 low = glm::vec3(box.min) / static_cast<float>(kStepsPerVoxel);
+  const glm::vec3 high = glm::vec3(box.max) / static_cast<float>(kStepsPerVoxel);
+  return std::any_of(lights.begin(), lights.end(), [&](const PointLight& light) {
+    float distance2 = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      const float outside = std::max({low[k] - light.position[k], light.position[k] - high[k], 0.0f});
+      distance2 += outside * outside;
+    }
+    const float reach = light.radius * (1.0f + kSlack);
+    return distance2 <= reach * reach;
+  });
+}
+
+int FindPatchShading::sole_material(PatchId patch, bool cave) const {
+  const Range slope = range_along(cones[patch], {0.0f, 1.0f, 0.0f});
+  const LatticeBox box = patch_box(surface, bounds, patch);
+  const Range height = {static_cast<float>(box.min.y) / static_cast<float>(kStepsPerVoxel) - kSlack,
+                        static_cast<float>(box.max.y) / static_cast<float>(kStepsPerVoxel) + kSlack};
+  int found = -1;
+  for (int m = static_cast<int>(materials->count) - 1; m > 0; --m) {
+    const Material& r = materials->materials[m];
+    const bool may =
+        (cave && r.cave > 0.0f) || (may_cover(slope, r.slope_low, r.slope_high, r.slope_soft, r.fray) &&
+                                    may_cover(height, r.height_low, r.height_high, r.height_soft, r.fray));
+    if (!may) continue;
+    if (found >= 0) return -1;
+    found = m;
+    if (covers_all(slope, r.slope_low, r.slope_high, r.slope_soft, r.fray) &&
+        covers_all(height, r.height_low, r.height_high, r.height_soft, r.fray)) {
+      return found;
+    }
+  }
+  return found < 0 ? 0 : -1;
+}
+
+}  // namespace karst::core
