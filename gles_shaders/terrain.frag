@@ -3,7 +3,7 @@
 // Terrain surface: materials, one directional light per pixel from interpolated normals (K 4.1), lamps in
 // caves, light from sky and ground, haze. All lengths are voxels, so a world looks the same at any voxel
 // size. Macros leave out what no patch of a frame needs (terrain/shading/shading.h): KARST_BLEND (more than
-// one material), KARST_CAVE (some lie under rock, or in a lamp's reach), KARST_SHADOWS (there are shadow maps).
+// one material), KARST_CAVE (some lie under rock, or in a lamp's reach), KARST_SHADOWS (shadow maps).
 precision highp float;
 precision highp int;
 #include "interface.glsl"
