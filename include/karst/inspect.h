@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// EXPERIMENTAL: may change with any version. What karst's own programs use to measure and to look inside:
+// switches of a renderer, and what its last frame did and cost.
+#pragma once
+
+#include <cstdint>
+
+#include "karst/export.h"
+#include "karst/renderer.h"
+
+namespace karst {
+
+enum class LodMode : std::uint8_t {
+  error,     // the coarsest levels that keep the view's error_px
+  distance,  // K equation 4.13; nothing morphs
+  full       // every patch at its finest level
+};
+
+// What a picture shows. With a drape always what that shows.
+enum class Show : std::uint8_t {
+  materials,
+  cascades,  // the shadow map that each pixel is looked up in
+  levels     // triangles, by their level of detail
+};
+
+// Of all frames from the next on. A skip that is off changes no pixel: what would be skipped is done.
+struct Inspection {
+  LodMode lod = LodMode::error;
+  double distance_voxels = 64;  // of LodMode::distance: patches from here on are at level 1; 0..2^20
+  Show show = Show::materials;
+  bool skip_frustum = true;    // patches out of view
+  bool skip_backface = true;   // that face away
+  bool skip_occluded = true;   // that rock hides
+  bool skip_cascades = true;   // shadow maps that would not change
+  bool skip_material = true;   // by patch: materials that cannot lie on it
+  bool skip_cave = true;       // by patch: what only caves need
+  bool skip_triplanar = true;  // by pixel: planes of weight zero
+  bool skip_blend = true;      // by pixel: the second material where the first covers all
+  bool skip_detail = true;     // by pixel: the near scale where it has faded
+  bool skip_sun = true;        // by pixel: shadows and mirrored light where no sun falls
+  bool lamps = true;           // the world's point lights
+};
+KARST_API void set_inspection(Renderer& renderer, const Inspection& inspection) noexcept;
+
+// Of a frame, from begin_frame() to end_frame(); sums over all views. Milliseconds of this thread.
+struct FrameCosts {
+  double select_ms = 0;                          // choosing levels and listing patches
+  double generate_ms = 0;                        // making vertices
+  double upload_ms = 0;                          // of vertices and thresholds
+  double submit_ms = 0;                          // GL calls of passes
+  double shadow_ms = 0;                          // finding out what casts, and drawing it
+  double gpu_terrain_ms = 0, gpu_shadow_ms = 0;  // the newest that the driver tells; NaN: not known
+  std::uint32_t patches_drawn = 0, patches_missing = 0, patches_capped = 0;
+  std::uint32_t culled_frustum = 0, culled_backface = 0, culled_occluded = 0;
+  std::uint32_t at_level[7] = {};                     // patches drawn, by level
+  std::uint32_t blend_skipped = 0, cave_skipped = 0;  // patches drawn that need none
+  std::uint32_t cascades_drawn = 0, cascades_skipped = 0;
+  std::uint64_t shadow_triangles = 0;
+  std::uint32_t generated = 0, resident = 0, wanted_pages = 0;
+  std::uint32_t draw_calls = 0;
+  std::uint64_t triangles = 0;  // submitted, all passes
+  std::uint64_t uploaded_bytes = 0;
+  std::uint64_t morph_bytes = 0;  // of them, thresholds
+  float error_scale = 1;          // of error_px, by what memory holds
+  bool vertices_lost = false;     // the driver lost its buffer: draw the frame again
+};
+KARST_API const FrameCosts& costs(const Renderer& renderer) noexcept;
+
+// Of the device and of what is really there.
+struct DeviceInfo {
+  const char* renderer = "";  // as the driver names itself
+  const char* version = "";
+  std::uint64_t gl_objects = 0;  // made since create() began
+  std::uint64_t gpu_bytes = 0;   // of the objects that exist
+  std::uint64_t cpu_bytes = 0;   // taken of the world's memory
+};
+KARST_API DeviceInfo device_info(const Renderer& renderer) noexcept;
+
+}  // namespace karst

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Memory before anything else: what a simulator needs, and what that takes to the byte.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/export.h"
+#include "karst/status.h"
+#include "karst/types.h"
+
+namespace karst {
+
+inline constexpr std::uint32_t kMostViews = 8;
+inline constexpr std::uint32_t kMostQueries = 64;
+inline constexpr std::uint32_t kMostShadowMaps = 3;
+
+// Defaults suit one view of 1280 x 720. 0 in a field that says so: karst chooses.
+struct Needs {
+  std::uint32_t views = 1;            // most in one frame, 1..kMostViews
+  std::uint32_t level = 6;            // finest level of detail that is drawn, 1..6; cut to the world's
+  std::uint64_t vertex_bytes = 0;     // of GPU memory for vertices; 0: what flights at 4 px of error take
+  std::uint32_t queries = 0;          // Query objects at a time, 0..kMostQueries
+  std::uint32_t query_level = 3;      // of the surface that queries meet, whatever is drawn, 1..6; cut alike
+  std::uint32_t query_patches = 128;  // that each keeps ready, 16..65536
+  std::uint32_t shadow_maps = 2;      // 0..kMostShadowMaps
+  std::uint32_t shadow_size = 1024;   // texels a side of each, 512..2048, a multiple of 16
+  double shadow_reach_m = 0;          // from the eye, beyond which there are no shadows; 0: 256 voxels
+  std::uint32_t drape_width = 0;      // pixels of an image over the world that takes the materials' place,
+  std::uint32_t drape_height = 0;     // both 0 or both 1..16384
+  std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
+  std::uint64_t max_gpu_bytes = 64ull << 20;
+};
+
+// Bytes of one part, for people and for CI.
+struct Term {
+  const char* name;
+  bool gpu;
+  std::uint64_t bytes;
+};
+
+// A limit inside, as it follows from the needs and the file.
+struct Limit {
+  const char* name;
+  std::uint32_t value, standard, least, most;
+  const char* unit;
+  const char* reason;
+};
+
+// needs and placement are the caller's; make_plan() fills in the rest.
+struct Plan {
+  Needs needs;
+  Placement placement;
+
+  std::uint64_t cpu_bytes = 0;  // of the memory that World::create() wants, aligned to kMemoryAlignment
+  std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own
+  bool holds_all_heights = false;
+  std::uint64_t world_crc = 0;  // of the header it was made for: another file is refused
+  Term terms[32] = {};
+  std::uint32_t term_count = 0;
+  Limit limits[24] = {};
+  std::uint32_t limit_count = 0;
+};
+inline constexpr std::uint64_t kMemoryAlignment = 64;
+
+// Reads the file's head. Errors of the file, of needs and placement (invalid_argument names the field), and
+// limit_reached ("max_cpu_bytes", "max_gpu_bytes", with the bytes that are needed) where a coarse version of
+// the whole world finds no room.
+KARST_API Status make_plan(const Source& file, Plan& plan) noexcept;
+// Without a file: for a world as large as the defaults of the limits.
+KARST_API Status make_plan(Plan& plan) noexcept;
+
+}  // namespace karst

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// Pictures: karst as a guest in the simulator's OpenGL context and framebuffer. Every call is made on the
+// thread of the context that was current in create(), which is current again.
+//
+// OpenGL state. karst reads none (create() asks for the device's limits, and takes errors that are pending
+// there), and assumes none but the framebuffer that is bound for drawing in draw(), which must have depth. It
+// neither clears nor invalidates it. After each call these are as OpenGL has them initially, whatever they
+// were: program and vertex array 0; active texture unit 0; array, element, uniform, pixel pack and unpack
+// buffers 0; textures and samplers of units first_unit .. first_unit + 9, and uniform blocks first_block and
+// first_block + 1, unbound; viewport and scissor box; scissor, depth, stencil, blend, cull, polygon offset,
+// rasterizer discard, dither, sample coverage and primitive restart tests and their functions and masks;
+// front face; pixel store. begin_frame() and end_frame() also leave framebuffer 0 bound. Everything else
+// stays as it is. Queries and transform feedback of the simulator must not be active.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "karst/export.h"
+#include "karst/status.h"
+#include "karst/types.h"
+#include "karst/world.h"
+
+namespace karst {
+
+// What an eye sees. Matrices are in columns, as OpenGL has them.
+struct ViewState {
+  Vec3 eye;
+  // Rotation from the simulator's frame to the eye's: x right, y up, z backwards. Roll included; with
+  // determinant -1 the picture is mirrored.
+  double view_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  // Any perspective or parallel projection, off-axis and with an oblique near plane too; lengths in metres.
+  double clip_from_view[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  bool reversed_depth = false;  // the projection has 1 at the near plane: what is greater passes
+  std::uint32_t width_px = 0, height_px = 0;  // of the picture, 1..16384
+  double error_px = 4;  // wanted: no drawn point is further from the full surface. 0.01..1000
+  double weight = 1;    // 1/64..64: where memory is short, a view of half the weight has twice the error
+};
+
+// Sets view_from_world so that the eye looks to the target, with up upwards. False where that is no
+// direction.
+KARST_API bool look_at(ViewState& view, Vec3 target, Vec3 up) noexcept;
+// Sets clip_from_view: a symmetric perspective of square pixels, from width_px and height_px.
+KARST_API void set_perspective(ViewState& view, double fov_y_deg, double near_m, double far_m) noexcept;
+
+struct Sun {
+  Vec3 towards{0.643, 0.528, 0.574};  // in the simulator's frame; need not have unit length
+  double visibility_m = 0;  // where 5 % of a black thing's contrast is left; 0: 18 times the world's width
+};
+
+enum class Output : std::uint8_t {
+  display,  // tone curve and sRGB, for framebuffers of 8 bits that encode nothing themselves
+  linear    // light, a sunlit white surface being about 3.5: for HDR targets and the host's own tone curve
+};
+
+struct FrameInput {
+  std::span<const ViewState>
+      views;  // 1..Needs::views; a view keeps its place in the list from frame to frame
+  Sun sun;
+  double work_ms = 3;  // for making vertices, at the frame's end; 0: the frame waits until nothing lacks
+  std::uint32_t shadow_view = 0;  // whose place the shadow maps are around
+  // Draws the simulator's own casters into a shadow map that is bound, with viewport and depth test set and
+  // all else initial. clip_from_world: for places less `eye`. May be null.
+  void (*draw_casters)(void* user, const double clip_from_world[16], Vec3 eye) = nullptr;
+  void* user = nullptr;
+  bool casters_moved = true;  // since the last frame: maps are drawn anew. Unused without draw_casters
+};
+
+// What a frame had to give up, and what to raise.
+enum FrameLimit : std::uint32_t {
+  kLimitVertexMemory = 1,  // Needs::vertex_bytes: the picture or what casts shadows is coarser
+  kLimitWork = 2,          // FrameInput::work_ms: coarser until more vertices are made
+  kLimitDrawItems = 4      // more patches in view than the plan draws: distant parts are missing
+};
+
+struct FrameResult {
+  double error_px[kMostViews] = {};  // the bound that each view keeps
+  std::uint32_t made = 0;            // patches whose vertices were made for it
+  std::uint32_t lacking = 0;         // patches that are drawn coarser than wanted
+  std::uint64_t triangles = 0;       // of all views
+  std::uint64_t uploaded_bytes = 0;
+  std::uint32_t limits = 0;  // FrameLimit bits
+  bool complete = false;     // nothing lacks that memory has room for
+};
+
+struct Target {
+  Rect viewport;
+  bool sky = true;  // false: what is there stays where there is no terrain
+  Output output = Output::display;
+};
+
+// Light and air of a view, for the simulator's own shaders to look alike; linear light.
+struct Air {
+  float sun_towards[3], sun_rgb[3], zenith_rgb[3], horizon_rgb[3], sky_rgb[3], ground_rgb[3];
+  float haze_per_m;
+  float horizon_display_rgb[3];  // horizon_rgb as Output::display shows it: to clear with
+  std::uint32_t block;           // uniform buffer of air_glsl()'s block KarstAir, for this view
+  std::uint32_t shadow_texture;  // GL_TEXTURE_2D_ARRAY with comparison, for karst_shadow_maps; 0: none
+};
+
+struct GlOptions {
+  std::uint32_t first_unit = 0;   // of 10 texture units
+  std::uint32_t first_block = 0;  // of 2 uniform blocks
+  bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
+  bool high_precision = false;    // all of a pixel in 32 bits, where mediump would do
+  bool debug = false;             // the driver's messages go to the world's log; wants a debug context
+};
+
+class KARST_API Renderer {
+ public:
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  // Makes all GL objects; none is made later. One renderer a world at a time; it lives in the world's memory.
+  // unsupported, limit_reached: the device cannot do it; the log has the driver's words.
+  static Status create(World& world, const GlLoader& loader, const GlOptions& options,
+                       Renderer*& out) noexcept;
+  void destroy() noexcept;       // deletes them
+  void context_lost() noexcept;  // instead: forgets them, without calling GL
+
+  // The image over the world: rgba of 8 bits, row 0 in the north, as large as the plan says; repeat: times
+  // that it covers the world on each axis, 2^-10..2^10.
+  Status set_drape(std::span<const std::uint8_t> rgba, double repeat) noexcept;
+
+  // Chooses the levels of all views together, so that they share the memory and none takes from another;
+  // makes what must be there; draws shadow maps. invalid_argument names the view's or the sun's field.
+  Status begin_frame(const FrameInput& input, FrameResult& result) noexcept;
+  // Draws a view of the frame into the bound framebuffer, any number of times.
+  Status draw(std::uint32_t view, const Target& target) noexcept;
+  // Makes vertices for the next frames while the GPU works, for work_ms.
+  Status end_frame() noexcept;
+
+  Air air(std::uint32_t view) const noexcept;
+  // Functions for fragment shaders of #version 300 es, to be put after the precision lines; places are less
+  // the eye, in the simulator's frame and metres:
+  //   vec3 karst_light(vec3 from_eye, vec3 normal, vec3 albedo)  sun, with shadows, and sky
+  //   vec3 karst_haze(vec3 light, vec3 from_eye)
+  //   vec4 karst_display(vec3 light)                             Output::display
+  static const char* air_glsl() noexcept;
+
+ protected:
+  Renderer() = default;
+  ~Renderer() = default;
+};
+
+}  // namespace karst

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What the public headers share: places, the simulator's frame, and what a simulator lends to karst.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace karst {
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+};
+
+// Pixels, from the bottom left as OpenGL counts them.
+struct Rect {
+  std::int32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+// --- Where the world lies for the simulator. A world file has axes and a zero point of its own: metres to
+// the east, up and to the south. All places and directions of the public headers are in the simulator's
+// frame.
+
+// Right-handed frames. Named by what x, y and z point to.
+enum class Axes : std::uint8_t { east_up_south, east_north_up, north_east_down };
+
+struct Placement {
+  Axes axes = Axes::east_north_up;
+  Vec3 origin;          // of the world's zero point, in the simulator's frame, metres; finite, within +-1e12
+  double turn_deg = 0;  // of the world's north, clockwise seen from above, -360..360: grid convergence
+};
+
+// --- What the simulator lends: a function and its context. All must outlive what they were given to.
+
+enum class Severity : std::uint8_t { note, warning, error };
+
+// text: one line, zero-terminated, valid during the call. May be called from any thread that calls karst.
+struct Log {
+  void (*line)(void* user, Severity severity, const char* text) = nullptr;
+  void* user = nullptr;
+};
+
+// A world file, or whatever holds its bytes. read() fills out with [offset, offset + count), never beyond
+// bytes, and returns false where it cannot. Any thread that calls karst may call it, several at a time.
+struct Source {
+  std::uint64_t bytes = 0;
+  bool (*read)(void* user, std::uint64_t offset, std::byte* out, std::size_t count) = nullptr;
+  void* user = nullptr;
+};
+
+// Addresses of OpenGL functions by name, null where there is none; eglGetProcAddress behind a function will
+// do.
+struct GlLoader {
+  void (*(*load)(void* user, const char* name))() = nullptr;
+  void* user = nullptr;
+};
+
+}  // namespace karst

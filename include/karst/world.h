@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The CPU's side of a terrain, without OpenGL: what is there, in memory of planned size.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "karst/export.h"
+#include "karst/plan.h"
+#include "karst/query.h"
+#include "karst/status.h"
+#include "karst/types.h"
+
+namespace karst {
+
+struct WorldInfo {
+  char name[64] = {};  // printable ASCII, zero-terminated; may be empty
+  double voxel_size_m = 0;
+  Vec3 origin_m;                // of the octree's minimum corner, in the world's own metres (Placement)
+  std::int32_t extent[3] = {};  // voxels in use: to the east, up, to the south
+  std::int32_t octree_depth = 0;
+  std::int32_t level = 0;  // finest that the file has
+  std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;
+  std::uint32_t materials = 0, lights = 0;
+  // Box of the surface, in the world's own metres. World::info() alone knows it.
+  Vec3 low_m, high_m;
+};
+
+// What a file's head says; nothing else of it is read.
+KARST_API Status read_world_info(const Source& file, WorldInfo& info) noexcept;
+// Reads all of it and checks every byte against checksums, ranges and counts.
+KARST_API Status check_world(const Source& file, WorldInfo& info) noexcept;
+
+class KARST_API World {
+ public:
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // Lives at the start of memory: plan.cpu_bytes of it, aligned to kMemoryAlignment, the caller's until
+  // destroy() has returned. Reads the file, and later reads heights from it where they did not all find room
+  // (plan.holds_all_heights), so the source must outlive the world. Any thread.
+  // invalid_argument ("plan": not made for this file; "memory"); corrupt, unsupported, io: of the file.
+  static Status create(const Plan& plan, const Source& file, std::span<std::byte> memory, World*& out,
+                       Log log = {}) noexcept;
+  // Renderers and queries first.
+  void destroy() noexcept;
+
+  const WorldInfo& info() const noexcept;
+  const Plan& plan() const noexcept;
+
+  // limit_reached ("queries"). Any thread; give it back with release().
+  Status take_query(Query*& out) noexcept;
+  void release(Query* query) noexcept;
+
+  // Between the simulator's frame and the world's own metres.
+  Vec3 to_world(Vec3 place) const noexcept;
+  Vec3 from_world(Vec3 place_m) const noexcept;
+
+ protected:
+  World() = default;
+  ~World() = default;
+};
+
+}  // namespace karst
