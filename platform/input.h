@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 #include "platform/seat/seat.h"
 
 namespace karst {

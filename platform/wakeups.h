@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 
 struct udev;
 struct udev_monitor;

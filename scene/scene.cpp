@@ -7,7 +7,7 @@
 
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "platform/headless/headless_display.h"
 #include "scene/resource_counts.h"
 

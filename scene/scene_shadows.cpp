@@ -2,7 +2,7 @@
 // The shadow maps of a frame: which of them have to be drawn anew, and with what.
 #include <algorithm>
 
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "scene/scene.h"
 
 namespace karst::app {

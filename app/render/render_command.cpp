@@ -18,7 +18,7 @@
 #include "app/options/board_options.h"
 #include "app/options/skips.h"
 #include "app/render/output_name.h"
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "scene/frame_statistics.h"
 #include "scene/scene.h"
 

@@ -13,8 +13,8 @@
 #include <cstring>
 
 #include "app/common/arguments.h"
-#include "platform/clock.h"
-#include "platform/log.h"
+#include "platform/base/clock.h"
+#include "platform/base/log.h"
 
 namespace karst::app {
 namespace {

@@ -19,7 +19,7 @@
 #include "app/view/pose_stream.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "platform/headless/headless_display.h"
 #include "platform/kms/kms_card.h"
 #include "platform/window/window_display.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 #include "platform/seat/seat.h"
 
 namespace karst {

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "platform/kms/gbm_context.h"
 #include "platform/kms/kms_card.h"
 #include "platform/kms/kms_pipe.h"

@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
+#include "platform/base/log.h"
 #include "platform/display.h"
 #include "platform/egl_api.h"
 #include "platform/kms/kms_mode.h"
-#include "platform/log.h"
 #include "platform/seat/console_state.h"
 #include "platform/seat/seat.h"
 

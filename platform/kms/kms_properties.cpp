@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 
 namespace karst {
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 
 namespace karst {
 namespace {

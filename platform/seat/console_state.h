@@ -10,7 +10,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 
 namespace karst {
 

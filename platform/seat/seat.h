@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "platform/log.h"
+#include "platform/base/log.h"
 #include "platform/seat/console_state.h"
 
 namespace karst {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 #include "platform/window/window_display.h"
 
 namespace karst {

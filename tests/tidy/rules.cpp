@@ -84,7 +84,7 @@ constexpr string_view kCore[] = {"terrain/base",    "terrain/field",    "terrain
                                  "terrain/file",    "terrain/world"};
 
 std::vector<Floor> make_floors() {
-  std::vector<Floor> floors = {{"include", {}}};
+  std::vector<Floor> floors = {{"include", {"karst"}}};
   std::vector<string_view> below = {"karst"};  // include/karst, as it is installed
   for (const string_view folder : kCore) {
     floors.push_back({folder, below});
@@ -94,13 +94,14 @@ std::vector<Floor> make_floors() {
                 {
                     {"gles_shaders", {}},
                     {"renderer", {"karst", "terrain", "gles_shaders"}},
+                    {"platform/base", {"karst"}},
                     {"platform", {"karst"}},
                     {"boards", {"karst", "terrain", "renderer"}},
                     {"etc2", {"karst", "terrain"}},
                     {"app/common", {"karst", "terrain", "platform"}},
                     {"scene", {"karst", "terrain", "renderer", "gles_shaders", "app/common", "platform"}},
                     {"app", {"karst", "terrain", "renderer", "scene", "platform", "boards"}},
-                    {"bake", {"karst", "terrain", "etc2", "app/common"}},
+                    {"bake", {"karst", "terrain", "etc2", "app/common", "platform/base"}},
                     {"bench", {"karst", "terrain", "renderer", "scene", "platform", "boards", "etc2", "app"}},
                     {"tests",
                      {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2",

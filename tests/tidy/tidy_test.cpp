@@ -152,6 +152,7 @@ TEST(RuleTest, FloorsGoDownwards) {
   EXPECT_EQ(includes("renderer/passes/a.h", "\"terrain/view/b.h\""), 0);
   EXPECT_EQ(includes("platform/kms/a.h", "\"platform/display.h\""), 0);
   EXPECT_EQ(includes("app/view/a.cpp", "\"platform/b.h\""), 0);
+  EXPECT_EQ(includes("bake/a.cpp", "\"platform/base/b.h\""), 0);
   EXPECT_EQ(includes("tests/gl/a_test.cpp", "\"platform/b.h\""), 0);
 
   EXPECT_EQ(includes("include/karst/a.h", "\"terrain/base/b.h\""), 1);
@@ -166,6 +167,8 @@ TEST(RuleTest, FloorsGoDownwards) {
   EXPECT_EQ(includes("renderer/a.h", "\"platform/b.h\""), 1);
   EXPECT_EQ(includes("platform/a.h", "\"renderer/b.h\""), 1);
   EXPECT_EQ(includes("platform/a.h", "\"terrain/view/b.h\""), 1);
+  EXPECT_EQ(includes("platform/base/a.h", "\"platform/b.h\""), 1);
+  EXPECT_EQ(includes("bake/a.cpp", "\"platform/b.h\""), 1);
   EXPECT_EQ(includes("bake/main.cpp", "\"app/view/b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"tests/support/b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"b.h\""), 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "platform/clock.h"
+#include "platform/base/clock.h"
 
 #include <time.h>
 

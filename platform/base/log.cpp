@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "platform/log.h"
+#include "platform/base/log.h"
 
 #include <cstdlib>
 #include <cstring>
