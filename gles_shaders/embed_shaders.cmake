@@ -35,11 +35,18 @@ function(make_text file macros out)
     string(APPEND defines "#define KARST_${macro} 1\n")
   endforeach()
   string(REGEX REPLACE "^#version 300 es\n" "#version 300 es\n${defines}" text "${text}")
+  strip_text(text)
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Without comments and indentation.
+macro(strip_text name)
+  set(text "${${name}}")
   string(REGEX REPLACE "[ ]*//[^\n]*" "" text "${text}")
   string(REGEX REPLACE "\n[ ]+" "\n" text "${text}")
   string(REGEX REPLACE "\n\n+" "\n" text "${text}")
-  set(${out} "${text}" PARENT_SCOPE)
-endfunction()
+  set(${name} "${text}")
+endmacro()
 
 # Semicolons would split lists: lines of variants.def hold none.
 file(STRINGS ${SHADER_DIR}/variants.def lines REGEX "^KARST_VARIANT")
@@ -59,6 +66,18 @@ foreach(line ${lines})
   string(APPEND entries "    {\"${name}\",\n     R\"glsl(${vertex})glsl\",\n")
   string(APPEND entries "     R\"glsl(${fragment})glsl\"},\n")
 endforeach()
+set(included "")
+read_shader(air.glsl air)
+strip_text(air)
+# Whole, it is a shader of its own, for the reference compiler.
+file(WRITE ${TEXT_DIR}/air.frag "#version 300 es
+precision highp float;
+precision highp int;
+${air}
+out vec4 colour;
+in vec3 from_eye;
+void main() { colour = karst_display(karst_haze(karst_light(from_eye, vec3(0.0, 1.0, 0.0), vec3(0.5)), from_eye)); }
+")
 file(WRITE ${EMBEDDED} "// SPDX-License-Identifier: MIT
 // Made by gles_shaders/embed_shaders.cmake.
 #include \"gles_shaders/shader_texts.h\"
@@ -67,6 +86,8 @@ namespace karst::core {
 
 const ShaderText kShaderTexts[kShaderVariants] = {
 ${entries}};
+
+const char* const kAirText = R\"glsl(${air})glsl\";
 
 }  // namespace karst::core
 ")

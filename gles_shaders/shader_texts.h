@@ -23,4 +23,7 @@ struct ShaderText {
 
 extern const ShaderText kShaderTexts[kShaderVariants];
 
+// Functions for shaders that are not karst's (air.glsl), without a version line.
+extern const char* const kAirText;
+
 }  // namespace karst::core

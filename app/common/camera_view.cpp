@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "app/common/camera_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat4x4.hpp>
+
+namespace karst::app {
+namespace {
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+// Farthest that a camera may be from the octree's corner on each axis, voxels.
+constexpr double kReach = 1 << 20;
+
+// The overview stands above the south-east corner and looks north-west: the two sides of the world that meet
+// there then run along the borders of a wide picture, and the land fills it. Its height is this part of the
+// ground's diagonal above the highest point, and the opposite corner is seen at this part of the picture's
+// height above its centre.
+constexpr double kOverviewHeight = 0.09;
+constexpr double kOverviewYawDeg = 45.0;
+constexpr double kOverviewHorizon = 0.31;
+
+// From here on nearer things are cut: small enough to walk through a cave with.
+constexpr double kNearest = 1.0 / 32;  // voxels
+
+glm::dvec3 vec(Vec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+// Exact at multiples of 90 degrees: views along an axis have zeros in their matrices, not rounding residue.
+std::pair<double, double> sin_cos_deg(double angle_deg) {
+  const double quarter = std::nearbyint(angle_deg / 90.0);
+  const double rest = (angle_deg - quarter * 90.0) * kRadiansPerDegree;
+  const double s = std::sin(rest);
+  const double c = std::cos(rest);
+  switch (static_cast<int>(quarter) & 3) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
+void set_rotation(double yaw_deg, double pitch_deg, ViewState& view) {
+  const auto [sin_yaw, cos_yaw] = sin_cos_deg(std::remainder(yaw_deg, 360.0));
+  const auto [sin_pitch, cos_pitch] = sin_cos_deg(pitch_deg);
+  const double rows[3][3] = {{cos_yaw, 0.0, -sin_yaw},
+                             {sin_yaw * sin_pitch, cos_pitch, cos_yaw * sin_pitch},
+                             {sin_yaw * cos_pitch, -sin_pitch, cos_yaw * cos_pitch}};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) view.view_from_world[column * 3 + row] = rows[row][column];
+  }
+}
+
+// The picture turned counter-clockwise in its target.
+void turn(int quarter_turns, ViewState& view) {
+  double* const m = view.clip_from_view;
+  for (int n = 0; n < (quarter_turns & 3); ++n) {
+    for (int column = 0; column < 4; ++column) {
+      const double x = m[column * 4];
+      m[column * 4] = -m[column * 4 + 1];
+      m[column * 4 + 1] = x;
+    }
+  }
+}
+
+Status refuse(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+}  // namespace
+
+Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
+                  ViewState& view) {
+  const double size = world.voxel_size_m;
+  const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / size;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(place.position_m[axis])) return refuse("not a finite number", "position");
+    if (!(std::abs(position[axis]) <= kReach))
+      return refuse("more than 2^20 voxels from the world", "position");
+  }
+  if (!(std::abs(place.yaw_deg) <= 1e6)) return refuse("not within -1e6..1e6 degrees", "yaw_deg");
+  if (!(std::abs(place.pitch_deg) <= 90)) return refuse("not within -90..90 degrees", "pitch_deg");
+  // A depth buffer's steps grow with far / near: take near as far as the view allows, a half of what lies
+  // between the eye and the box.
+  const glm::dvec3 low = (vec(world.low_m) - vec(world.origin_m)) / size;
+  const glm::dvec3 high = (vec(world.high_m) - vec(world.origin_m)) / size;
+  const glm::dvec3 outside = glm::max(glm::max(low - position, position - high), glm::dvec3(0.0));
+  double farthest = 0.0;
+  for (int n = 0; n < 8; ++n) {
+    const glm::dvec3 corner((n & 1) != 0 ? high.x : low.x, (n & 2) != 0 ? high.y : low.y,
+                            (n & 4) != 0 ? high.z : low.z);
+    farthest = std::max(farthest, glm::length(corner - position));
+  }
+  double near = std::max(kNearest, 0.5 * glm::length(outside));
+  const double far = std::min(std::max(farthest * 1.01, near * 2.0), kReach);
+  near = std::min(near, far * 0.5);
+
+  view.eye = {place.position_m.x, place.position_m.y, place.position_m.z};
+  set_rotation(place.yaw_deg, place.pitch_deg, view);
+  view.reversed_depth = false;
+  const bool on_its_side = (shape.quarter_turns & 1) != 0;
+  view.width_px = static_cast<std::uint32_t>(on_its_side ? shape.height : shape.width);
+  view.height_px = static_cast<std::uint32_t>(on_its_side ? shape.width : shape.height);
+  set_perspective(view, shape.fov_y_deg, near * size, far * size);
+  turn(shape.quarter_turns, view);
+  view.width_px = static_cast<std::uint32_t>(shape.width);
+  view.height_px = static_cast<std::uint32_t>(shape.height);
+  return {};
+}
+
+CameraPlace overview(const WorldInfo& world, double fov_y_deg) {
+  const glm::dvec3 origin = vec(world.origin_m);
+  const glm::dvec3 low = (vec(world.low_m) - origin) / world.voxel_size_m;
+  const glm::dvec3 high = (vec(world.high_m) - origin) / world.voxel_size_m;
+  const double diagonal = std::hypot(high.x - low.x, high.z - low.z);
+  // Whole 64ths of a voxel survive the way through metres and back, so that the view does not depend on the
+  // origin.
+  const glm::dvec3 eye =
+      glm::floor(glm::dvec3(high.x, high.y + kOverviewHeight * diagonal, high.z) * 64.0 + 0.5) / 64.0;
+  const double down_deg = std::atan2(eye.y - 0.5 * (low.y + high.y), diagonal) / kRadiansPerDegree;
+  const double pitch_deg = -std::min(down_deg + kOverviewHorizon * fov_y_deg, 89.0);
+  CameraPlace place;
+  place.position_m = origin + eye * world.voxel_size_m;
+  place.yaw_deg = kOverviewYawDeg;
+  place.pitch_deg = pitch_deg;
+  return place;
+}
+
+}  // namespace karst::app

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// From a camera as users state it to a view of karst: programs place worlds with Axes::east_up_south, so that
+// places are metres to the east, up and to the south.
+#pragma once
+
+#include "app/common/camera_path.h"
+#include "karst/renderer.h"
+#include "karst/world.h"
+
+namespace karst::app {
+
+// What a camera sees, beside its place.
+struct PictureShape {
+  int width = 0;  // pixels of the target
+  int height = 0;
+  double fov_y_deg = 60;  // of the upright picture's whole height
+  // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
+  // the target.
+  int quarter_turns = 0;
+};
+
+// Near and far fitted to the world's box. invalid_argument naming position, yaw_deg or pitch_deg.
+Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
+                  ViewState& view);
+
+// Looks over the world from above its south-east corner.
+CameraPlace overview(const WorldInfo& world, double fov_y_deg);
+
+}  // namespace karst::app

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// Light, haze and output for fragment shaders that are not karst's: karst::Renderer::air_glsl(). All names begin
+// with karst_; inside, the terrain's own functions are used under other names.
+#define KARST_BLOCK(name) layout(std140) uniform name
+#include "air_interface.glsl"
+#undef KARST_BLOCK
+#define KARST_SHADOW_BORDER 4.0
+#define sun_direction karst_sun_direction
+#define sun_light karst_sun_light
+#define sky_zenith karst_sky_zenith
+#define sky_horizon karst_sky_horizon
+#define shadow_maps karst_shadow_maps
+#define shadow_x karst_shadow_x
+#define shadow_y karst_shadow_y
+#define shadow_z karst_shadow_z
+#define shadow_box_0 karst_shadow_box_0
+#define shadow_box_1 karst_shadow_box_1
+#define shadow_box_2 karst_shadow_box_2
+#define shadow_scale karst_shadow_scale
+#define kNormalTexels karst_kNormalTexels
+#define kSlopeTexels karst_kSlopeTexels
+#define kLeastFacing karst_kLeastFacing
+#define kDepthSteps karst_kDepthSteps
+#define kExposure karst_kExposure
+#define tent karst_tent
+#define covers karst_covers
+#define cascade_of karst_cascade_of
+#define sun_reaches karst_sun_reaches
+#define sky_colour karst_sky_colour
+#define tone_map karst_tone_map
+#define encode_srgb karst_encode_srgb
+#define dither karst_dither
+#define picture_colour karst_display
+#include "output.glsl"
+#include "sky_colour.glsl"
+#include "shadow.glsl"
+#undef KARST_SHADOW_BORDER
+#undef sun_direction
+#undef sun_light
+#undef sky_zenith
+#undef sky_horizon
+#undef shadow_maps
+#undef shadow_x
+#undef shadow_y
+#undef shadow_z
+#undef shadow_box_0
+#undef shadow_box_1
+#undef shadow_box_2
+#undef shadow_scale
+#undef kNormalTexels
+#undef kSlopeTexels
+#undef kLeastFacing
+#undef kDepthSteps
+#undef kExposure
+#undef tent
+#undef covers
+#undef cascade_of
+#undef sun_reaches
+#undef sky_colour
+#undef tone_map
+#undef encode_srgb
+#undef dither
+#undef picture_colour
+
+// Light that a matt surface throws back. from_eye: a place less the eye, metres; normal: of the surface, unit
+// length; both in the simulator's frame.
+vec3 karst_light(vec3 from_eye, vec3 normal, vec3 albedo) {
+  vec3 up = normalize(mat3(karst_world) * normal);
+  float facing = dot(up, karst_sun_direction.xyz);
+  float sun = max(facing, 0.0);
+  if (sun > 0.0) sun *= karst_sun_reaches(mat3(karst_world) * from_eye, up);
+  vec3 ambient = mix(karst_ground_light.rgb, karst_sky_light.rgb, 0.5 + 0.5 * up.y) * (0.8 + 0.4 * facing);
+  return albedo * (karst_sun_light.rgb * sun + ambient);
+}
+
+vec3 karst_haze(vec3 light, vec3 from_eye) {
+  vec3 ray = mat3(karst_world) * from_eye;
+  float distance_voxels = length(ray);
+  vec3 direction = ray / max(distance_voxels, 1e-6);
+  float hazed = 1.0 - exp(-distance_voxels * karst_view_scale.x);
+  return mix(light, karst_sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed);
+}
