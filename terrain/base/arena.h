@@ -26,12 +26,13 @@ enum class Consumer : std::uint8_t {
   occlusion,
   index_tables,
   draw_list,
-  scratch
+  scratch,
+  queries
 };
-inline constexpr std::size_t kConsumerCount = 12;
+inline constexpr std::size_t kConsumerCount = 13;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
-    "octets",     "volumes",   "patches",   "heights",      "bounds",    "level_errors",
-    "thresholds", "residency", "occlusion", "index_tables", "draw_list", "scratch"};
+    "octets",    "volumes",   "patches",      "heights",   "bounds",  "level_errors", "thresholds",
+    "residency", "occlusion", "index_tables", "draw_list", "scratch", "queries"};
 
 class Arena {
  public:

@@ -81,7 +81,7 @@ struct Floor {
 constexpr string_view kCore[] = {"terrain/base",    "terrain/field",    "terrain/surface", "terrain/patch",
                                  "terrain/measure", "terrain/resident", "terrain/view",    "terrain/cull",
                                  "terrain/lod",     "terrain/draw",     "terrain/shadow",  "terrain/shading",
-                                 "terrain/file",    "terrain/world"};
+                                 "terrain/query",   "terrain/file",     "terrain/world"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};

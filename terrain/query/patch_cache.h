@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+// What a Query keeps of patches: their vertices at one level with a hierarchy of boxes, made when they are
+// asked for, the ones not asked for longest giving way.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "karst/status.h"
+#include "terrain/base/arena.h"
+#include "terrain/base/simd.h"
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/patch/heights.h"
+#include "terrain/resident/height_cache.h"
+#include "terrain/surface/patch.h"
+
+namespace karst::core {
+
+// The world that queries ask; borrowed, and constant while they do.
+struct QueryWorld {
+  Surface surface;
+  std::span<const PatchBounds> bounds;  // one a patch
+  const BoundsTree* tree = nullptr;     // over them
+  // heights.level is the world's. samples: of all blocks, or empty: then source reads them, group by group.
+  Heights heights;
+  std::uint32_t height_blocks = 0;
+  HeightSource source;  // several queries may read at once
+};
+
+// Four boxes in lattice steps from the patch's origin, exact in float: the children of a node of the tree of
+// tiles. Lane c has the children's quadrant c: lower and upper half in i, then in j.
+struct TileNode {
+  simd::Float4 min[3];
+  simd::Float4 max[3];
+};
+
+// The vertices of a patch and the tree over its tiles, 2 x 2 cells each.
+struct QueryPatch {
+  glm::ivec3 origin{0};                     // of the patch, lattice steps
+  const std::int16_t* positions = nullptr;  // [j * side + i][axis], lattice steps from origin
+  const TileNode* nodes =
+      nullptr;    // children of node k are 4k + 1 .. 4k + 4, tiles the leaves; null at level 1
+  int level = 0;  // of positions, 1..kMaxLevel
+  bool displaced = true;
+};
+
+class QueryPatches {
+ public:
+  // A Config's numbers, so that memory is planned before there is a world.
+  struct Limits {
+    int level = 3;                // 1..kMaxLevel: of the surface that is met
+    std::uint32_t patches = 128;  // that are kept ready, 1..2^24; about 1 KiB each at level 3
+    int max_level = 5;            // level..kMaxLevel: of the largest world's heights
+  };
+
+  // Calls visit(span, count) for each block of memory, to count its bytes or to take it.
+  template <class Visit>
+  static void each_block(const Limits& limits, QueryPatches& patches, Visit&& visit) {
+    const std::size_t slots = limits.patches;
+    visit(patches.positions_, slots * position_values(limits.level));
+    visit(patches.nodes_, slots * node_count(limits.level));
+    visit(patches.links_, slots);
+    visit(patches.heads_, head_count(limits.patches));
+    visit(patches.group_,
+          std::size_t{kHeightGroup} * static_cast<std::size_t>(patch_vertices(limits.max_level)));
+  }
+  static std::size_t bytes(const Limits& limits);
+  Status create(const Limits& limits, Arena& arena);
+  Status set_world(const QueryWorld& world);
+
+  const QueryWorld& world() const { return world_; }
+  int level() const { return level_; }
+  std::uint32_t capacity() const { return static_cast<std::uint32_t>(links_.size()); }
+
+  // Vertices of a patch; they stay until the next call. read: heights may be read from the source. Where they
+  // can't be had, the patch is undisplaced.
+  QueryPatch get(PatchId patch, bool read);
+
+  // How far undisplaced patches may stand out of the boxes of the tree, lattice steps; 0 where all heights
+  // are in memory.
+  std::int32_t undisplaced_reach() const { return undisplaced_reach_; }
+
+  std::uint64_t failed_reads() const { return failed_reads_; }  // since set_world()
+  const Status& trouble() const { return trouble_; }
+  std::uint64_t groups_read() const { return groups_read_; }
+
+  // Values of a patch's vertices, and nodes of the tree over its tiles.
+  static constexpr std::size_t position_values(int level) {
+    return (3 * static_cast<std::size_t>(patch_vertices(level)) + 7) / 8 * 8;
+  }
+  static constexpr std::size_t node_count(int level) {
+    return ((std::size_t{1} << (2 * (level - 1))) - 1) / 3;
+  }
+
+ private:
+  static constexpr std::uint32_t kNowhere = 0xffffffffu;
+  // A slot's place in the list of a hash value, and in the list by last use.
+  struct Link {
+    PatchId patch = 0;
+    std::uint32_t next = kNowhere;
+    std::uint32_t newer = kNowhere;
+    std::uint32_t older = kNowhere;
+  };
+
+  static std::size_t head_count(std::uint32_t slots);
+  std::uint32_t& head(PatchId patch) const;
+  std::uint32_t find(PatchId patch) const;
+  std::uint32_t take_slot(PatchId patch);
+  void unlink(std::uint32_t slot);
+  void use(std::uint32_t slot);
+  bool heights_of(PatchId patch, bool read, Heights& heights);
+  QueryPatch undisplaced(PatchId patch);
+
+  QueryWorld world_;
+  int level_ = 0;
+  std::int32_t undisplaced_reach_ = 0;
+  std::span<std::int16_t> positions_;
+  std::span<TileNode> nodes_;
+  std::span<Link> links_;
+  std::span<std::uint32_t> heads_;
+  std::span<std::int16_t> group_;  // the group of heights that was read last
+  std::uint32_t group_held_ = kNowhere;
+  std::uint32_t filled_ = 0;
+  std::uint32_t newest_ = kNowhere;
+  std::uint32_t oldest_ = kNowhere;
+  std::uint64_t groups_read_ = 0;
+  std::uint64_t failed_reads_ = 0;
+  Status trouble_;                                   // of the last failed read
+  std::int16_t coarse_[3 * patch_vertices(1)] = {};  // of the last undisplaced patch
+};
+
+}  // namespace karst::core

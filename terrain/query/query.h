@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// Questions about the surface: where the ground is, what a ray or a moving sphere meets, whether a place is
+// in rock. A Query answers on the triangles of one fixed level, whatever a camera sees: its vertices are
+// those that are drawn at that level before they morph, so physics does not depend on where anybody looks.
+//
+//   Query::Limits limits;  limits.level = 3;  limits.patches = 128;
+//   Query query;  query.create(limits, arena);  query.set_world(world);
+//   query.prepare(place, 20);                                  // now and then, where files may be read
+//   QueryHit hit;  if (query.ground(place, 0.5, Wait::never, hit)) ...
+//
+// One object belongs to one thread at a time; as many as memory was planned for may run beside each other and
+// beside the thread that draws. It reads the world, which must not change meanwhile, and writes its own
+// memory alone; nothing is allocated after create().
+//
+// Lengths and places are voxels from the octree's minimum corner, y up. A place with a component that is not
+// finite or lies beyond +-kReach, and a ray without length, is answered with false; so is everything in an
+// empty world. The same question gets the same bits, whatever was asked before and whatever the cache holds;
+// only Wait::never depends on what is ready.
+//
+// Rays do not slip through edges and corners that triangles share: tests follow Woop, Benthin and Wald,
+// "Watertight Ray/Triangle Intersection" (2013), in double. Straight down they are exact: x and z are rounded
+// to 2^-22 voxel, and what meets an edge counts once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "karst/status.h"
+#include "terrain/base/arena.h"
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/field/octree.h"
+#include "terrain/field/voxel_index.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/patch/heights.h"
+#include "terrain/query/patch_cache.h"
+#include "terrain/resident/height_cache.h"
+#include "terrain/surface/patch.h"
+
+namespace karst::core {
+
+// never: the file is not touched. A patch that is not ready, and whose heights are not in memory, is met
+// undisplaced and at level 1: QueryHit::level is 0. Between it and one that is ready there may be a gap.
+// for_file: heights are read where they are needed. One that can't be read is treated like never, and
+// Query::trouble() tells why.
+enum class Wait : std::uint8_t { never, for_file };
+
+struct QueryHit {
+  static constexpr PatchId kNone = 0xffffffffu;
+
+  glm::dvec3 place{0.0};
+  glm::dvec3 normal{0.0};  // of the triangle, unit length, out of the rock
+  // ray, sphere: from the start. ground, column: how far the surface lies below the place, negative above it.
+  double distance = 0.0;
+  PatchId patch = kNone;   // kNone: nothing was met
+  std::uint8_t level = 0;  // of the surface that was met; 0: undisplaced
+  bool coarse = false;     // level is below the query's
+
+  bool found() const { return patch != kNone; }
+};
+
+struct PickedVoxel {
+  VoxelIndex voxel;  // at the level asked for; its fill bit: all of it is filled
+  // The voxel of the same level from which the ray came, where it has one inside the octree.
+  VoxelIndex before;
+  bool has_before = false;
+  double distance = 0.0;  // from the start to the voxel's side; 0 where the ray starts in it
+};
+
+// K algorithm 5.1's use (5.2.1): the first voxel of an octree level (0..depth) on the way from one place to
+// another that is filled or has something filled in it. False: none, or a bad place (see above).
+bool pick_voxel(const Octree& octree, glm::dvec3 from, glm::dvec3 to, int level, PickedVoxel& picked);
+
+class Query {
+ public:
+  static constexpr double kReach = 0x1p30;  // voxels
+
+  using Limits = QueryPatches::Limits;
+
+  Query() = default;
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  static std::size_t bytes(const Limits& limits) { return QueryPatches::bytes(limits); }
+
+  // Takes exactly bytes(limits) from the arena. invalid_argument naming the field; limit_reached ("memory").
+  Status create(const Limits& limits, Arena& arena) { return patches_.create(limits, arena); }
+
+  // Forgets all patches. invalid_argument ("bounds", "tree", "heights"), limit_reached ("max_level").
+  Status set_world(const QueryWorld& world) { return patches_.set_world(world); }
+
+  // The level that answers are of: that of the limits, or the world's where it is less.
+  int level() const { return patches_.level(); }
+
+  // Makes the patches within radius of a place ready, which reads the file where heights are not in memory.
+  // invalid_argument ("place", "radius"); limit_reached ("query_patches", value: how many there are): nearer
+  // ones are ready; errors of reading.
+  Status prepare(glm::dvec3 place, double radius);
+
+  // All surfaces on the vertical line through a place, from the top. Returns how many there are; the first
+  // out.size() of them are written.
+  std::uint32_t column(glm::dvec3 place, Wait wait, std::span<QueryHit> out);
+
+  // What a walker or a wheel stands on: the highest surface that faces up and is not above place.y + step.
+  bool ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit);
+
+  // First crossing of a segment, its ends included; both sides of the surface count. False: it is free.
+  bool ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit);
+
+  // Many of them, as if asked one by one in some order of place. All spans are equally long; what is free has
+  // found() false.
+  void rays(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to, Wait wait,
+            std::span<QueryHit> hits);
+
+  // First contact of a sphere that moves from one place to another, which may be the same: then, and where it
+  // touches from the start, distance is 0 and place is the nearest point of the surface. radius: 0..kReach;
+  // else false.
+  bool sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, QueryHit& hit);
+
+  // Whether a place is in rock, by the surface: more of it faces up above the place than down. False beyond
+  // the sides of the world.
+  bool inside(glm::dvec3 place, Wait wait);
+
+  // Reads that failed since set_world(), and what the last one said.
+  std::uint64_t failed_reads() const { return patches_.failed_reads(); }
+  const Status& trouble() const { return patches_.trouble(); }
+  // Groups of heights that were read since create(): how often the file was touched.
+  std::uint64_t groups_read() const { return patches_.groups_read(); }
+
+ private:
+  QueryPatches patches_;
+};
+
+}  // namespace karst::core
