@@ -3,6 +3,8 @@
 // one.
 #include "terrain/base/config.h"
 
+#include <algorithm>
+
 namespace karst::core {
 namespace {
 
@@ -35,6 +37,16 @@ Status Config::validate() const {
   if (max_resident_patches < max_draw_items) {
     return {StatusCode::invalid_argument, "config limit is less than max_draw_items", "max_resident_patches",
             max_resident_patches};
+  }
+  // Nor may one view make holes in another one.
+  const std::uint64_t seen = std::min<std::uint64_t>(std::uint64_t{max_views} * max_draw_items, max_patches);
+  if (max_views > 1 && gpu_vertex_pages < seen) {
+    return {StatusCode::invalid_argument, "config limit is less than one page for each patch that views see",
+            "gpu_vertex_pages", gpu_vertex_pages};
+  }
+  if (max_views > 1 && max_resident_patches < seen) {
+    return {StatusCode::invalid_argument, "config limit is less than the patches that views see",
+            "max_resident_patches", max_resident_patches};
   }
   if (stream_indices / kLeastIndicesPerPatch < max_draw_items) {
     return {StatusCode::invalid_argument, "config limit is less than 24 indices for each of max_draw_items",

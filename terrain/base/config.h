@@ -18,6 +18,8 @@ namespace karst::core {
 
 // GPU vertex memory is handed out in pages, so that a table with one entry a page tells a vertex its patch.
 inline constexpr std::uint32_t kPageVertices = 32;  // vertices; 512 bytes at 16 bytes a vertex
+// Views that one frame may have.
+inline constexpr std::uint32_t kMostViews = 8;
 
 struct Config {
   std::uint32_t max_depth = 9;
@@ -31,9 +33,10 @@ struct Config {
   std::uint32_t max_resident_patches = 4'096;
   std::uint32_t gpu_vertex_pages = 6'144;
   std::uint32_t stream_indices = 262'144;
+  std::uint32_t max_views = 1;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
-  // level 1; value() is what the field holds.
+  // level 1 in each view; value() is what the field holds.
   Status validate() const;
 
   friend bool operator==(const Config&, const Config&) = default;
@@ -58,7 +61,7 @@ inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 11> kConfigFields = {{
+inline constexpr std::array<ConfigField, 12> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -85,6 +88,8 @@ inline constexpr std::array<ConfigField, 11> kConfigFields = {{
      "least maximum OpenGL ES 3.0 allows"},
     {"stream_indices", &Config::stream_indices, 262'144, kLeastIndicesPerPatch, 1u << 26,
      "32-bit indices a draw call", "1 of the 16 MiB, 87,381 triangles; a pass with more takes several calls"},
+    {"max_views", &Config::max_views, 1, 1, kMostViews, "views a frame",
+     "each has lists and thresholds of its own; all share the pages"},
 }};
 
 }  // namespace karst::core

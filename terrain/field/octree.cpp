@@ -36,6 +36,10 @@ Status Octree::create(Arena& arena, int depth, std::uint32_t max_octets) {
   if (pool.size() != max_octets) {
     return {StatusCode::limit_reached, "no room for the octets", "arena", bytes_for(max_octets)};
   }
+  return create(pool, depth);
+}
+
+Status Octree::create(std::span<Octet> pool, int depth) {
   pool_ = pool;
   return reset(depth);
 }

@@ -40,6 +40,8 @@ class Octree {
   // An empty tree of 2^depth voxels a side, depth 1..kMaxDepth. Takes exactly bytes_for(max_octets) bytes
   // from the arena; limit_reached ("arena") where they are not there.
   Status create(Arena& arena, int depth, std::uint32_t max_octets);
+  // The same in a pool that is borrowed for the tree's life.
+  Status create(std::span<Octet> pool, int depth);
 
   // Empties the tree and gives all octets back to the pool; depth may change.
   Status reset(int depth);

@@ -7,6 +7,8 @@
 #include <span>
 
 #include "karst/status.h"
+#include "terrain/base/arena.h"
+#include "terrain/base/config.h"
 #include "terrain/patch/heights.h"
 
 namespace karst::core {
@@ -32,7 +34,20 @@ class HeightCache {
     std::span<std::uint32_t> slot_of_group;
     std::span<std::uint32_t> group_of_slot;
     std::span<std::uint32_t> used;
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      const std::size_t held = groups_of(config.max_height_blocks);
+      const auto block = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
+      visit(Consumer::heights, held * kHeightGroup * block, samples);
+      visit(Consumer::heights, groups_of(config.max_patches), slot_of_group);
+      visit(Consumer::heights, held, group_of_slot);
+      visit(Consumer::heights, held, used);
+    }
   };
+  static constexpr std::uint32_t groups_of(std::uint32_t blocks) {
+    return (blocks + kHeightGroup - 1) / kHeightGroup;
+  }
   void create(const Storage& storage);
 
   // Empties the cache for a world of so many blocks at a level. limit_reached ("max_height_blocks", value:

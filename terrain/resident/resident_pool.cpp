@@ -85,7 +85,7 @@ bool ResidentPool::raise(PatchId patch, int level) {
     } else {
       row = row_end_++;
     }
-    storage_.rows[row] = {patch, frame_, static_cast<std::uint8_t>(level), true};
+    storage_.rows[row] = {patch, frame_, static_cast<std::uint8_t>(level), true, selection_};
     ++resident_;
   }
   const std::uint32_t pages = pages_at(level) - pages_at(old_level);
@@ -108,7 +108,7 @@ void ResidentPool::give_back(PatchId patch, std::uint32_t row, const List& pages
   const bool in_flight = frame_ != idle_frame_ && frame_ - storage_.rows[row].last_seen < kFramesInFlight;
   append(in_flight ? kept_[frame_ % kFramesInFlight] : free_, pages);
   if (storage_.levels[patch] != 0) return;
-  storage_.rows[row] = {free_row_, 0, 0, false};
+  storage_.rows[row] = {free_row_, 0, 0, false, 0};
   free_row_ = row;
   storage_.row_of_patch[patch] = kNoRow;
   --resident_;

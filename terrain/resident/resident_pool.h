@@ -14,6 +14,7 @@
 #include <span>
 
 #include "karst/status.h"
+#include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/resident/page_table.h"
 #include "terrain/surface/patch.h"
@@ -29,8 +30,9 @@ class ResidentPool {
   struct Row {
     PatchId patch = 0;  // or, of a free row, the next free one
     std::uint32_t last_seen = 0;
-    std::uint8_t needed = 0;  // level that the frame last_seen wanted
+    std::uint8_t needed = 0;  // most that was wanted in the selection last_selection of the frame last_seen
     bool used = false;
+    std::uint16_t last_selection = 0;
   };
 
   // Borrowed for the pool's life.
@@ -41,6 +43,16 @@ class ResidentPool {
     std::span<std::uint32_t> next_page;     // by page
     std::span<PageTexel> texels;            // by page, for the renderer
     std::span<Row> rows;                    // as many as patches can be resident
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      visit(Consumer::residency, config.max_patches, first_page);
+      visit(Consumer::residency, config.max_patches, row_of_patch);
+      visit(Consumer::residency, config.max_patches, levels);
+      visit(Consumer::residency, config.gpu_vertex_pages, next_page);
+      visit(Consumer::residency, config.gpu_vertex_pages, texels);
+      visit(Consumer::residency, config.max_resident_patches, rows);
+    }
   };
   void create(const Storage& storage);
 
@@ -64,12 +76,28 @@ class ResidentPool {
   std::uint32_t row_end() const { return row_end_; }
   const Row& row_at(std::uint32_t row) const { return storage_.rows[row]; }
 
-  // Tells that the frame sees a patch and wants it at a level. Nothing where it is not resident.
-  void see(PatchId patch, int needed) {
-    const std::uint32_t row = storage_.row_of_patch[patch];
-    if (row == kNoRow) return;
-    storage_.rows[row].last_seen = frame_;
-    storage_.rows[row].needed = static_cast<std::uint8_t>(needed);
+  // What is wanted from here on replaces what the frame wanted until now. All views of a frame make one
+  // selection.
+  void begin_selection() { ++selection_; }
+  // Tells that somebody sees a patch and wants it at a level; the most that anybody wants in a selection
+  // counts. Returns what was wanted of it before in this selection: 0 where nothing was or where it is not
+  // resident.
+  int see(PatchId patch, int needed) {
+    const std::uint32_t index = storage_.row_of_patch[patch];
+    if (index == kNoRow) return 0;
+    Row& row = storage_.rows[index];
+    const int before = row.last_seen == frame_ && row.last_selection == selection_ ? row.needed : 0;
+    row.last_seen = frame_;
+    row.last_selection = selection_;
+    if (needed > before) row.needed = static_cast<std::uint8_t>(needed);
+    return before;
+  }
+  // Most that was wanted of a patch in this selection, 0 where nothing was or where it is not resident.
+  int needed(PatchId patch) const {
+    const std::uint32_t index = storage_.row_of_patch[patch];
+    if (index == kNoRow) return 0;
+    const Row& row = storage_.rows[index];
+    return row.last_seen == frame_ && row.last_selection == selection_ ? row.needed : 0;
   }
 
   bool keeps_base() const { return page_count() >= patches_ && storage_.rows.size() >= patches_; }
@@ -119,6 +147,7 @@ class ResidentPool {
   std::uint32_t patches_ = 0;
   int base_level_ = 1;
   std::uint32_t frame_ = 0;
+  std::uint16_t selection_ = 0;   // wraps around: only those of one frame are told apart
   std::uint32_t idle_frame_ = 0;  // in this frame nothing is in flight; 0: none
   List free_;
   List kept_[kFramesInFlight];  // by frame modulo kFramesInFlight

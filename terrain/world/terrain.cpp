@@ -483,6 +483,7 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
 // has (design 4.8). It falls slowly and with room to spare, so that it does not swing.
 void Terrain::govern(Selection& selection) {
   std::uint32_t pages = 0;
+  pool_.begin_selection();
   for (const DrawItem& item : items()) {
     pool_.see(item.patch, item.level);
     pages += slot_pages(item.level);

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// What is on the GPU, one for all eyes: pages of vertices and who has them, vertices made, thresholds, what
+// to make next over the union of all views, and one governor for them.
+//
+//   each frame:
+//     residency.begin_frame();
+//     residency.select(views, requests);            // all views of the frame together
+//     while (there is time && residency.generate_next(ahead, upload, status)) copy upload to the GPU
+//     for (MorphRows rows; !(rows = residency.take_morph_rows()).halves.empty();) copy rows to the GPU
+//     for each view: draw view.items() with residency.pages() and residency.first_morph_row(view)
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/base/storage_plan.h"
+#include "terrain/lod/governor.h"
+#include "terrain/lod/threshold_sets.h"
+#include "terrain/patch/generate_vertices.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/resident/resident_pool.h"
+#include "terrain/shading/patch_shading.h"
+#include "terrain/shading/shading.h"
+#include "terrain/world/view_state.h"
+#include "terrain/world/world.h"
+
+namespace karst::core {
+
+// Vertices of one patch for the GPU; valid until the next call of the Residency.
+struct PatchUpload {
+  PatchId patch = 0;
+  std::uint32_t row = 0;                // its morph row
+  int first_vertex = 0;                 // of its slot; those before it are there already
+  std::span<const GpuVertex> vertices;  // to its chain of pages (pages()), from first_vertex on
+  glm::ivec3 origin{0};                 // voxels
+  PatchShading shading;
+};
+
+class Residency {
+ public:
+  Residency() = default;
+  Residency(const Residency&) = delete;
+  Residency& operator=(const Residency&) = delete;
+
+  static void add_to(Budget& budget, const Config& config);
+  // Takes what add_to() counts. config is valid. limit_reached ("memory").
+  Status create(const Config& config, Arena& arena);
+  // Begins anew with a world that was just loaded: nothing is resident, memory that the world lends is used.
+  // Borrowed until the next attach(); call it again after each World::load().
+  Status attach(World& world);
+  // Forgets what is on the GPU: after its buffers were lost or made anew.
+  void forget();
+
+  // What a patch's shading needs, which its vertices' pages carry. Where skips differ from the last ones, all
+  // is found anew and forget() is called.
+  Status set_shading_skips(const ShadingSkips& skips);
+  std::span<const PatchShading> shading() const;
+
+  // Vertices of one patch at a level or, with emit_level, those of its coarser levels alone
+  // (GenerateVertices); patch_vertices() of the level emitted, in slot order. Errors of reading heights.
+  // Precondition: patch < patch_count(), 1 <= emit_level <= level <= info().level.
+  Status generate(PatchId patch, int level, int emit_level, std::span<GpuVertex> out);
+
+  // --- A frame
+
+  // Call once for each frame that is drawn, before its first select().
+  void begin_frame() { pool_.begin_frame(); }
+
+  // Chooses levels for all views of the frame, no finer than what is resident, lists what they see, and lets
+  // the governor decide on the next error scale. views and requests: as many as each other, at most
+  // Config::max_views; view n of a frame is view n of the next one. Borrowed until the frame's last
+  // generate_next(). May be called several times a frame. limit_reached ("max_draw_items"): some list is
+  // valid, but shorter; else nothing is listed.
+  Status select(std::span<ViewState> views, std::span<const ViewRequest> requests);
+  const Governor::State& governor() const { return governor_.state(); }
+
+  // Makes vertices that the views of the last select() lacked, what is off by most pixels first, whoever sees
+  // it. Then, with `ahead`, of patches that are about to be needed, as long as the pool has room to spare.
+  // False: there is nothing to do, or no room. status: errors of reading heights.
+  bool generate_next(bool ahead, PatchUpload& upload, Status& status);
+  // Makes the coarsest vertices of a patch that has none, where the pool keeps room for those of all patches.
+  // False: none lacks any, or there is no room. status: errors of reading heights.
+  bool generate_base(PatchUpload& upload, Status& status);
+  // Makes vertices of a patch up to a level, where there are free pages for them: pool().make_room() first.
+  // False: there are not, or status has an error of reading heights; then nothing changed.
+  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
+
+  // What is resident takes effect in the next select().
+  PageTable pages() const { return pool_.pages(); }
+  const ResidentPool& pool() const { return pool_; }
+  ResidentPool& pool() { return pool_; }
+  // What patches give up in the rest of this frame is free at once. Precondition: the GPU is idle.
+  void release_kept_pages() { pool_.release_kept(); }
+
+  const ThresholdSets& thresholds() const { return thresholds_; }
+  // GPU row that the view's thresholds begin at; a page's texel counts from it.
+  std::uint32_t first_morph_row(const ViewState& view) const {
+    return view.threshold_set() < 0 ? 0 : thresholds_.first_row(view.threshold_set());
+  }
+  // Rows that changed and were not taken yet, of one set at a time: call until there are none.
+  MorphRows take_morph_rows() { return thresholds_.take(); }
+
+  std::uint64_t height_groups_read() const;
+
+ private:
+  struct Blocks {
+    ResidentPool::Storage pool;
+    std::span<PatchShading> shading;        // by patch
+    std::span<std::uint32_t> list_scratch;  // one value a patch
+    std::span<GpuVertex> vertices;          // of one patch
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      pool.each_block(config, visit);
+      visit(Consumer::bounds, config.max_patches, shading);
+      visit(Consumer::draw_list, config.max_patches, list_scratch);
+      visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
+            vertices);
+    }
+  };
+  // Where looking for patches goes on.
+  struct Turns {
+    PatchId ahead = 0;
+    PatchId base = 0;
+    std::uint32_t ahead_left = 0;  // patches to look at in this frame
+  };
+  // What the last select() of all views looked at, to tell whether anything moved.
+  struct Seen {
+    LodEye eye;
+    ErrorScale optics;  // at error_px as it was asked for
+    double error_px = 0;
+    double weight = 0;
+    int top_level = 0;
+    bool operator==(const Seen&) const = default;
+  };
+
+  Status find_shading();
+  Status begin_views(std::span<const ViewRequest> requests);
+  Status fill_thresholds();
+  float least_weight() const;
+  Governor::Load add_up();
+  void govern();
+  void fill_curve(DemandCurve& curve) const;
+  Status hold_heights(PatchId patch, int level);
+  ViewState* most_urgent_view();
+  bool generate_ahead(PatchUpload& upload, Status& status);
+  int wanted_ahead(PatchId patch) const;
+
+  Config config_;
+  Blocks blocks_;
+  World* world_ = nullptr;
+  World::Lent lent_;
+  PatchScratch* patch_scratch_ = nullptr;
+  ShadingSkips shading_skips_;  // what shading() was found with
+  ResidentPool pool_;
+  ThresholdSets thresholds_;
+  Governor governor_;
+  std::span<ViewState> views_;  // of the last select()
+  std::array<Seen, kMostViews> seen_{};
+  std::size_t seen_count_ = 0;
+  Turns turns_;
+};
+
+}  // namespace karst::core

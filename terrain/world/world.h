@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// What is there: a .karst file in memory of stated size, and nothing of any camera. After load() everything
+// const may be called from several threads at a time; heights that did not fit memory then come from the
+// ByteSource, which must allow that, too.
+//
+//   World world;
+//   world.create(config, arena);  world.load(source);
+//   world.surface(), world.bounds(), world.tree() ... are spans into the arena until the next load()
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/base/arena.h"
+#include "terrain/base/budget.h"
+#include "terrain/base/config.h"
+#include "terrain/base/storage_plan.h"
+#include "terrain/cull/bounds_tree.h"
+#include "terrain/cull/occluders.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/byte_source.h"
+#include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
+#include "terrain/measure/level_error.h"
+#include "terrain/measure/normal_cone.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/patch/heights.h"
+#include "terrain/resident/height_cache.h"
+#include "terrain/shading/materials.h"
+#include "terrain/surface/patch.h"
+
+namespace karst::core {
+
+class World {
+ public:
+  World() = default;
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // The limits that hold a world with all its heights, and, on the GPU, a coarse version of all of it and
+  // `detail_pages` pages for what views need in detail, at most what all of it takes at `finest`
+  // (1..info.level). For one view; others set Config::max_views.
+  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages);
+  static Config config_for(const WorldInfo& info, int finest) {
+    return config_for(info, finest, default_detail_pages(info.patches));
+  }
+  // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
+  // much again. At least 1.3 MiB.
+  static std::uint32_t default_detail_pages(std::uint32_t patches) {
+    return patches / 4 * 3 > kDetailPages ? patches / 4 * 3 : kDetailPages;
+  }
+  static constexpr std::uint32_t kDetailPages = 2'688;
+
+  static void add_to(Budget& budget, const Config& config) { count_blocks<Blocks>(config, budget); }
+  // Takes what add_to() counts. config is valid. limit_reached ("memory").
+  Status create(const Config& config, Arena& arena);
+
+  // Reads a world. Where max_height_blocks holds all its heights, they are read now, and copies of shared
+  // vertices are compared; else whoever needs heights reads them through height_source(). The source is
+  // borrowed until the next load(). Errors of world_reader.h; limit_reached naming the Config field; corrupt
+  // ("patches", "volumes", "heights") where the file contradicts the surface of its own voxels. After a
+  // failure the world is empty and can be loaded again.
+  Status load(const ByteSource& source);
+  Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
+
+  const Config& config() const { return config_; }
+  const WorldInfo& info() const { return info_; }
+  const Octree& octree() const { return octree_; }
+  std::uint32_t patch_count() const { return info_.patches; }
+  Surface surface() const {
+    return {blocks_.volumes.first(info_.volumes), blocks_.patches.first(info_.patches)};
+  }
+  std::span<const PatchBounds> bounds() const { return blocks_.bounds.first(info_.patches); }
+  std::span<const NormalCone> cones() const { return blocks_.cones.first(info_.patches); }
+  std::span<const NormalCone> shading_cones() const { return blocks_.shading_cones.first(info_.patches); }
+  LevelErrors level_errors() const { return {info_.level, blocks_.level_errors.first(level_error_count())}; }
+  const BoundsTree& tree() const { return tree_; }
+  const Occluders& occluders() const { return occluders_; }
+  std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
+  // Box of everything, lattice steps. Precondition: there is a patch.
+  LatticeBox box() const;
+  // Vertices at levels up to this fit one page, so that it costs what level 1 costs.
+  int base_level() const { return info_.level < 2 ? info_.level : 2; }
+
+  // Empty where the world has none.
+  const MaterialSet& materials() const { return reader_.materials(); }
+  std::span<const PointLight> lights() const { return reader_.lights(); }
+  // Of patches: 0, or one more than the number of the material that all of it has. Empty where none has one.
+  std::span<const std::uint8_t> material_overrides() const {
+    return blocks_.overrides.first(reader_.has_overrides() ? info_.patches : 0);
+  }
+  // Layers [first, first + count) of a level of an array, from the source. out: count x
+  // texture_image_bytes(). Errors as of WorldReader::read_textures. Precondition: they are there.
+  Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
+                       std::span<std::byte> out) const {
+    return reader_.read_textures(array, level, first, count, out);
+  }
+
+  bool holds_all_heights() const { return cache_.has_room_for_all(); }
+  // All heights. Precondition: holds_all_heights().
+  Heights heights() const;
+  // Groups of heights, for caches of whoever needs some: copied where all are held, else read and checked.
+  // The context is this world. May be read from several threads at a time.
+  HeightSource height_source() const;
+
+  // Memory that load() is done with, lent to one user at a time until the next load(): working memory, and,
+  // of a world that does not hold all heights, a cache for some.
+  struct Lent {
+    std::span<std::byte> scratch;
+    HeightCache* cache = nullptr;  // null where all heights are held
+  };
+  Lent lend();
+
+ private:
+  struct Blocks {
+    std::span<Octree::Octet> octets;
+    std::span<Volume> volumes;
+    std::span<Patch> patches;
+    std::span<std::uint8_t> overrides;
+    HeightCache::Storage heights;
+    std::span<std::uint32_t> height_crcs;  // by group
+    std::span<PatchBounds> bounds;
+    std::span<NormalCone> cones;
+    std::span<NormalCone> shading_cones;
+    std::span<LatticeBox> boxes;  // the tree's
+    std::span<std::uint16_t> level_errors;
+    std::span<std::uint64_t> occluders;
+    std::span<std::uint16_t> index_table;
+    std::span<std::byte> scratch;
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      const std::size_t patches_most = config.max_patches;
+      visit(Consumer::octets, config.max_octets, octets);
+      visit(Consumer::volumes, config.max_volumes, volumes);
+      visit(Consumer::patches, patches_most, patches);
+      visit(Consumer::patches, patches_most, overrides);
+      heights.each_block(config, visit);
+      visit(Consumer::heights, height_groups(config.max_patches), height_crcs);
+      visit(Consumer::bounds, patches_most, bounds);
+      visit(Consumer::bounds, patches_most, cones);
+      visit(Consumer::bounds, patches_most, shading_cones);
+      visit(Consumer::bounds, BoundsTree::node_count(config.max_patches), boxes);
+      visit(Consumer::level_errors, patches_most * level_error_values(static_cast<int>(config.max_level)),
+            level_errors);
+      visit(Consumer::occlusion, config.occluder_words, occluders);
+      visit(Consumer::index_tables, index_table_size(config), index_table);
+      visit(Consumer::scratch, scratch_size(config), scratch);
+    }
+  };
+
+  static std::size_t index_table_size(const Config& config);
+  static std::size_t scratch_size(const Config& config);
+  std::size_t level_error_count() const;
+  Status check_limits(const WorldInfo& info) const;
+  Status load_parts();
+  Status load_surface();
+  Status load_patches();
+  Status load_measures();
+  Status load_heights();
+  Status check_shared_heights() const;
+
+  Config config_;
+  Blocks blocks_;
+  WorldReader reader_;
+  WorldInfo info_;
+  Octree octree_;
+  HeightCache cache_;
+  BoundsTree tree_;
+  Occluders occluders_;
+};
+
+}  // namespace karst::core
