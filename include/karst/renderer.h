@@ -26,7 +26,7 @@ namespace karst {
 
 // What an eye sees. Matrices are in columns, as OpenGL has them.
 struct ViewState {
-  Vec3 eye;
+  Vec3 eye{};
   // Rotation from the simulator's frame to the eye's: x right, y up, z backwards. Roll included; with
   // determinant -1 the picture is mirrored.
   double view_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -55,9 +55,9 @@ enum class Output : std::uint8_t {
 };
 
 struct FrameInput {
-  std::span<const ViewState>
-      views;  // 1..Needs::views; a view keeps its place in the list from frame to frame
-  Sun sun;
+  // 1..Needs::views; a view keeps its place in the list from frame to frame.
+  std::span<const ViewState> views{};
+  Sun sun{};
   double work_ms = 3;  // for making vertices, at the frame's end; 0: the frame waits until nothing lacks
   std::uint32_t shadow_view = 0;  // whose place the shadow maps are around
   // Draws the simulator's own casters into a shadow map that is bound, with viewport and depth test set and
@@ -85,7 +85,7 @@ struct FrameResult {
 };
 
 struct Target {
-  Rect viewport;
+  Rect viewport{};
   bool sky = true;  // false: what is there stays where there is no terrain
   Output output = Output::display;
 };

@@ -25,7 +25,7 @@ enum class Axes : std::uint8_t { east_up_south, east_north_up, north_east_down }
 
 struct Placement {
   Axes axes = Axes::east_north_up;
-  Vec3 origin;          // of the world's zero point, in the simulator's frame, metres; finite, within +-1e12
+  Vec3 origin{};        // of the world's zero point, in the simulator's frame, metres; finite, within +-1e12
   double turn_deg = 0;  // of the world's north, clockwise seen from above, -360..360: grid convergence
 };
 

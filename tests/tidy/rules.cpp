@@ -66,7 +66,9 @@ bool is_script(string_view path) {
   return path == "dev" || path == ".ci/run" || extension(path) == ".sh";
 }
 bool is_cmake(string_view path) {
-  return file_name(path) == "CMakeLists.txt" || extension(path) == ".cmake";
+  const string_view name = file_name(path);
+  return name == "CMakeLists.txt" || extension(path) == ".cmake" ||
+         (name.size() > 9 && name.substr(name.size() - 9) == ".cmake.in");
 }
 
 // --- floors
@@ -171,13 +173,17 @@ void check_known(const Source& source, Findings& out) {
   bool known = false;
   if (top.empty()) {
     known = one_of(path, {".clang-format", ".clang-tidy", ".gitattributes", ".gitignore", "CMakeLists.txt",
-                          "CMakePresets.json", "LICENSE", "README.md", "dev"});
+                          "CMakePresets.json", "CHANGELOG.md", "LICENSE", "README.md", "dev"});
   } else if (top == ".ci") {
     known = path == ".ci/run";
   } else if (one_of(top, {"include", "terrain", "platform", "renderer", "scene", "app", "bake", "bench",
                           "etc2"})) {
     known = is_cpp(path) || is_cmake(path);
     if (top == "terrain" && !is_cmake(path)) known = known && floor_of(path) != nullptr;
+  } else if (top == "examples") {
+    known = is_cpp(path) || is_cmake(path);
+  } else if (top == "package") {
+    known = is_cmake(path) || ext == ".in";
   } else if (top == "gles_shaders") {
     known = is_shader(path) || is_cmake(path) || one_of(ext, {".def", ".h"});
   } else if (top == "boards") {
@@ -245,6 +251,17 @@ void check_header_guard(const Source& source, Findings& out) {
 
 void check_includes(const Source& source, Findings& out) {
   if (!is_cpp(source.path)) return;
+  if (inside(source.path, "examples")) {  // they stand for programs outside: installed headers, and their own
+    for_each_line(source.text, [&](int number, string_view line) {
+      const string_view include = included_header(line);
+      if (include.empty() || (include.front() == '"' ? include.find('/') == string_view::npos
+                                                     : floor_of(include.substr(1)) == nullptr)) {
+        return;
+      }
+      out.push_back({source.path, number, string(include.substr(1)) + ": not installed, and not beside it"});
+    });
+    return;
+  }
   const Floor* floor = floor_of(source.path);
   if (floor == nullptr) return;  // check_known reports it
   for_each_line(source.text, [&](int number, string_view line) {

@@ -90,13 +90,13 @@ int count(Rule rule, const std::string& path, const std::string& text) {
 
 TEST(RuleTest, StrayFiles) {
   for (const char* good : {"README.md", "dev", ".ci/run", "terrain/base/arena.h", "terrain/CMakeLists.txt",
-                           "gles_shaders/terrain.vert", "docs/images/canyon.png", "docs/images/a.svg",
-                           "tests/unit/a_test.cpp"}) {
+                           "gles_shaders/terrain.vert", "examples/simulator/a.cpp", "package/a.pc.in",
+                           "docs/images/canyon.png", "docs/images/a.svg", "tests/unit/a_test.cpp"}) {
     EXPECT_EQ(count(check_known, good, ""), 0) << good;
   }
-  for (const char* bad :
-       {"notes.txt", "terrain/stray.h", "terrain/misc/a.h", "terrain/base/a.cc", "renderer/a.cpp.orig",
-        "docs/a.pdf", "tests/unit/core", "scripts/a.sh", ".ci/other", "app/a b.cpp", ".vscode/x.json"}) {
+  for (const char* bad : {"notes.txt", "terrain/stray.h", "terrain/misc/a.h", "terrain/base/a.cc",
+                          "renderer/a.cpp.orig", "docs/a.pdf", "tests/unit/core", "scripts/a.sh", ".ci/other",
+                          "app/a b.cpp", "examples/a.karst", ".vscode/x.json"}) {
     EXPECT_EQ(count(check_known, bad, ""), 1) << bad;
   }
 }
@@ -174,6 +174,18 @@ TEST(RuleTest, FloorsGoDownwards) {
   EXPECT_EQ(includes("app/a.cpp", "\"b.h\""), 1);
   EXPECT_EQ(includes("app/a.cpp", "\"../terrain/base/b.h\""), 1);
   EXPECT_EQ(count(check_includes, "terrain/base/a.h", "#  include \"app/b.h\"\n"), 1);
+}
+
+TEST(RuleTest, ExamplesIncludeWhatIsInstalled) {
+  const auto includes = [](const std::string& header) {
+    return count(check_includes, "examples/simulator/a.cpp", "#include " + header + "\n");
+  };
+  EXPECT_EQ(includes("<karst/karst.h>"), 0);
+  EXPECT_EQ(includes("<EGL/egl.h>"), 0);
+  EXPECT_EQ(includes("\"painter.h\""), 0);
+  EXPECT_EQ(includes("\"terrain/base/b.h\""), 1);
+  EXPECT_EQ(includes("<terrain/base/b.h>"), 1);
+  EXPECT_EQ(includes("\"../simulator/painter.h\""), 1);
 }
 
 TEST(RuleTest, LibrariesStayWhereTheyBelong) {
