@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Where pictures go: a GLES 3.0 context and, on a display with a screen, the way to show a frame.
-// Functions that can fail return an empty string on success, else one line for the user.
 //
 // A display with a screen comes and goes: monitors are unplugged, other programs take the screen, the machine
 // sleeps. The program calls dispatch() whenever a descriptor of poll_fds() is readable or deadline_ns() has
@@ -13,6 +12,7 @@
 #include <span>
 #include <string>
 
+#include "platform/base/error.h"
 #include "platform/frame_times.h"
 #include "platform/input.h"
 
@@ -42,11 +42,11 @@ class Display {
   virtual ~Display() = default;
 
   // Makes the context current on the calling thread.
-  [[nodiscard]] virtual std::string make_current() = 0;
+  virtual Error make_current() = 0;
   virtual Size size() const = 0;
   // Shows what framebuffer 0 holds; without a screen there is nothing to do. Takes 100 ms at most beyond the
   // driver's own work. Where the screen is lost just now it does nothing: dispatch() tells what comes next.
-  [[nodiscard]] virtual std::string present() = 0;
+  virtual Error present() = 0;
   // Address of a GL function, null where the driver has none. Any name may be asked for: what an extension
   // adds is only usable where the extension is advertised, whatever address this gives.
   virtual GlFunction gl_function(const char* name) const = 0;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "platform/base/error.h"
 #include "platform/base/log.h"
 #include "platform/seat/seat.h"
 

@@ -21,7 +21,7 @@
 #include "app/view/view_statistics.h"
 #include "platform/base/clock.h"
 #include "platform/headless/headless_display.h"
-#include "platform/kms/kms_card.h"
+#include "platform/kms/card/kms_outputs.h"
 #include "platform/window/window_display.h"
 
 namespace karst::app {
@@ -255,7 +255,7 @@ void View::take_inputs() {
 std::string View::attach() {
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
-  if (std::string error = display_->make_current(); !error.empty()) return error;
+  if (Error error = display_->make_current(); !error.ok()) return error.text();
   if (std::string error = scene_.attach(*display_, size.width, size.height); !error.empty()) return error;
   attached_ = true;
   // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
@@ -351,7 +351,7 @@ std::string View::draw() {
     display_->context_lost();
     return {};
   }
-  std::string error = display_->present();
+  std::string error = display_->present().text();
   statistics_.add_frame(ms_between(start, drawn), ms_between(drawn, now_ns()));
   return error;
 }

@@ -43,14 +43,14 @@ struct Stage {
     if (display == nullptr) display = open_headless_display({}, error);
     if (display == nullptr) return error;
     view = std::make_unique<BenchView>();
-    if (error = display->make_current(); !error.empty()) return error;
+    if (error = display->make_current().text(); !error.empty()) return error;
     if (error = view->load(options); !error.empty()) return error;
     return view->scene().attach(*display, options.width, options.height);
   }
   // The renderer goes while its context is current.
   void clear() {
     if (view == nullptr) return;
-    if (display->make_current().empty()) view->scene().detach();
+    if (display->make_current().ok()) view->scene().detach();
     view.reset();
   }
 };
@@ -108,7 +108,7 @@ class Suite {
     view.camera = camera;
     view.lod = options_.lod;
     BenchFrame frame;
-    std::string error = way.stage->display->make_current();
+    std::string error = way.stage->display->make_current().text();
     for (int k = 0; k < 2 && error.empty(); ++k) error = way.stage->view->draw(view, frame);
     if (!error.empty()) return error;
     time = {frame.record.frame_ms, frame.all_cpu_ms};

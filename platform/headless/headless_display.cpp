@@ -14,7 +14,7 @@ namespace {
 
 constexpr EGLint kMaxDevices = 16;  // machines with more exist; the first that works is taken
 
-std::string egl_failure(const EglApi& egl, const char* function) {
+Error egl_failure(const EglApi& egl, const char* function) {
   return std::string(function) + ": " + egl_error_name(egl.get_error());
 }
 
@@ -32,7 +32,7 @@ class HeadlessDisplay final : public Display {
   }
 
   // display: from eglGetPlatformDisplay, not initialised yet. Whatever step fails, the destructor cleans up.
-  std::string open(EGLDisplay display, const HeadlessOptions& options) {
+  Error open(EGLDisplay display, const HeadlessOptions& options) {
     EGLint major = 0;
     EGLint minor = 0;
     if (egl_.initialize(display, &major, &minor) == EGL_FALSE) return egl_failure(egl_, "eglInitialize");
@@ -46,12 +46,12 @@ class HeadlessDisplay final : public Display {
                            has_extension(extensions, "EGL_MESA_configless_context");
     EGLConfig config = EGL_NO_CONFIG_KHR;
     if (!surfaceless || !no_config) {
-      if (std::string error = choose_config(!surfaceless, config); !error.empty()) return error;
+      if (Error error = choose_config(!surfaceless, config); !error.ok()) return error;
     }
     const bool debug = options.debug && (egl_1_5 || has_extension(extensions, "EGL_KHR_create_context"));
-    if (std::string error = create_context(config, debug, egl_1_5); !error.empty()) return error;
+    if (Error error = create_context(config, debug, egl_1_5); !error.ok()) return error;
     if (!surfaceless) {
-      if (std::string error = create_pbuffer(config); !error.empty()) return error;
+      if (Error error = create_pbuffer(config); !error.ok()) return error;
     }
     // Before EGL 1.5, eglGetProcAddress need not know core functions: these are exports of libGLESv2 then.
     if (!egl_1_5 && !has_extension(extensions, "EGL_KHR_get_all_proc_addresses")) {
@@ -60,7 +60,7 @@ class HeadlessDisplay final : public Display {
     return make_current();
   }
 
-  std::string make_current() override {
+  Error make_current() override {
     if (egl_.make_current(display_, surface_, surface_, context_) == EGL_FALSE) {
       return egl_failure(egl_, "eglMakeCurrent");
     }
@@ -68,7 +68,7 @@ class HeadlessDisplay final : public Display {
   }
 
   Size size() const override { return {}; }
-  std::string present() override { return {}; }
+  Error present() override { return {}; }
   const std::string& name() const override { return name_; }
 
   GlFunction gl_function(const char* name) const override {
@@ -81,17 +81,18 @@ class HeadlessDisplay final : public Display {
   }
 
  private:
-  std::string choose_config(bool needs_pbuffer, EGLConfig& config) {
+  Error choose_config(bool needs_pbuffer, EGLConfig& config) {
     const EGLint attributes[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_SURFACE_TYPE,
                                  needs_pbuffer ? EGL_PBUFFER_BIT : 0, EGL_NONE};
     EGLint count = 0;
     if (egl_.choose_config(display_, attributes, &config, 1, &count) == EGL_FALSE) {
       return egl_failure(egl_, "eglChooseConfig");
     }
-    return count > 0 ? std::string() : std::string("eglChooseConfig: no configuration for OpenGL ES 3");
+    if (count == 0) return "eglChooseConfig: no configuration for OpenGL ES 3";
+    return {};
   }
 
-  std::string create_context(EGLConfig config, bool debug, bool egl_1_5) {
+  Error create_context(EGLConfig config, bool debug, bool egl_1_5) {
     std::array<EGLint, 5> attributes = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE, EGL_NONE, EGL_NONE};
     if (debug) {
       attributes[2] = egl_1_5 ? EGL_CONTEXT_OPENGL_DEBUG : EGL_CONTEXT_FLAGS_KHR;
@@ -104,10 +105,11 @@ class HeadlessDisplay final : public Display {
   }
 
   // Drawing goes to framebuffer objects; the surface is only there because the driver insists on one.
-  std::string create_pbuffer(EGLConfig config) {
+  Error create_pbuffer(EGLConfig config) {
     const EGLint attributes[] = {EGL_WIDTH, 1, EGL_HEIGHT, 1, EGL_NONE};
     surface_ = egl_.create_pbuffer_surface(display_, config, attributes);
-    return surface_ != EGL_NO_SURFACE ? std::string() : egl_failure(egl_, "eglCreatePbufferSurface");
+    if (surface_ == EGL_NO_SURFACE) return egl_failure(egl_, "eglCreatePbufferSurface");
+    return {};
   }
 
   EglApi egl_;
@@ -152,8 +154,8 @@ class Search {
     std::array<EGLDeviceEXT, kMaxDevices> devices{};
     EGLint count = 0;
     if (query_devices == nullptr || query_devices(kMaxDevices, devices.data(), &count) == EGL_FALSE) {
-      note(name,
-           query_devices == nullptr ? "no eglQueryDevicesEXT" : egl_failure(egl_, "eglQueryDevicesEXT"));
+      note(name, query_devices == nullptr ? Error("no eglQueryDevicesEXT")
+                                          : egl_failure(egl_, "eglQueryDevicesEXT"));
       return nullptr;
     }
     if (count == 0) note(name, "there is no device");
@@ -192,16 +194,16 @@ class Search {
       return nullptr;
     }
     auto display = std::make_unique<HeadlessDisplay>(egl_, display_name);
-    if (const std::string error = display->open(egl_display, options_); !error.empty()) {
+    if (const Error error = display->open(egl_display, options_); !error.ok()) {
       note(tried_name, error);
       return nullptr;
     }
     return display;
   }
 
-  void note(const std::string& name, const std::string& reason) {
+  void note(const std::string& name, const Error& reason) {
     if (!reasons_.empty()) reasons_ += "; ";
-    reasons_ += name + ": " + reason;
+    reasons_ += name + ": " + reason.text();
   }
 
   HeadlessOptions options_;

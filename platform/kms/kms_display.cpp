@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "platform/kms/kms_display.h"
 
-#include <drm_fourcc.h>
-#include <gbm.h>
 #include <xf86drm.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <utility>
+#include <vector>
 
 #include "platform/base/clock.h"
-#include "platform/kms/gbm_context.h"
-#include "platform/kms/kms_card.h"
-#include "platform/kms/kms_pipe.h"
-#include "platform/kms/swapchain.h"
+#include "platform/kms/card/kms_card.h"
+#include "platform/kms/kms_choice.h"
+#include "platform/kms/kms_log.h"
+#include "platform/kms/kms_scanout.h"
 #include "platform/wakeups.h"
 
 namespace karst {
@@ -26,18 +25,6 @@ constexpr std::int64_t kDarkRetry = 2000 * kMillisecond;
 constexpr std::int64_t kMasterRetry = 100 * kMillisecond;
 constexpr std::int64_t kBusyRetry = 20 * kMillisecond;
 
-struct GbmFree {
-  void operator()(gbm_device* device) const { gbm_device_destroy(device); }
-};
-
-std::uint32_t drm_format(ColourFormat format) {
-  return format == ColourFormat::rgb565 ? DRM_FORMAT_RGB565 : DRM_FORMAT_XRGB8888;
-}
-
-bool not_master(int error) {
-  return error == -EACCES || error == -EPERM;
-}
-
 class KmsDisplay final : public Display {
  public:
   KmsDisplay(KmsOptions options, Seat& seat, ConsoleState& console, Log log, const EglApi& egl)
@@ -45,41 +32,41 @@ class KmsDisplay final : public Display {
         seat_(seat),
         console_(console),
         log_(std::move(log)),
-        egl_(egl),
-        context_(egl),
-        hotplug_(log_) {}
+        choice_(options_, seat, log_),
+        scanout_(options_, card_, connector_, console, log_, egl),
+        hotplug_(log_.log()) {}
 
   ~KmsDisplay() override {
     wait_for_flip();
-    if (card_.is_open()) restore_crtc(console_, card_.fd(), log_);
+    if (card_.is_open()) restore_crtc(console_, card_.fd(), log_.log());
     close_card();
   }
 
-  // The first look. Empty on success, and where there is no screen yet.
-  std::string start() {
+  // The first look. No error where there is no screen yet.
+  Error start() {
     seat_active_ = seat_.active();
-    std::string fatal;
-    find_card(fatal);
-    return fatal;
+    return find_card();
   }
 
-  std::string make_current() override {
-    return context_.is_open() ? context_.make_current() : std::string("there is no display yet");
+  Error make_current() override {
+    if (!scanout_.context().is_open()) return "there is no display yet";
+    return scanout_.context().make_current();
   }
   Size size() const override { return state_ == State::no_card ? Size{} : framebuffer_size(); }
-  GlFunction gl_function(const char* name) const override { return egl_.get_proc_address(name); }
+  GlFunction gl_function(const char* name) const override { return scanout_.context().function(name); }
   const std::string& name() const override { return name_; }
-  int quarter_turns() const override { return context_turns_; }
+  int quarter_turns() const override { return scanout_.context_turns(); }
   std::int64_t refresh_ns() const override {
-    const double hz = refresh_hz(mode_);
+    const double hz = refresh_hz(scanout_.mode());
     return hz > 0 ? static_cast<std::int64_t>(1e9 / hz) : 0;
   }
   void context_lost() override { context_lost_ = true; }
 
   bool ready() const override {
+    const FlipQueue& flips = scanout_.flips();
     return state_ == State::on && seat_active_ && !context_lost_ && now_ns() >= busy_until_ &&
-           (pending_ == Swapchain::kNone || (options_.buffers > 2 && waiting_ == Swapchain::kNone)) &&
-           swapchain_.has_free();
+           (!flips.pending() || (options_.buffers > 2 && !flips.waiting())) &&
+           scanout_.swapchain().has_free();
   }
 
   std::size_t poll_fds(std::span<pollfd> out) const override {
@@ -93,13 +80,13 @@ class KmsDisplay final : public Display {
   std::int64_t deadline_ns() const override {
     if (changes_.rebuild || changes_.redraw || context_lost_) return 0;
     std::int64_t at = retry_at_;
-    if (pending_ != Swapchain::kNone) at = std::min(at, flip_deadline_);
+    if (scanout_.flips().pending()) at = std::min(at, scanout_.flips().deadline_ns());
     if (state_ == State::on && busy_until_ > 0) at = std::min(at, busy_until_);
     return at;
   }
 
   Changes dispatch() override;
-  std::string present() override;
+  Error present() override;
 
  private:
   enum class State { no_card, dark, no_master, on };
@@ -109,14 +96,13 @@ class KmsDisplay final : public Display {
   void handle_time(bool look);
   void try_master();
   void look_at_connectors();
-  void find_card(std::string& fatal);
+  void monitor_gone();
+  Error find_card();
   bool open_card();
   void close_card();
   bool open_context();
-  std::string configure();
+  Error configure();
   bool try_attempts();
-  std::string set_up(const KmsAttempt& attempt, int plane_turns);
-  std::string choose(std::size_t& mode);
   bool wait_for_flip();
   void flip_done();
   void show_first(int slot);
@@ -126,34 +112,24 @@ class KmsDisplay final : public Display {
   void queue_flip(int slot);
   void refused(int slot, int error, const std::string& what);
   void lose_flip();
+  void card_gone(int error);
   void forget_screen();
   void rest(State state, std::int64_t retry);
-  void say(const std::string& line);  // but not the same again and again
   Size framebuffer_size() const {
-    return {static_cast<int>(swapchain_.width()), static_cast<int>(swapchain_.height())};
+    return {static_cast<int>(scanout_.width()), static_cast<int>(scanout_.height())};
   }
-  KmsPicture picture(int slot) const {
-    return {swapchain_.framebuffer(slot), swapchain_.width(), swapchain_.height(), plane_turns_};
-  }
-  const KmsAttempt& attempt() const { return plan_[attempt_]; }
 
   KmsOptions options_;
   Seat& seat_;
   ConsoleState& console_;
-  Log log_;
-  EglApi egl_;
-  std::string name_ = "KMS";
-  std::string last_said_;
-  std::vector<std::string> last_reasons_;
-
+  KmsLog log_;
+  KmsChoice choice_;
   KmsCard card_;
   KmsConnector connector_;
-  std::unique_ptr<gbm_device, GbmFree> gbm_;
-  GbmContext context_;   // on gbm_
-  Swapchain swapchain_;  // on gbm_, under context_'s surface
-  KmsPipe pipe_;
+  KmsScanout scanout_;  // on card_ and connector_
   HotplugMonitor hotplug_;
   ResumeTimer resume_;
+  std::string name_ = "KMS";
 
   State state_ = State::no_card;
   bool seat_active_ = true;
@@ -163,27 +139,8 @@ class KmsDisplay final : public Display {
   Changes changes_;        // not yet told
   std::int64_t retry_at_ = 0;
   std::int64_t busy_until_ = 0;
-  std::int64_t flip_deadline_ = 0;
   std::int64_t possible_since_ = 0;  // when the screen could be used again; 0: it is in use
-
-  std::vector<KmsAttempt> plan_;             // for these modes
-  std::vector<drmModeModeInfo> plan_modes_;  // the connector's when it was configured
-  drmModeModeInfo wanted_mode_{};
-  std::size_t attempt_ = 0;
-  drmModeModeInfo mode_{};
-  int plane_turns_ = 0;
-  int context_turns_ = 0;
-
-  int on_screen_ = Swapchain::kNone;
-  int pending_ = Swapchain::kNone;  // queued to the kernel
-  int waiting_ = Swapchain::kNone;  // drawn, behind pending_; with three buffers
 };
-
-void KmsDisplay::say(const std::string& line) {
-  if (line == last_said_) return;
-  last_said_ = line;
-  log_(line);
-}
 
 void KmsDisplay::rest(State state, std::int64_t retry) {
   state_ = state;
@@ -201,7 +158,7 @@ Display::Changes KmsDisplay::dispatch() {
   handle_card_events();
   if (context_lost_) {
     context_lost_ = false;
-    log_("the GL context is lost; making everything anew");
+    log_.tell("the GL context is lost; making everything anew");
     forget_screen();
     if (!open_context() || !try_attempts()) {
       close_card();
@@ -225,14 +182,14 @@ void KmsDisplay::follow_seat() {
   if (seat_.active() == seat_active_) return;
   seat_active_ = seat_.active();
   if (!seat_active_) {
-    log_("the terminal is switched away");
+    log_.tell("the terminal is switched away");
     wait_for_flip();
     if (card_.is_open() && seat_.sets_master()) drmDropMaster(card_.fd());
     seat_.released();
     mode_set_ = false;
     return;
   }
-  log_("the terminal is back");
+  log_.tell("the terminal is back");
   possible_since_ = now_ns();
   // Other programs may have changed anything: becoming master again and looking at the monitors come first.
   if (state_ == State::on || state_ == State::no_master) rest(State::no_master, 0);
@@ -250,22 +207,26 @@ void KmsDisplay::handle_card_events() {
     };
     errno = 0;
     if ((fd.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0 || drmHandleEvent(card_.fd(), &handlers) != 0) {
-      say(errno_text(card_.path() + ": the card is gone", errno != 0 ? errno : ENODEV));
-      close_card();
-      rest(State::no_card, kMasterRetry);
+      card_gone(errno != 0 ? errno : ENODEV);
       return;
     }
   }
-  if (pending_ != Swapchain::kNone && now_ns() >= flip_deadline_) lose_flip();
+  const FlipQueue& flips = scanout_.flips();
+  if (flips.pending() && now_ns() >= flips.deadline_ns()) lose_flip();
+}
+
+void KmsDisplay::card_gone(int error) {
+  log_.say(errno_text(card_.path() + ": the card is gone", error));
+  close_card();
+  rest(State::no_card, kMasterRetry);
 }
 
 // Nothing came for a flip: the driver has lost it, or the screen is off. The mode is set anew, which needs no
 // event.
 void KmsDisplay::lose_flip() {
   times_.flip_lost();
-  say("no word of a flip for 100 ms; setting the mode again");
-  swapchain_.release(std::exchange(waiting_, Swapchain::kNone));
-  swapchain_.release(std::exchange(pending_, Swapchain::kNone));
+  log_.say("no word of a flip for 100 ms; setting the mode again");
+  scanout_.flips().lost();
   mode_set_ = false;
   changes_.redraw = true;
 }
@@ -273,11 +234,9 @@ void KmsDisplay::lose_flip() {
 void KmsDisplay::handle_time(bool look) {
   retry_at_ = hotplug_.fd() < 0 && state_ == State::on ? now_ns() + kDarkRetry : kNever;
   if (!seat_active_) return;
-  std::string fatal;
   switch (state_) {
     case State::no_card:
-      find_card(fatal);
-      if (!fatal.empty()) say(fatal);
+      if (const Error error = find_card(); !error.ok()) log_.say(error.text());
       break;
     case State::no_master:
       try_master();
@@ -299,13 +258,11 @@ void KmsDisplay::try_master() {
     error = -EACCES;
   }
   if (error == 0) {
-    log_("this program has the screen again");
+    log_.tell("this program has the screen again");
     possible_since_ = now_ns();
     look_at_connectors();
   } else if (error == -ENODEV) {
-    say(errno_text(card_.path() + ": the card is gone", error));
-    close_card();
-    rest(State::no_card, kMasterRetry);
+    card_gone(error);
   } else {
     rest(State::no_master, kMasterRetry);
   }
@@ -314,246 +271,133 @@ void KmsDisplay::try_master() {
 // The card is open: is its monitor there, and the same?
 void KmsDisplay::look_at_connectors() {
   std::vector<KmsConnector> connectors;
-  if (const std::string error = card_.read_connectors(connectors); !error.empty()) {
+  if (const Error error = card_.read_connectors(connectors); !error.ok()) {
     const bool gone = errno == ENODEV;
-    say(card_.path() + ": " + error);
+    log_.say(card_.path() + ": " + error.text());
     if (gone) close_card();
     rest(card_.is_open() ? State::dark : State::no_card, kNoCardRetry);
     return;
   }
-  const auto usable = [&](const KmsConnector& c) {
-    return c.connected && !c.modes.empty() &&
-           (options_.connector.empty() || options_.mode_fallback || c.name == options_.connector);
-  };
-  auto found = std::find_if(connectors.begin(), connectors.end(),
-                            [&](const KmsConnector& c) { return c.id == connector_.id && usable(c); });
-  if (found == connectors.end()) found = std::find_if(connectors.begin(), connectors.end(), usable);
-  if (found == connectors.end()) {
-    if (state_ == State::on || state_ == State::no_master) log_(connector_.name + ": the monitor is gone");
-    mode_set_ = false;
-    rest(State::dark, kDarkRetry);
-    // Another card may have one.
-    KmsCard other;
-    KmsConnector there;
-    std::vector<std::string> reasons;
-    std::string ignored;
-    if (options_.card.empty() && card_paths(ignored).size() > 1 &&
-        find_output(seat_, {}, options_.mode_fallback ? std::string() : options_.connector, other, there,
-                    reasons) &&
-        other.path() != card_.path()) {
-      other.close();
-      close_card();
-      rest(State::no_card, 0);
-    }
+  const std::size_t found = choice_.pick(connectors, connector_.id);
+  if (found == connectors.size()) {
+    monitor_gone();
     return;
   }
   const bool was_on = state_ == State::on;
-  const bool same_connector = found->id == connector_.id;
-  connector_ = *found;
+  const bool same_connector = connectors[found].id == connector_.id;
+  connector_ = std::move(connectors[found]);
   std::size_t mode = kNoMode;
-  if (const std::string error = choose(mode); !error.empty()) {
-    say(error);
+  if (const Error error = choice_.choose(connector_, mode); !error.ok()) {
+    log_.say(error.text());
     mode_set_ = false;
     rest(State::dark, kDarkRetry);
     return;
   }
   if (!was_on && possible_since_ == 0) possible_since_ = now_ns();
-  // What is shown may be a lower mode, because the driver refused this one.
-  const bool same = same_connector && !plan_.empty() && same_mode(connector_.modes[mode], wanted_mode_) &&
-                    swapchain_.surface() != nullptr;
-  if (same) {
-    if (state_ == State::dark) log_(connector_.name + ": the monitor is back");
+  if (same_connector && scanout_.plan().wants(connector_.modes[mode]) && scanout_.has_surface()) {
+    if (state_ == State::dark) log_.tell(connector_.name + ": the monitor is back");
     rest(State::on, hotplug_.fd() < 0 ? kDarkRetry : kNever);
     if (!was_on) show_again();
     return;
   }
-  if (const std::string error = configure(); !error.empty()) {
-    say(error);
+  if (const Error error = configure(); !error.ok()) {
+    log_.say(error.text());
     rest(State::dark, kDarkRetry);
   }
 }
 
-void KmsDisplay::find_card(std::string& fatal) {
-  std::vector<std::string> reasons;
-  const bool any = find_output(seat_, options_.card, options_.connector, card_, connector_, reasons);
-  for (const std::string& reason : reasons) {
-    if (any || reasons != last_reasons_) log_(reason);
+void KmsDisplay::monitor_gone() {
+  if (state_ == State::on || state_ == State::no_master) {
+    log_.tell(connector_.name + ": the monitor is gone");
   }
-  last_reasons_ = reasons;
-  if (!any && options_.mode_fallback && !options_.connector.empty() &&
-      find_output(seat_, options_.card, {}, card_, connector_, reasons)) {
-    log_(options_.connector + " has no monitor; taking " + connector_.name);
+  mode_set_ = false;
+  rest(State::dark, kDarkRetry);
+  if (choice_.is_on_another_card(card_)) {
+    close_card();
+    rest(State::no_card, 0);
   }
+}
+
+// The error is the user's: a monitor is there, and the wanted mode is not.
+Error KmsDisplay::find_card() {
+  choice_.find(card_, connector_);
   if (!card_.is_open()) {
-    say("waiting for a monitor");
+    log_.say("waiting for a monitor");
     rest(State::no_card, kNoCardRetry);
-    return;
+    return {};
   }
   std::size_t mode = kNoMode;
-  fatal = choose(mode);
-  if (!fatal.empty()) {
-    close_card();
-    rest(State::no_card, kNoCardRetry);
-    return;
-  }
-  if (possible_since_ == 0) possible_since_ = now_ns();
-  if (!open_card()) {
+  Error error = choice_.choose(connector_, mode);
+  if (error.ok() && possible_since_ == 0) possible_since_ = now_ns();
+  if (!error.ok() || !open_card()) {
     close_card();
     rest(State::no_card, kNoCardRetry);
   }
+  return error;
 }
 
 bool KmsDisplay::open_card() {
   if (seat_.sets_master() && drmIsMaster(card_.fd()) == 0) drmSetMaster(card_.fd());
-  gbm_.reset(gbm_create_device(card_.fd()));
-  if (gbm_ == nullptr) {
-    say(card_.path() + ": " + errno_text("gbm_create_device", errno != 0 ? errno : ENODEV));
-    return false;
-  }
-  if (!open_context()) return false;
-  const std::string error = configure();
-  if (!error.empty()) say(error);
-  return error.empty();
+  Error error = scanout_.open();
+  changes_.rebuild = true;
+  if (error.ok()) error = configure();
+  if (!error.ok()) log_.say(error.text());
+  return error.ok();
 }
 
 bool KmsDisplay::open_context() {
-  const std::string error = context_.open(gbm_.get(), drm_format(options_.format));
-  if (!error.empty()) say(card_.path() + ": " + error);
+  const Error error = scanout_.open_context();
+  if (!error.ok()) log_.say(error.text());
   changes_.rebuild = true;
-  return error.empty();
+  return error.ok();
 }
 
 void KmsDisplay::close_card() {
-  forget_screen();
-  context_.close();
-  pipe_.close();
-  gbm_.reset();
+  mode_set_ = false;
+  scanout_.close();
   card_.close();
-  plan_.clear();
   connector_ = {};
   changes_.rebuild = true;
 }
 
-// Buffers and what they are on; the context stays.
 void KmsDisplay::forget_screen() {
-  on_screen_ = pending_ = waiting_ = Swapchain::kNone;
   mode_set_ = false;
-  context_.drop_surface();
-  swapchain_.destroy();
+  scanout_.forget();
 }
 
-std::string KmsDisplay::choose(std::size_t& mode) {
-  mode = choose_mode(connector_.modes, options_.mode);
-  if (mode != kNoMode) return {};
-  std::string names;
-  for (const drmModeModeInfo& m : connector_.modes) {
-    if (names.size() < 200) names.append(" ").append(mode_text(m));
-  }
-  if (options_.mode_fallback) {
-    say(connector_.name + ": the wanted mode is not there; taking the preferred one");
-    mode = choose_mode(connector_.modes, {});
-    if (mode != kNoMode) return {};
-  }
-  return connector_.name + ": --mode: no such mode; there are" + names;
-}
-
-std::string KmsDisplay::configure() {
+Error KmsDisplay::configure() {
   wait_for_flip();
   std::size_t mode = kNoMode;
-  if (std::string error = choose(mode); !error.empty()) return error;
-  forget_screen();
-  const std::uint32_t format = drm_format(options_.format);
-  std::string error = pipe_.open(card_, connector_, options_.atomic, format, console_);
-  if (!error.empty() && options_.atomic && options_.legacy) {
-    log_(card_.path() + ": " + error + "; using the legacy calls");
-    error = pipe_.open(card_, connector_, false, format, console_);
-  }
-  if (!error.empty()) return card_.path() + ": " + error;
-  if (!console_.crtc_taken.load()) {
-    log_(card_.path() + ": what the screen shows cannot be read (drmModeGetCrtc), so it is not given back");
-  }
-  if (!card_.lacks().empty()) say(card_.path() + ": " + card_.lacks());
-  AttemptLimits limits;
-  limits.atomic = options_.atomic && pipe_.is_atomic();
-  limits.legacy = options_.legacy;
-  limits.modifiers = options_.modifiers && card_.modifiers() && !pipe_.modifiers().empty();
-  limits.lower_modes = options_.mode.kind != ModeRequest::Kind::exact || options_.mode_fallback;
-  plan_modes_ = connector_.modes;
-  wanted_mode_ = plan_modes_[mode];
-  plan_ = plan_attempts(plan_modes_, mode, limits);
-  attempt_ = 0;
-  if (plan_.empty()) return card_.path() + ": the driver has no atomic calls, and the legacy ones are off";
+  if (Error error = choice_.choose(connector_, mode); !error.ok()) return error;
+  mode_set_ = false;
+  if (Error error = scanout_.configure(mode); !error.ok()) return error;
   if (!try_attempts()) return connector_.name + ": no way to show a picture works";
   rest(State::on, hotplug_.fd() < 0 ? kDarkRetry : kNever);
   return {};
 }
 
-// From attempt_ on; the first that the driver takes.
 bool KmsDisplay::try_attempts() {
   const Size before = framebuffer_size();
-  for (; attempt_ < plan_.size(); ++attempt_) {
-    const int turns = options_.quarter_turns & 3;
-    std::string error;
-    if (turns != 0 && attempt().atomic && pipe_.can_turn(turns)) {
-      error = set_up(attempt(), turns);
-      if (error.empty()) break;
-      log_(connector_.name + " " + attempt_text(attempt(), plan_modes_) +
-           ": the plane cannot turn it: " + error);
-    }
-    error = set_up(attempt(), 0);
-    if (error.empty()) break;
-    log_(connector_.name + " " + attempt_text(attempt(), plan_modes_) + ": " + error +
-         (attempt_ + 1 < plan_.size() ? "; trying the next way" : ""));
-  }
-  if (attempt_ == plan_.size()) {
-    forget_screen();
-    return false;
-  }
+  mode_set_ = false;
+  if (!scanout_.try_attempts()) return false;
   if (!(before == framebuffer_size())) changes_.rebuild = true;
   changes_.redraw = true;
   told_ = false;
   return true;
 }
 
-std::string KmsDisplay::set_up(const KmsAttempt& way, int plane_turns) {
-  forget_screen();
-  mode_ = plan_modes_[way.mode];
-  plane_turns_ = plane_turns;
-  context_turns_ = (options_.quarter_turns - plane_turns) & 3;
-  std::uint32_t width = mode_.hdisplay;
-  std::uint32_t height = mode_.vdisplay;
-  if ((plane_turns & 1) != 0) std::swap(width, height);
-  const std::vector<std::uint64_t> none;
-  std::string error = swapchain_.create(gbm_.get(), card_.fd(), width, height, drm_format(options_.format),
-                                        way.modifiers ? pipe_.modifiers() : none);
-  if (error.empty() && way.atomic) {
-    KmsPicture probe{0, width, height, plane_turns};
-    error = swapchain_.make_probe(probe.framebuffer);
-    if (error.empty()) {
-      const int refused = pipe_.test(mode_, probe);
-      if (not_master(refused)) {
-        say(connector_.name + ": " + errno_text("TEST_ONLY commit", refused) + "; the first frame will tell");
-      } else if (refused != 0) {
-        error = errno_text("TEST_ONLY commit", refused);
-      }
-    }
-    swapchain_.drop_probe();
-  }
-  if (error.empty()) error = context_.set_surface(swapchain_.surface());
-  return error;
-}
-
 void KmsDisplay::flip_done() {
-  if (pending_ == Swapchain::kNone) return;
-  swapchain_.release(std::exchange(on_screen_, std::exchange(pending_, Swapchain::kNone)));
+  FlipQueue& flips = scanout_.flips();
+  if (!flips.pending()) return;
+  flips.flipped();
   times_.shown(now_ns(), refresh_ns());
-  if (waiting_ != Swapchain::kNone) queue_flip(std::exchange(waiting_, Swapchain::kNone));
+  if (flips.waiting()) queue_flip(flips.take_waiting());
 }
 
 // Whether none is under way in the end. Gives up after 100 ms.
 bool KmsDisplay::wait_for_flip() {
-  while (pending_ != Swapchain::kNone) {
-    const std::int64_t left = flip_deadline_ - now_ns();
+  while (scanout_.flips().pending()) {
+    const std::int64_t left = scanout_.flips().deadline_ns() - now_ns();
     pollfd fd{card_.fd(), POLLIN, 0};
     if (left > 0) poll(&fd, 1, static_cast<int>(left / kMillisecond) + 1);
     handle_card_events();  // which ends the waiting at the deadline
@@ -562,27 +406,27 @@ bool KmsDisplay::wait_for_flip() {
   return true;
 }
 
-std::string KmsDisplay::present() {
+Error KmsDisplay::present() {
   if (state_ != State::on || !seat_active_ || context_lost_) return {};
   if (options_.buffers == 2 && !wait_for_flip()) return {};
-  if (waiting_ != Swapchain::kNone && !wait_for_flip()) return {};
-  std::string error;
-  switch (context_.swap(error)) {
+  if (scanout_.flips().waiting() && !wait_for_flip()) return {};
+  Error error;
+  switch (scanout_.context().swap(error)) {
     case GbmContext::Swapped::done:
       break;
     case GbmContext::Swapped::context_lost:
       context_lost_ = true;
       return {};
     case GbmContext::Swapped::failed:
-      say(card_.path() + ": " + error);
+      log_.say(card_.path() + ": " + error.text());
       close_card();
       rest(State::no_card, kNoCardRetry);
       return {};
   }
-  int slot = Swapchain::kNone;
-  error = swapchain_.take_front(slot);
-  if (!error.empty()) {
-    say(card_.path() + ": " + error);
+  int slot = FlipQueue::kNone;
+  error = scanout_.swapchain().take_front(slot);
+  if (!error.ok()) {
+    log_.say(card_.path() + ": " + error.text());
     busy_until_ = now_ns() + kMasterRetry;
     return {};
   }
@@ -594,12 +438,12 @@ std::string KmsDisplay::present() {
 void KmsDisplay::show_first(int slot) {
   wait_for_flip();
   if (state_ != State::on) return;
-  const int error = pipe_.set_mode(mode_, picture(slot), attempt().atomic);
+  const int error = scanout_.set_mode(slot);
   if (error != 0) {
-    refused(slot, error, attempt().atomic ? "setting the mode" : "drmModeSetCrtc");
+    refused(slot, error, scanout_.set_mode_text());
     return;
   }
-  swapchain_.release(std::exchange(on_screen_, slot));
+  scanout_.flips().set(slot);
   times_.shown(now_ns(), refresh_ns());
   mode_is_set();
 }
@@ -611,18 +455,18 @@ void KmsDisplay::mode_is_set() {
     const std::int64_t now = now_ns();
     const std::int64_t since = std::exchange(possible_since_, 0);
     times_.recovered(since, now);
-    if (told_) log_("the picture is back after " + std::to_string((now - since) / kMillisecond) + " ms");
+    if (told_) log_.tell("the picture is back after " + std::to_string((now - since) / kMillisecond) + " ms");
   }
-  last_said_.clear();
+  log_.forget();
   if (told_) return;
   told_ = true;
-  const std::string how = attempt_text(attempt(), plan_modes_);
+  const std::string how = scanout_.plan().text();
   name_ = "KMS " + connector_.name + " " + how;
-  log_("showing on " + card_.path() + " (" + card_.driver() + ") " + connector_.name + " " + how + ", " +
-       std::to_string(options_.buffers) + " buffers" +
-       (plane_turns_ != 0     ? ", turned by the plane"
-        : context_turns_ != 0 ? ", turned by the projection"
-                              : ""));
+  log_.tell("showing on " + card_.path() + " (" + card_.driver() + ") " + connector_.name + " " + how + ", " +
+            std::to_string(options_.buffers) + " buffers" +
+            (scanout_.plane_turns() != 0     ? ", turned by the plane"
+             : scanout_.context_turns() != 0 ? ", turned by the projection"
+                                             : ""));
 }
 
 // The screen can be used again and the last picture is still in its buffer: nothing needs to be drawn.
@@ -630,8 +474,8 @@ void KmsDisplay::show_again() {
   mode_set_ = false;
   wait_for_flip();
   if (!card_.is_open()) return;
-  const int error =
-      on_screen_ == Swapchain::kNone ? -ENOENT : pipe_.set_mode(mode_, picture(on_screen_), attempt().atomic);
+  const int slot = scanout_.flips().on_screen();
+  const int error = slot == FlipQueue::kNone ? -ENOENT : scanout_.set_mode(slot);
   if (error == 0) {
     mode_is_set();
   } else if (not_master(error)) {
@@ -642,27 +486,26 @@ void KmsDisplay::show_again() {
 }
 
 void KmsDisplay::show_next(int slot) {
-  if (pending_ != Swapchain::kNone) {
-    waiting_ = slot;
-    return;
+  if (scanout_.flips().pending()) {
+    scanout_.flips().wait(slot);
+  } else {
+    queue_flip(slot);
   }
-  queue_flip(slot);
 }
 
 void KmsDisplay::queue_flip(int slot) {
-  const int error = pipe_.flip(picture(slot), attempt().atomic, this);
+  const int error = scanout_.flip(slot, this);
   if (error != 0) {
     refused(slot, error, "page flip");
     return;
   }
-  pending_ = slot;
-  flip_deadline_ = now_ns() + kFlipWait_ms * kMillisecond;
+  scanout_.flips().queued(slot, now_ns() + kFlipWait_ms * kMillisecond);
 }
 
 // The driver did not take a frame: what follows from its reason.
 void KmsDisplay::refused(int slot, int error, const std::string& what) {
-  swapchain_.release(slot);
-  say(connector_.name + ": " + errno_text(what, error));
+  scanout_.swapchain().release(slot);
+  log_.say(connector_.name + ": " + errno_text(what, error));
   if (not_master(error)) {
     mode_set_ = false;
     rest(State::no_master, kMasterRetry);
@@ -674,13 +517,13 @@ void KmsDisplay::refused(int slot, int error, const std::string& what) {
   } else if (mode_set_) {
     mode_set_ = false;  // what flips cannot do, a mode may
     changes_.redraw = true;
-  } else if (++attempt_ < plan_.size()) {
-    log_("trying " + attempt_text(attempt(), plan_modes_));
+  } else if (scanout_.plan().has_next()) {
+    scanout_.plan().advance();
+    log_.tell("trying " + scanout_.plan().text());
     if (!try_attempts()) rest(State::dark, kDarkRetry);
   } else {
-    log_(connector_.name + ": no way to show a picture works; trying again");
-    attempt_ = 0;
-    plan_.clear();
+    log_.tell(connector_.name + ": no way to show a picture works; trying again");
+    scanout_.plan().clear();
     rest(State::dark, kDarkRetry);
   }
 }
@@ -690,8 +533,9 @@ void KmsDisplay::refused(int slot, int error, const std::string& what) {
 std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat, ConsoleState& console,
                                           const Log& log, std::string& error, const EglApi& egl) {
   auto display = std::make_unique<KmsDisplay>(options, seat, console, log, egl);
-  error = display->start();
-  if (!error.empty()) return nullptr;
+  const Error failed = display->start();
+  error = failed.text();
+  if (!failed.ok()) return nullptr;
   return display;
 }
 

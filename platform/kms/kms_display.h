@@ -15,31 +15,15 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "platform/base/log.h"
 #include "platform/display.h"
 #include "platform/egl_api.h"
-#include "platform/kms/kms_mode.h"
+#include "platform/kms/kms_options.h"
 #include "platform/seat/console_state.h"
 #include "platform/seat/seat.h"
 
 namespace karst {
-
-enum class ColourFormat { xrgb8888, rgb565 };
-
-struct KmsOptions {
-  std::string card;       // a node or a link to one; empty: the first with a monitor
-  std::string connector;  // the kernel's name; empty: the first with a monitor
-  ModeRequest mode;
-  bool mode_fallback = false;  // take another connector or mode where the wanted one is not there
-  bool atomic = true;
-  bool legacy = true;
-  bool modifiers = true;
-  ColourFormat format = ColourFormat::xrgb8888;
-  int buffers = 2;        // 2, or 3: a frame may be drawn while another waits for the refresh
-  int quarter_turns = 0;  // counter-clockwise, of the picture
-};
 
 // Never fails for want of a screen: that may come. error is set, and null returned, where a monitor is there
 // and the wanted connector or mode is not, without mode_fallback. seat, console and what log refers to must

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace karst {
 namespace {
@@ -41,7 +42,7 @@ bool read_exact(std::string_view text, ModeRequest& request) {
 
 }  // namespace
 
-std::string parse_mode(std::string_view text, std::string_view what, ModeRequest& request) {
+Error parse_mode(std::string_view text, std::string_view what, ModeRequest& request) {
   request = {};
   if (text == "preferred") return {};
   request.kind = text == "highest" ? ModeRequest::Kind::highest : ModeRequest::Kind::exact;
@@ -124,6 +125,18 @@ std::vector<KmsAttempt> plan_attempts(std::span<const drmModeModeInfo> modes, st
     for (const std::size_t mode : order) plan.push_back({mode, false, false});
   }
   return plan;
+}
+
+void KmsPlan::start(std::vector<drmModeModeInfo> modes, std::size_t first, const AttemptLimits& limits) {
+  modes_ = std::move(modes);
+  wanted_ = modes_[first];
+  attempts_ = plan_attempts(modes_, first, limits);
+  at_ = 0;
+}
+
+void KmsPlan::clear() {
+  attempts_.clear();
+  at_ = 0;
 }
 
 }  // namespace karst

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "platform/base/error.h"
+
 namespace karst {
 
 struct ModeRequest {
@@ -23,8 +25,8 @@ struct ModeRequest {
 
 inline constexpr std::size_t kNoMode = SIZE_MAX;
 
-// "preferred", "highest", "1920x1080" or "1920x1080@59.94". Empty on success, else a line that names what.
-[[nodiscard]] std::string parse_mode(std::string_view text, std::string_view what, ModeRequest& request);
+// "preferred", "highest", "1920x1080" or "1920x1080@59.94". The error names what.
+Error parse_mode(std::string_view text, std::string_view what, ModeRequest& request);
 
 // Refreshes a second, from the mode's timing: vrefresh is rounded and 0 in some drivers.
 double refresh_hz(const drmModeModeInfo& mode);
@@ -56,5 +58,31 @@ struct AttemptLimits {
 // then the legacy calls for the same modes.
 std::vector<KmsAttempt> plan_attempts(std::span<const drmModeModeInfo> modes, std::size_t first,
                                       const AttemptLimits& limits);
+
+// The attempts of one connector, and which of them is made.
+class KmsPlan {
+ public:
+  // first: index of the mode that is wanted. The first attempt is the current one.
+  void start(std::vector<drmModeModeInfo> modes, std::size_t first, const AttemptLimits& limits);
+  void clear();
+
+  bool empty() const { return attempts_.empty(); }  // nothing is planned
+  bool over() const { return at_ == attempts_.size(); }
+  bool has_next() const { return at_ + 1 < attempts_.size(); }
+  void advance() { ++at_; }
+  // Of the current attempt; not when over().
+  const KmsAttempt& attempt() const { return attempts_[at_]; }
+  const drmModeModeInfo& mode() const { return modes_[attempt().mode]; }
+  std::string text() const { return attempt_text(attempt(), modes_); }
+
+  // Whether the mode is what was asked for; a lower one may be shown, because the driver refused it.
+  bool wants(const drmModeModeInfo& mode) const { return !empty() && same_mode(mode, wanted_); }
+
+ private:
+  std::vector<drmModeModeInfo> modes_;
+  std::vector<KmsAttempt> attempts_;
+  drmModeModeInfo wanted_{};
+  std::size_t at_ = 0;
+};
 
 }  // namespace karst

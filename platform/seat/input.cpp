@@ -25,7 +25,7 @@ class LibInput final : public Input {
     if (udev_ != nullptr) udev_unref(udev_);
   }
 
-  std::string open() {
+  Error open() {
     static const libinput_interface kInterface = {
         [](const char* path, int, void* self) { return static_cast<LibInput*>(self)->open_device(path); },
         [](int fd, void* self) { static_cast<LibInput*>(self)->close_device(fd); }};
@@ -169,8 +169,9 @@ InputEvent turned(const InputEvent& event, int quarter_turns) {
 
 std::unique_ptr<Input> open_input(Seat& seat, const Log& log, std::string& error) {
   auto input = std::make_unique<LibInput>(seat, log);
-  error = input->open();
-  if (!error.empty()) return nullptr;
+  const Error failed = input->open();
+  error = failed.text();
+  if (!failed.ok()) return nullptr;
   return input;
 }
 

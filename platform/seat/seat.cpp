@@ -65,8 +65,8 @@ class DirectSeat final : public Seat {
       log_(errno_text(path + " is not taken over", errno));
       return;
     }
-    if (std::string error = take(path); !error.empty()) {
-      log_(path + " is not taken over: " + error);
+    if (const Error error = take(path); !error.ok()) {
+      log_(path + " is not taken over: " + error.text());
       restore_terminal(*console_, log_);
       close(terminal_);
       terminal_ = -1;
@@ -110,7 +110,7 @@ class DirectSeat final : public Seat {
   const char* name() const override { return "direct"; }
 
  private:
-  std::string take(const std::string& path) {
+  Error take(const std::string& path) {
     int display_mode = 0;
     int keyboard_mode = 0;
     vt_mode switching{};
@@ -162,8 +162,7 @@ class LibSeat final : public Seat {
     if (seat_ != nullptr) libseat_close_seat(seat_);
   }
 
-  // Empty on success.
-  std::string open() {
+  Error open() {
     libseat_set_log_level(LIBSEAT_LOG_LEVEL_SILENT);
     static const libseat_seat_listener kListener = {
         [](libseat*, void* self) { static_cast<LibSeat*>(self)->active_ = true; },
@@ -219,13 +218,13 @@ std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const Log&
   error.clear();
   if (kind != SeatKind::direct) {
     auto seat = std::make_unique<LibSeat>(log);
-    const std::string reason = seat->open();
-    if (reason.empty()) return seat;
+    const Error reason = seat->open();
+    if (reason.ok()) return seat;
     if (kind == SeatKind::libseat) {
-      error = reason;
+      error = reason.text();
       return nullptr;
     }
-    log(reason + "; opening devices directly");
+    log(reason.text() + "; opening devices directly");
   }
   auto seat = std::make_unique<DirectSeat>(console, log);
   seat->take_terminal();

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "platform/base/error.h"
 #include "platform/base/log.h"
 #include "platform/seat/console_state.h"
 

@@ -94,7 +94,7 @@ class SdlWindow final : public Display {
     if (started_) SDL_Quit();
   }
 
-  std::string open(Size size, const char* title) {
+  Error open(Size size, const char* title) {
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     SDL_SetHint(SDL_HINT_VIDEO_X11_FORCE_EGL, "1");  // GLX knows OpenGL ES only here and there
     if (SDL_Init(SDL_INIT_VIDEO) != 0) return failure("no window");
@@ -115,8 +115,9 @@ class SdlWindow final : public Display {
     return {};
   }
 
-  std::string make_current() override {
-    return SDL_GL_MakeCurrent(window_, context_) == 0 ? std::string() : failure("no context");
+  Error make_current() override {
+    if (SDL_GL_MakeCurrent(window_, context_) != 0) return failure("no context");
+    return {};
   }
   Size size() const override { return size_; }
   GlFunction gl_function(const char* name) const override {
@@ -149,7 +150,7 @@ class SdlWindow final : public Display {
     return changes;
   }
 
-  std::string present() override {
+  Error present() override {
     times_.queued();
     SDL_GL_SwapWindow(window_);
     times_.shown(now_ns(), refresh_ns());
@@ -157,7 +158,7 @@ class SdlWindow final : public Display {
   }
 
  private:
-  static std::string failure(const char* what) { return std::string(what) + ": " + SDL_GetError(); }
+  static Error failure(const char* what) { return std::string(what) + ": " + SDL_GetError(); }
   Size drawable() const {
     Size size;
     SDL_GL_GetDrawableSize(window_, &size.width, &size.height);
@@ -177,8 +178,9 @@ class SdlWindow final : public Display {
 
 std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, std::string& error) {
   auto display = std::make_unique<SdlWindow>();
-  error = display->open(size, title);
-  if (!error.empty()) return nullptr;
+  const Error failed = display->open(size, title);
+  error = failed.text();
+  if (!failed.ok()) return nullptr;
   return display;
 }
 

@@ -10,7 +10,7 @@ namespace karst::test {
 GlContext& GlContext::get() {
   static std::unique_ptr<GlContext> context;
   // A test that closes a display of its own terminates EGL's only headless display.
-  if (context == nullptr || !context->ok() || !context->display_->make_current().empty()) {
+  if (context == nullptr || !context->ok() || !context->display_->make_current().ok()) {
     context.reset();
     context.reset(new GlContext());
   }

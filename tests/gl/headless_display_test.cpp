@@ -134,8 +134,8 @@ TEST_F(HeadlessDisplay, RealContextIsGles3) {
   auto display = open_headless_display({.debug = true}, error_);
   ASSERT_NE(display, nullptr) << error_;
   EXPECT_EQ(error_, "");
-  EXPECT_EQ(display->make_current(), "");
-  EXPECT_EQ(display->present(), "");
+  EXPECT_EQ(display->make_current().text(), "");
+  EXPECT_EQ(display->present().text(), "");
   const auto get_string = reinterpret_cast<decltype(&glGetString)>(display->gl_function("glGetString"));
   ASSERT_NE(get_string, nullptr);
   const std::string version = reinterpret_cast<const char*>(get_string(GL_VERSION));

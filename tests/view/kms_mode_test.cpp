@@ -25,7 +25,7 @@ const std::vector<drmModeModeInfo> kModes = {mode(1920, 1080, 60),      mode(192
 
 std::size_t choose(const char* text) {
   ModeRequest request;
-  EXPECT_EQ(parse_mode(text, "--mode", request), "");
+  EXPECT_EQ(parse_mode(text, "--mode", request).text(), "");
   return choose_mode(kModes, request);
 }
 
@@ -51,7 +51,7 @@ TEST(KmsMode, WrongRequestsAreTold) {
   ModeRequest request;
   for (const char* text : {"", "big", "1920", "1920x", "x1080", "0x1", "1x99999", "1x1@", "1x1@0", "1x1@60Hz",
                            "1x1@1e9", "-1x1"}) {
-    EXPECT_NE(parse_mode(text, "--mode", request).find("--mode: '"), std::string::npos) << text;
+    EXPECT_NE(parse_mode(text, "--mode", request).text().find("--mode: '"), std::string::npos) << text;
   }
 }
 

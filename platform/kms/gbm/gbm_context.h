@@ -6,8 +6,8 @@
 #include <gbm.h>
 
 #include <cstdint>
-#include <string>
 
+#include "platform/base/error.h"
 #include "platform/egl_api.h"
 
 namespace karst {
@@ -20,25 +20,27 @@ class GbmContext {
   ~GbmContext() { close(); }
 
   // format: of GBM_FORMAT_*, what the surfaces will have. Asks for a context that tells when it is lost,
-  // where the driver has such. Empty on success.
-  [[nodiscard]] std::string open(gbm_device* device, std::uint32_t format);
+  // where the driver has such.
+  Error open(gbm_device* device, std::uint32_t format);
   void close();
   bool is_open() const { return context_ != EGL_NO_CONTEXT; }
 
   // Replaces the surface, and makes it and the context current.
-  [[nodiscard]] std::string set_surface(gbm_surface* surface);
+  Error set_surface(gbm_surface* surface);
   // Before a GBM surface is destroyed. The context stays current where the driver allows that without a
   // surface.
   void drop_surface();
-  [[nodiscard]] std::string make_current();
+  Error make_current();
 
   enum class Swapped { done, context_lost, failed };
-  // error is set where it failed.
-  Swapped swap(std::string& error);
+  // error is set unless it is done.
+  Swapped swap(Error& error);
+  // Address of a GL function, null where the driver has none.
+  auto function(const char* name) const { return egl_.get_proc_address(name); }
 
  private:
-  std::string choose_config(std::uint32_t format);
-  std::string failure(const char* function) const;
+  Error choose_config(std::uint32_t format);
+  Error failure(const char* function) const;
 
   EglApi egl_;
   EGLDisplay display_ = EGL_NO_DISPLAY;

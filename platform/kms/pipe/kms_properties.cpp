@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "platform/kms/kms_properties.h"
+#include "platform/kms/pipe/kms_properties.h"
 
 #include <xf86drmMode.h>
 
@@ -9,12 +9,12 @@
 
 namespace karst {
 
-std::string KmsProperties::read(int fd, std::uint32_t object, std::uint32_t object_type) {
+Error KmsProperties::read(int fd, std::uint32_t object, std::uint32_t object_type) {
   properties_.clear();
   drmModeObjectPropertiesPtr list = drmModeObjectGetProperties(fd, object, object_type);
   if (list == nullptr) return errno_text("drmModeObjectGetProperties", errno);
-  std::string error;
-  for (std::uint32_t i = 0; i < list->count_props && error.empty(); ++i) {
+  Error error;
+  for (std::uint32_t i = 0; i < list->count_props && error.ok(); ++i) {
     drmModePropertyPtr property = drmModeGetProperty(fd, list->props[i]);
     if (property == nullptr) {
       error = errno_text("drmModeGetProperty", errno);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Display cards and their connectors: opening, listing, and finding the card that has a monitor.
+// A display card and its connectors.
 #pragma once
 
 #include <xf86drmMode.h>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "platform/base/log.h"
+#include "platform/base/error.h"
 #include "platform/seat/seat.h"
 
 namespace karst {
@@ -30,8 +30,8 @@ class KmsCard {
   KmsCard& operator=(const KmsCard&) = delete;
   ~KmsCard() { close(); }
 
-  // Empty on success, else why the card is of no use. The seat must outlive the card.
-  [[nodiscard]] std::string open(Seat& seat, const std::string& path);
+  // The error tells why the card is of no use. The seat must outlive the card.
+  Error open(Seat& seat, const std::string& path);
   void close();
   bool is_open() const { return device_.fd >= 0; }
 
@@ -44,7 +44,7 @@ class KmsCard {
   const std::vector<std::uint32_t>& crtcs() const { return crtcs_; }
 
   // All connectors, asking the monitors again. Takes milliseconds to a second on real connectors.
-  [[nodiscard]] std::string read_connectors(std::vector<KmsConnector>& out) const;
+  Error read_connectors(std::vector<KmsConnector>& out) const;
 
  private:
   Seat* seat_ = nullptr;
@@ -56,28 +56,5 @@ class KmsCard {
   bool atomic_ = false;
   bool modifiers_ = false;
 };
-
-// Nodes of all cards, sorted. error is set where there are none.
-std::vector<std::string> card_paths(std::string& error);
-
-// Opens the first card with a connected connector of the wanted name and with a mode. card: a node or a link
-// to one (/dev/dri/by-path/...), empty: any. connector: its name, empty: the first connected. On failure
-// returns false, and reasons has one line a card that was looked at. card is closed then.
-bool find_output(Seat& seat, const std::string& wanted_card, const std::string& wanted_connector,
-                 KmsCard& card, KmsConnector& connector, std::vector<std::string>& reasons);
-
-// What --list-outputs shows.
-struct KmsOutputInfo {
-  std::string card;
-  std::string driver;
-  std::string connector;
-  bool connected = false;
-  int width_mm = 0;
-  int height_mm = 0;
-  std::vector<drmModeModeInfo> modes;
-};
-// All connectors of all cards (or of one). reasons: a line for each card that was refused.
-std::vector<KmsOutputInfo> list_outputs(Seat& seat, const std::string& card,
-                                        std::vector<std::string>& reasons);
 
 }  // namespace karst

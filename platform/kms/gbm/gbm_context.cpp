@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sources: EGL 1.5; EGL_KHR_platform_gbm, EGL_EXT_platform_base, EGL_EXT_create_context_robustness.
-#include "platform/kms/gbm_context.h"
+#include "platform/kms/gbm/gbm_context.h"
 
 #include <array>
+#include <string>
 #include <string_view>
 
 namespace karst {
@@ -12,11 +13,11 @@ constexpr EGLint kMostConfigs = 256;
 
 }  // namespace
 
-std::string GbmContext::failure(const char* function) const {
+Error GbmContext::failure(const char* function) const {
   return std::string(function) + ": " + egl_error_name(egl_.get_error());
 }
 
-std::string GbmContext::open(gbm_device* device, std::uint32_t format) {
+Error GbmContext::open(gbm_device* device, std::uint32_t format) {
   close();
   const char* client = egl_.query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   if (!has_extension(client, "EGL_KHR_platform_gbm") && !has_extension(client, "EGL_MESA_platform_gbm")) {
@@ -34,7 +35,7 @@ std::string GbmContext::open(gbm_device* device, std::uint32_t format) {
   if (display_ == EGL_NO_DISPLAY) return failure("eglGetPlatformDisplay");
   EGLint major = 0;
   EGLint minor = 0;
-  std::string error;
+  Error error;
   if (egl_.initialize(display_, &major, &minor) == EGL_FALSE) {
     error = failure("eglInitialize");
     display_ = EGL_NO_DISPLAY;
@@ -43,8 +44,8 @@ std::string GbmContext::open(gbm_device* device, std::uint32_t format) {
   const char* extensions = egl_.query_string(display_, EGL_EXTENSIONS);
   surfaceless_ = has_extension(extensions, "EGL_KHR_surfaceless_context");
   if (egl_.bind_api(EGL_OPENGL_ES_API) == EGL_FALSE) error = failure("eglBindAPI");
-  if (error.empty()) error = choose_config(format);
-  if (error.empty()) {
+  if (error.ok()) error = choose_config(format);
+  if (error.ok()) {
     constexpr EGLint kPlain[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE};
     constexpr EGLint kRobust[] = {EGL_CONTEXT_MAJOR_VERSION, 3,
                                   EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_EXT,
@@ -58,12 +59,12 @@ std::string GbmContext::open(gbm_device* device, std::uint32_t format) {
     }
     if (context_ == EGL_NO_CONTEXT) error = failure("eglCreateContext for OpenGL ES 3");
   }
-  if (error.empty() && surfaceless_) error = make_current();
-  if (!error.empty()) close();
+  if (error.ok() && surfaceless_) error = make_current();
+  if (!error.ok()) close();
   return error;
 }
 
-std::string GbmContext::choose_config(std::uint32_t format) {
+Error GbmContext::choose_config(std::uint32_t format) {
   const EGLint attributes[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_SURFACE_TYPE, EGL_WINDOW_BIT,
                                EGL_NONE};
   std::array<EGLConfig, kMostConfigs> configs{};
@@ -94,7 +95,7 @@ void GbmContext::close() {
   display_ = EGL_NO_DISPLAY;
 }
 
-std::string GbmContext::set_surface(gbm_surface* surface) {
+Error GbmContext::set_surface(gbm_surface* surface) {
   drop_surface();
   surface_ =
       egl_.create_window_surface(display_, config_, reinterpret_cast<EGLNativeWindowType>(surface), nullptr);
@@ -109,13 +110,13 @@ void GbmContext::drop_surface() {
   surface_ = EGL_NO_SURFACE;
 }
 
-std::string GbmContext::make_current() {
+Error GbmContext::make_current() {
   if (egl_.make_current(display_, surface_, surface_, context_) == EGL_FALSE)
     return failure("eglMakeCurrent");
   return {};
 }
 
-GbmContext::Swapped GbmContext::swap(std::string& error) {
+GbmContext::Swapped GbmContext::swap(Error& error) {
   if (egl_.swap_buffers(display_, surface_) == EGL_TRUE) return Swapped::done;
   const EGLint code = egl_.get_error();
   error = std::string("eglSwapBuffers: ") + egl_error_name(code);

@@ -8,7 +8,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string>
+
+#include "platform/base/error.h"
 
 namespace karst {
 
@@ -22,9 +23,9 @@ class Swapchain {
   Swapchain& operator=(const Swapchain&) = delete;
   ~Swapchain() { destroy(); }
 
-  // Empty on success. modifiers: layouts to choose from, empty: the driver's own choice without naming it.
-  [[nodiscard]] std::string create(gbm_device* device, int drm_fd, std::uint32_t width, std::uint32_t height,
-                                   std::uint32_t format, std::span<const std::uint64_t> modifiers);
+  // modifiers: layouts to choose from, empty: the driver's own choice without naming it.
+  Error create(gbm_device* device, int drm_fd, std::uint32_t width, std::uint32_t height,
+               std::uint32_t format, std::span<const std::uint64_t> modifiers);
   // The EGL surface on surface() must be gone.
   void destroy();
 
@@ -32,15 +33,15 @@ class Swapchain {
   std::uint32_t width() const { return width_; }
   std::uint32_t height() const { return height_; }
 
-  // Takes the buffer that eglSwapBuffers finished. slot is its place; error where that is not empty.
-  [[nodiscard]] std::string take_front(int& slot);
+  // Takes the buffer that eglSwapBuffers finished. slot is its place; kNone on an error.
+  Error take_front(int& slot);
   std::uint32_t framebuffer(int slot) const { return slots_[static_cast<std::size_t>(slot)].framebuffer; }
   // Gives a buffer back for drawing; kNone is no buffer.
   void release(int slot);
   bool has_free() const { return surface_ != nullptr && gbm_surface_has_free_buffers(surface_) != 0; }
 
   // A framebuffer for testing, of the same size, format and layout; removed with the next call or destroy().
-  [[nodiscard]] std::string make_probe(std::uint32_t& framebuffer);
+  Error make_probe(std::uint32_t& framebuffer);
   void drop_probe();
 
  private:
@@ -50,7 +51,7 @@ class Swapchain {
     bool taken = false;  // queued or on the screen
   };
 
-  std::string add_framebuffer(gbm_bo* bo, std::uint32_t& framebuffer) const;
+  Error add_framebuffer(gbm_bo* bo, std::uint32_t& framebuffer) const;
 
   gbm_device* device_ = nullptr;
   int drm_fd_ = -1;

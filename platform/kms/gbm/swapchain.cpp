@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "platform/kms/swapchain.h"
+#include "platform/kms/gbm/swapchain.h"
 
 #include <drm_fourcc.h>
 #include <xf86drmMode.h>
@@ -16,8 +16,8 @@ constexpr std::uint32_t kUse = GBM_BO_USE_SCANOUT | GBM_BO_USE_RENDERING;
 
 }  // namespace
 
-std::string Swapchain::create(gbm_device* device, int drm_fd, std::uint32_t width, std::uint32_t height,
-                              std::uint32_t format, std::span<const std::uint64_t> modifiers) {
+Error Swapchain::create(gbm_device* device, int drm_fd, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t format, std::span<const std::uint64_t> modifiers) {
   destroy();
   device_ = device;
   drm_fd_ = drm_fd;
@@ -33,7 +33,8 @@ std::string Swapchain::create(gbm_device* device, int drm_fd, std::uint32_t widt
   } else {
     surface_ = gbm_surface_create(device, width, height, format, kUse);
   }
-  return surface_ != nullptr ? std::string() : errno_text("gbm_surface_create", errno != 0 ? errno : EINVAL);
+  if (surface_ == nullptr) return errno_text("gbm_surface_create", errno != 0 ? errno : EINVAL);
+  return {};
 }
 
 void Swapchain::destroy() {
@@ -47,7 +48,7 @@ void Swapchain::destroy() {
   surface_ = nullptr;
 }
 
-std::string Swapchain::take_front(int& slot) {
+Error Swapchain::take_front(int& slot) {
   slot = kNone;
   errno = 0;
   gbm_bo* bo = gbm_surface_lock_front_buffer(surface_);
@@ -60,13 +61,13 @@ std::string Swapchain::take_front(int& slot) {
     }
     if (slots_[i].bo == nullptr) found = std::min(found, i);
   }
-  std::string error;
+  Error error;
   if (found == slots_.size()) {
     error = "the driver uses more buffers than it needs";
   } else if (slots_[found].bo == nullptr) {
     error = add_framebuffer(bo, slots_[found].framebuffer);
   }
-  if (!error.empty()) {
+  if (!error.ok()) {
     gbm_surface_release_buffer(surface_, bo);
     return error;
   }
@@ -84,7 +85,7 @@ void Swapchain::release(int slot) {
   gbm_surface_release_buffer(surface_, entry.bo);
 }
 
-std::string Swapchain::add_framebuffer(gbm_bo* bo, std::uint32_t& framebuffer) const {
+Error Swapchain::add_framebuffer(gbm_bo* bo, std::uint32_t& framebuffer) const {
   std::uint32_t handles[4] = {};
   std::uint32_t strides[4] = {};
   std::uint32_t offsets[4] = {};
@@ -108,10 +109,11 @@ std::string Swapchain::add_framebuffer(gbm_bo* bo, std::uint32_t& framebuffer) c
       named ? drmModeAddFB2WithModifiers(drm_fd_, width, height, format_, handles, strides, offsets,
                                          modifiers, &framebuffer, DRM_MODE_FB_MODIFIERS)
             : drmModeAddFB2(drm_fd_, width, height, format_, handles, strides, offsets, &framebuffer, 0);
-  return failed == 0 ? std::string() : errno_text("drmModeAddFB2", failed);
+  if (failed != 0) return errno_text("drmModeAddFB2", failed);
+  return {};
 }
 
-std::string Swapchain::make_probe(std::uint32_t& framebuffer) {
+Error Swapchain::make_probe(std::uint32_t& framebuffer) {
   drop_probe();
   errno = 0;
   probe_ = modifier_count_ > 0
@@ -119,7 +121,7 @@ std::string Swapchain::make_probe(std::uint32_t& framebuffer) {
                                                static_cast<unsigned>(modifier_count_), kUse)
                : gbm_bo_create(device_, width_, height_, format_, kUse);
   if (probe_ == nullptr) return errno_text("gbm_bo_create", errno != 0 ? errno : EINVAL);
-  std::string error = add_framebuffer(probe_, probe_framebuffer_);
+  Error error = add_framebuffer(probe_, probe_framebuffer_);
   framebuffer = probe_framebuffer_;
   return error;
 }

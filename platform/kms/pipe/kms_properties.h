@@ -8,12 +8,13 @@
 #include <string_view>
 #include <vector>
 
+#include "platform/base/error.h"
+
 namespace karst {
 
 class KmsProperties {
  public:
-  // Empty on success.
-  [[nodiscard]] std::string read(int fd, std::uint32_t object, std::uint32_t object_type);
+  Error read(int fd, std::uint32_t object, std::uint32_t object_type);
 
   std::uint32_t id(std::string_view name) const;     // 0: there is none
   std::uint64_t value(std::string_view name) const;  // 0 where there is none
