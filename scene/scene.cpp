@@ -233,6 +233,7 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   terrain_view.lod = view.lod;
   terrain_view.lod.max_level = std::min(view.lod.max_level, options_.level);
   terrain_view.lod.resident_level = terrain_view.lod.max_level;
+  terrain_view.width_px = (view.quarter_turns & 1) != 0 ? options_.height : options_.width;
   terrain_view.height_px = (view.quarter_turns & 1) != 0 ? options_.width : options_.height;
   terrain_view.frustum_culling = view.frustum_culling;
   terrain_view.backface_culling = view.backface_culling;

@@ -187,7 +187,7 @@ void errors_against_picture(const DepthPicture& picture, std::span<const float> 
   const Projection projection(picture);
   const Discs drawn(projection, picture.depth);
   const Discs wanted(projection, reference);
-  const ErrorScale scale = make_error_scale(picture.camera, picture.height, 1.0);
+  const ErrorScale scale = make_error_scale(picture.camera, picture.width, picture.height, 1.0);
   const LodEye eye = make_lod_eye(picture.camera, scale.least_cos2);
   const glm::vec3 fine = picture.camera.fine;
   for (int y = 0; y < picture.height; ++y) {

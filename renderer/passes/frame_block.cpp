@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/view/projection.h"
+
 namespace karst::core {
 namespace {
 
@@ -78,16 +80,15 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
   block.camera_fine = glm::vec4(camera.fine, 0.0f);
   block.morph_view = glm::vec4(make_lod_eye(camera, least_cos2).forward, least_cos2);
-  const glm::dmat3 axes = world_from_view(camera);
-  const double half_height = 1.0 / projection_scale(camera);  // of the picture at distance 1
-  block.ray_right = xyz(glm::vec3(axes[0] * (half_height * camera.aspect)));
-  block.ray_up = xyz(glm::vec3(axes[1] * half_height));
-  block.ray_forward = xyz(glm::vec3(-axes[2]));
+  const ViewRays rays = view_rays(camera);
+  block.ray_right = xyz(glm::vec3(rays.right));
+  block.ray_up = xyz(glm::vec3(rays.up));
+  block.ray_forward = xyz(glm::vec3(rays.middle));
 
   block.sun_direction = xyz(glm::vec3(sun_direction(light)));
   set_light(light, block);
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
-  block.view_scale.y = static_cast<float>(2.0 * half_height / height);
+  block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
   block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
   block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
   return block;

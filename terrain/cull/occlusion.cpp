@@ -9,6 +9,8 @@
 
 #include <glm/common.hpp>
 
+#include "terrain/view/projection.h"
+
 namespace karst::core {
 namespace {
 
@@ -138,18 +140,17 @@ void Occlusion::begin(const Occluders& occluders, const Octree& octree, const Bo
                       std::uint32_t searches) {
   active_ = false;
   ++frame_;
-  if (occluders.empty() || (quiet_ >= kQuietFrames && frame_ % kQuietPeriod != 0)) return;
+  if (occluders.empty() || camera.parallel || (quiet_ >= kQuietFrames && frame_ % kQuietPeriod != 0)) return;
   const glm::dvec3 eye = eye_lattice(camera);
-  const double height = 1.0 / projection_scale(camera);
-  const double corner = std::sqrt(1.0 + height * height * (1.0 + camera.aspect * camera.aspect));
-  const double near_steps = camera.near_voxels * kStepsPerVoxel;
-  outside_ = occluders.is_outside(octree, tree, surface, bounds, eye, near_steps * corner + 1.0);
+  const double near_steps = near_reach(camera) * kStepsPerVoxel;
+  if (!std::isfinite(near_steps)) return;
+  outside_ = occluders.is_outside(octree, tree, surface, bounds, eye, near_steps + 1.0);
   active_ = true;
   occluders_ = &occluders;
   const float cell = 1.0f / occluders.cell_steps();
-  near_ = static_cast<float>(near_steps * corner + 2.0) * cell;
+  near_ = static_cast<float>(near_steps + 2.0) * cell;
   eye_ = glm::vec3(eye) * cell;
-  reach_ = static_cast<float>(reach_of_depth(camera.near_voxels)) * cell;
+  reach_ = static_cast<float>(reach_of_depth(depth_near(camera))) * cell;
   quiet_ = hidden_ > 0 || fresh_ ? 0 : quiet_ + 1;
   allowed_ = fresh_ ? searches : std::min(searches, kLeastSearches + kSearchesPerFind * found_);
   fresh_ = false;

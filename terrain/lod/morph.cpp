@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "terrain/patch/gpu_vertex.h"
+#include "terrain/view/frustum.h"
+#include "terrain/view/projection.h"
 
 namespace karst::core {
 namespace {
@@ -43,6 +45,20 @@ void set_place(const SetThresholds& job, PatchId id, PatchLod& lod) {
   lod.reach = static_cast<float>(0.5 * kSteepest * std::sqrt(squared) + 1.0);
 }
 
+// Voxels from the eye, at least those of the farthest point of the world that a parallel view shows; twice as
+// many at most, so that they seldom change while it moves.
+double farthest(const Camera& camera) {
+  const glm::dvec3 eye = eye_lattice(camera) / double{kStepsPerVoxel};
+  double squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double away =
+        std::max(std::abs(eye[axis]), std::abs(kBoxReach / double{kStepsPerVoxel} - eye[axis]));
+    squared += away * away;
+  }
+  const double in_world = std::exp2(std::ceil(0.5 * std::log2(squared)));
+  return std::min({in_world, std::max(near_reach(camera), far_reach(camera))});
+}
+
 }  // namespace
 
 Status build_morph_entries(int level, std::span<std::uint8_t> out) {
@@ -62,17 +78,17 @@ Status build_morph_entries(int level, std::span<std::uint8_t> out) {
   return {};
 }
 
-ErrorScale make_error_scale(const Camera& camera, int height_px, double error_px) {
-  const double scale = projection_scale(camera);
-  const double pixels = 0.5 * height_px * scale;
-  const double corner_tan2 = (1.0 + camera.aspect * camera.aspect) / (scale * scale);
-  const double least_cos2 = 1.0 / (1.0 + corner_tan2);
-  const double left_px = error_px - pixels * kRounding / least_cos2;
+ErrorScale make_error_scale(const Camera& camera, int width_px, int height_px, double error_px) {
+  double pixels = pixel_scale(camera, width_px, height_px);
+  const double least_cos2 = corner_cos2(camera);
+  const double left_px =
+      error_px - pixels * kRounding * (camera.parallel ? farthest(camera) : 1.0 / least_cos2);
   ErrorScale result;
+  if (camera.parallel) pixels *= kParallelDistance / kStepsPerVoxel;
   result.pixels = static_cast<float>(pixels);
   result.steps_per_step =
       left_px > 0 ? static_cast<float>((pixels / left_px + 1.0) * (1.0 + 1e-6)) : kInfinite;
-  result.least_cos2 = static_cast<float>(least_cos2 * (1.0 - 1e-6));
+  result.least_cos2 = camera.parallel ? -kParallelDistance : static_cast<float>(least_cos2 * (1.0 - 1e-6));
   return result;
 }
 
@@ -81,7 +97,9 @@ Status SetThresholds::validate() const {
     return Status{StatusCode::invalid_argument, what, field};
   };
   const std::size_t patches = surface.patches.size();
-  if (!(scale.steps_per_step > 0.0f && scale.least_cos2 > 0.0f && scale.least_cos2 <= 1.0f)) {
+  const bool known =
+      scale.least_cos2 == -kParallelDistance || (scale.least_cos2 > 0.0f && scale.least_cos2 <= 1.0f);
+  if (!(scale.steps_per_step > 0.0f && known)) {
     return refuse("not made by make_error_scale", "scale");
   }
   if (max_level < 1 || max_level > kMaxLevel) return refuse("not a level of detail", "max_level");
@@ -106,7 +124,8 @@ void SetThresholds::run() const {
   // Rounding of the distances that (2) compares: a few 2^-20 of the distance to the eye, which is less than
   // that of the threshold and the box over least_cos2; and a few steps.
   const float start = 1.0f / morph_starts * (1.0f + 0x1p-20f);
-  const float slack = 1.0f + 0x1p-16f / scale.least_cos2;
+  // Constant distances are exact.
+  const float slack = scale.least_cos2 < 0.0f ? 1.0f : 1.0f + 0x1p-16f / scale.least_cos2;
   for (int m = errors.level; m >= 2; --m) {
     const auto needed = [&](const PatchLod& lod) {
       const float finer = threshold_steps(lod.threshold[m + 1]);
@@ -152,7 +171,7 @@ void make_morph_row(const Surface& surface, std::span<const PatchLod> lods, Patc
 }
 
 LodEye make_lod_eye(const Camera& camera, float least_cos2) {
-  return {glm::vec3(eye_lattice(camera)), glm::vec3(-world_from_view(camera)[2]), least_cos2};
+  return {glm::vec3(eye_lattice(camera)), glm::vec3(camera.forward), least_cos2};
 }
 
 }  // namespace karst::core

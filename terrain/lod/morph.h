@@ -49,15 +49,20 @@ namespace karst::core {
 
 // --- The formulas of a vertex. All distances in lattice steps, in float, as on the GPU.
 
+// The apparent distance of everything in a parallel view. A power of two, so that thresholds tell exactly
+// what is beyond it.
+inline constexpr float kParallelDistance = 0x1p16f * kStepsPerVoxel;
+
 // from_eye: the vertex at home less the eye. forward: the view's direction, unit length. least_cos2: cos^2
-// theta at the picture's corner.
+// theta at the picture's corner; below 0: the apparent distance is -least_cos2.
 inline float apparent_distance(glm::vec3 from_eye, glm::vec3 forward, float least_cos2) {
   const float ahead = from_eye.x * forward.x + from_eye.y * forward.y + from_eye.z * forward.z;
   const float r2 = from_eye.x * from_eye.x + from_eye.y * from_eye.y + from_eye.z * from_eye.z;
   const float z = ahead > 0.0f ? ahead : 0.0f;
   const float z2 = z * z;
   const float least = least_cos2 * r2;
-  return (z2 > least ? z2 : least) / std::sqrt(r2 > 1.0f ? r2 : 1.0f);
+  const float seen = (z2 > least ? z2 : least) / std::sqrt(r2 > 1.0f ? r2 : 1.0f);
+  return least_cos2 < 0.0f ? -least_cos2 : seen;
 }
 
 // The share of the way to its target that a vertex has gone, 0..1.
@@ -108,17 +113,17 @@ Status build_morph_entries(int level, std::span<std::uint8_t> out);
 // --- What a view asks for.
 
 struct ErrorScale {
-  float pixels = 0;  // S
+  float pixels = 0;  // S, of the larger side of a pixel that is not square
   float steps_per_step =
       0;  // S / error_px + 1, after error_px has paid for positions rounded to float; or infinite
-  float least_cos2 = 1;  // cos^2 theta at the picture's corner
+  float least_cos2 = 1;  // cos^2 theta at the picture's corner; parallel: -kParallelDistance
 
   friend bool operator==(const ErrorScale&, const ErrorScale&) = default;
 };
 
-// height_px: of the picture, square pixels. error_px: the bound, above 0. Depends on fov_y_deg and aspect
-// alone of the camera.
-ErrorScale make_error_scale(const Camera& camera, int height_px, double error_px);
+// width_px, height_px: of the picture, any shape of pixels. error_px: the bound, above 0. Depends on the
+// camera's projection alone; of a parallel one also, in powers of two, on how far the eye is from the world.
+ErrorScale make_error_scale(const Camera& camera, int width_px, int height_px, double error_px);
 
 // What choosing a level needs to know of a patch. 32 bytes.
 struct PatchLod {
@@ -165,6 +170,7 @@ LodEye make_lod_eye(const Camera& camera, float least_cos2);
 // No point of the patch has a smaller apparent distance. The slack covers float here and on the GPU: what
 // counts as arrived here has a share of exactly 1 there.
 inline float least_apparent_distance(const PatchLod& lod, const LodEye& view) {
+  if (view.least_cos2 < 0.0f) return -view.least_cos2;
   const glm::vec3 d(lod.centre[0] - view.eye.x, lod.centre[1] - view.eye.y, lod.centre[2] - view.eye.z);
   const float r = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
   return apparent_distance(d, view.forward, view.least_cos2) - r * 0x1p-18f - (lod.reach + 2.0f);

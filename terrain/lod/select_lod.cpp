@@ -189,8 +189,9 @@ struct PixelBound {
   explicit PixelBound(const SelectLod& s)
       : stage(s),
         view(make_lod_eye(*s.camera, s.scale.least_cos2)),
-        least_depth(std::sqrt(s.scale.least_cos2) *
-                    static_cast<float>(s.camera->near_voxels * kStepsPerVoxel)) {}
+        least_depth(s.camera->parallel ? kParallelDistance / 2
+                                       : std::sqrt(s.scale.least_cos2) *
+                                             static_cast<float>(s.camera->near_voxels * kStepsPerVoxel)) {}
 
   float operator()(PatchId id, int j, float least_apparent) const {
     if (j >= stage.errors.level) return 0.0f;

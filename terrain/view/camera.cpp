@@ -4,6 +4,11 @@
 
 #include <cmath>
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "terrain/view/projection.h"
+
 namespace karst::core {
 namespace {
 
@@ -51,6 +56,87 @@ Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
 }
 
+// Columns: right, up and backward in world axes.
+glm::dmat3 axes_of(const CameraSettings& s) {
+  const SinCos yaw = sin_cos_deg(std::remainder(s.yaw_deg, 360.0));
+  const SinCos pitch = sin_cos_deg(s.pitch_deg);
+  const glm::dvec3 right{yaw.cos, 0.0, -yaw.sin};
+  const glm::dvec3 up{yaw.sin * pitch.sin, pitch.cos, yaw.cos * pitch.sin};
+  const glm::dvec3 back{yaw.sin * pitch.cos, -pitch.sin, yaw.cos * pitch.cos};
+  const double roll_deg = std::remainder(s.roll_deg, 360.0);
+  if (roll_deg == 0.0) return {right, up, back};
+  const SinCos roll = sin_cos_deg(roll_deg);
+  return {right * roll.cos - up * roll.sin, up * roll.cos + right * roll.sin, back};
+}
+
+glm::dmat4 perspective(const CameraSettings& s) {
+  const double scale = 1.0 / std::tan(s.fov_y_deg * (kPi / 360.0));
+  const double near = s.near_voxels;
+  const double far = s.far_voxels;
+  glm::dmat4 m(0.0);
+  m[0][0] = scale / s.aspect;
+  m[1][1] = scale;
+  m[2][2] = -((far + near) / (far - near));
+  m[2][3] = -1.0;
+  m[3][2] = -2.0 * far * near / (far - near);
+  if (s.reversed_depth) {
+    m[2][2] = -m[2][2];
+    m[3][2] = -m[3][2];
+  }
+  return m;
+}
+
+void set_place(glm::dvec3 position, Camera& camera) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double units =
+        std::floor(position[axis] * static_cast<double>(kFineUnits) + 0.5);  // below 2^38: exact
+    const double voxel = std::floor(units / static_cast<double>(kFineUnits));
+    camera.voxel[axis] = static_cast<std::int32_t>(voxel);
+    camera.fine[axis] =
+        static_cast<float>((units - voxel * static_cast<double>(kFineUnits)) / (1 << kCameraFractionBits));
+  }
+}
+
+// The orthonormal matrix next to one that nearly is; false where it is not.
+bool make_rotation(const glm::dmat3& given, glm::dmat3& made) {
+  const glm::dmat3 rows = glm::transpose(given);
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      const double wanted = a == b ? 1.0 : 0.0;
+      if (!inside(glm::dot(rows[a], rows[b]), wanted - kRotationSlack, wanted + kRotationSlack)) return false;
+    }
+  }
+  glm::dmat3 exact(0.0);
+  exact[0] = glm::normalize(rows[0]);
+  exact[1] = glm::normalize(rows[1] - exact[0] * glm::dot(exact[0], rows[1]));
+  const glm::dvec3 third = glm::cross(exact[0], exact[1]);
+  exact[2] = glm::dot(third, rows[2]) > 0.0 ? third : -third;
+  made = glm::transpose(exact);
+  return true;
+}
+
+// Makes w the distance in voxels, or 1, and moves view space so that a perspective's centre is its origin.
+// centre: of the perspective in the view space given.
+Status normalise_projection(glm::dmat4& m, glm::dvec3& centre) {
+  const glm::dvec3 w(m[0][3], m[1][3], m[2][3]);
+  const double length = glm::length(w);
+  if (length == 0.0) {
+    if (!(m[3][3] > 0.0)) return refuse("its w is nowhere above 0", "clip_from_view");
+    m = m * (1.0 / m[3][3]);
+    m[3][3] = 1.0;
+    return {};
+  }
+  if (length != 1.0) m = m * (1.0 / length);
+  const glm::dvec3 lost(m[3][0], m[3][1], m[3][3]);
+  if (lost == glm::dvec3(0.0)) return {};
+  // The centre is where x, y and w are 0.
+  const glm::dmat3 rows(m[0][0], m[0][1], m[0][3], m[1][0], m[1][1], m[1][3], m[2][0], m[2][1], m[2][3]);
+  centre = -(glm::inverse(rows) * lost);
+  if (!finite(centre)) return refuse("not invertible", "clip_from_view");
+  m[3] = {0.0, 0.0, m[3][2] + m[0][2] * centre.x + m[1][2] * centre.y + m[2][2] * centre.z, 0.0};
+  return {};
+}
+
 }  // namespace
 
 Status voxels_from_metres(const WorldFrame& frame, glm::dvec3 position_m, glm::dvec3& voxels) {
@@ -69,6 +155,7 @@ Status make_camera(const CameraSettings& s, Camera& camera) {
   if (!inside_reach(s.position)) return refuse("not within 2^20 voxels of the world", "position");
   if (!inside(s.yaw_deg, -1e6, 1e6)) return refuse("not within -1e6..1e6 degrees", "yaw_deg");
   if (!inside(s.pitch_deg, -90.0, 90.0)) return refuse("not within -90..90 degrees", "pitch_deg");
+  if (!inside(s.roll_deg, -1e6, 1e6)) return refuse("not within -1e6..1e6 degrees", "roll_deg");
   if (!inside(s.fov_y_deg, 1.0, 170.0)) return refuse("not within 1..170 degrees", "fov_y_deg");
   if (!inside(s.aspect, 1.0 / 64, 64.0)) return refuse("not within 1/64..64", "aspect");
   if (!inside(s.near_voxels, kLeastNear, kCameraReach))
@@ -77,20 +164,38 @@ Status make_camera(const CameraSettings& s, Camera& camera) {
     return refuse("not within 1/8192..2^20 voxels", "far_voxels");
   if (s.near_voxels >= s.far_voxels) return refuse("not beyond near_voxels", "far_voxels");
 
-  for (int axis = 0; axis < 3; ++axis) {
-    const double units =
-        std::floor(s.position[axis] * static_cast<double>(kFineUnits) + 0.5);  // below 2^38: exact
-    const double voxel = std::floor(units / static_cast<double>(kFineUnits));
-    camera.voxel[axis] = static_cast<std::int32_t>(voxel);
-    camera.fine[axis] =
-        static_cast<float>((units - voxel * static_cast<double>(kFineUnits)) / (1 << kCameraFractionBits));
-  }
-  camera.yaw_deg = std::remainder(s.yaw_deg, 360.0);
-  camera.pitch_deg = s.pitch_deg;
-  camera.fov_y_deg = s.fov_y_deg;
-  camera.aspect = s.aspect;
+  set_place(s.position, camera);
+  camera.view_from_world = glm::transpose(axes_of(s));
+  camera.clip_from_view = perspective(s);
+  camera.reversed_depth = s.reversed_depth;
+  camera.parallel = false;
+  camera.mirrored = false;
+  camera.forward = -world_from_view(camera)[2];
   camera.near_voxels = s.near_voxels;
   camera.far_voxels = s.far_voxels;
+  return {};
+}
+
+Status make_camera(const CameraMatrices& m, Camera& camera) {
+  if (!inside_reach(m.position)) return refuse("not within 2^20 voxels of the world", "position");
+  Camera made;
+  if (!make_rotation(m.view_from_world, made.view_from_world)) {
+    return refuse("not an orthonormal matrix", "view_from_world");
+  }
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (!std::isfinite(m.clip_from_view[column][row])) return refuse("not finite", "clip_from_view");
+    }
+  }
+  made.clip_from_view = m.clip_from_view;
+  made.reversed_depth = m.reversed_depth;
+  glm::dvec3 centre(0.0);
+  if (const Status status = normalise_projection(made.clip_from_view, centre); !status.ok()) return status;
+  const glm::dvec3 position = m.position + world_from_view(made) * centre;
+  if (!inside_reach(position)) return refuse("its centre is not within 2^20 voxels of the world", "position");
+  set_place(position, made);
+  if (const Status status = derive_view(made); !status.ok()) return status;
+  camera = made;
   return {};
 }
 
@@ -105,34 +210,32 @@ Status look_at(glm::dvec3 eye, glm::dvec3 target, double& yaw_deg, double& pitch
 }
 
 glm::dmat3 world_from_view(const Camera& camera) {
-  const SinCos yaw = sin_cos_deg(camera.yaw_deg);
-  const SinCos pitch = sin_cos_deg(camera.pitch_deg);
-  const glm::dvec3 right{yaw.cos, 0.0, -yaw.sin};
-  const glm::dvec3 up{yaw.sin * pitch.sin, pitch.cos, yaw.cos * pitch.sin};
-  const glm::dvec3 back{yaw.sin * pitch.cos, -pitch.sin, yaw.cos * pitch.cos};
-  return {right, up, back};
+  return glm::transpose(camera.view_from_world);
+}
+
+// Zeros are left out, so that they leave no trace: not even the sign of a zero.
+glm::dvec3 clip_row(const Camera& camera, int r) {
+  const glm::dmat3 axes = world_from_view(camera);
+  glm::dvec3 row(0.0);
+  bool empty = true;
+  for (int k = 0; k < 3; ++k) {
+    const double factor = camera.clip_from_view[k][r];
+    if (factor == 0.0) continue;
+    row = empty ? axes[k] * factor : row + axes[k] * factor;
+    empty = false;
+  }
+  return row;
 }
 
 glm::mat4 clip_from_lattice(const Camera& camera) {
-  const glm::dmat3 axes = world_from_view(camera);
-  const double scale = projection_scale(camera);
-  const double near = camera.near_voxels;
-  const double far = camera.far_voxels;
-  // A step is 2^-13 voxel; taking that out of every row at once changes exponents only.
-  const double voxels_per_step = 1.0 / kStepsPerVoxel;
-  const glm::dvec3 forward = -axes[2] * voxels_per_step;
-  const glm::dvec3 x = axes[0] * (scale / camera.aspect * voxels_per_step);
-  const glm::dvec3 y = axes[1] * (scale * voxels_per_step);
-  const glm::dvec3 z = forward * ((far + near) / (far - near));
-  const glm::dvec3 rows[4] = {x, y, z, forward};
-  const double depth_offset[4] = {0.0, 0.0, -2.0 * far * near / (far - near), 0.0};
-
   glm::mat4 m(0.0f);
   for (int r = 0; r < 4; ++r) {
-    double moved = depth_offset[r];
+    // A step is 2^-13 voxel, which changes exponents only.
+    const glm::dvec3 row = clip_row(camera, r) * (1.0 / kStepsPerVoxel);
+    double moved = camera.clip_from_view[3][r];
     for (int c = 0; c < 3; ++c) {
-      m[c][r] = static_cast<float>(rows[r][c]);
-      moved -= rows[r][c] * static_cast<double>(camera.fine[c]);
+      m[c][r] = static_cast<float>(row[c]);
+      moved -= row[c] * static_cast<double>(camera.fine[c]);
     }
     m[3][r] = static_cast<float>(moved);
   }
@@ -141,10 +244,6 @@ glm::mat4 clip_from_lattice(const Camera& camera) {
 
 glm::dvec3 eye_lattice(const Camera& camera) {
   return glm::dvec3(camera.voxel) * static_cast<double>(kStepsPerVoxel) + glm::dvec3(camera.fine);
-}
-
-double projection_scale(const Camera& camera) {
-  return 1.0 / std::tan(camera.fov_y_deg * (kPi / 360.0));
 }
 
 }  // namespace karst::core

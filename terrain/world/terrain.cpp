@@ -417,6 +417,9 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   listed_ = 0;
   lacking_count_ = 0;
   if (view.camera == nullptr) return {StatusCode::invalid_argument, "no camera given", "camera"};
+  if (view.width_px < 1 || view.width_px > 65'536) {
+    return {StatusCode::invalid_argument, "not within 1..65536", "width_px"};
+  }
   if (view.height_px < 1 || view.height_px > 65'536) {
     return {StatusCode::invalid_argument, "not within 1..65536", "height_px"};
   }
@@ -431,7 +434,7 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   lod.tree = &tree_;
   const Frustum frustum = make_frustum(*view.camera);
   lod.frustum = view.frustum_culling ? &frustum : nullptr;
-  lod.scale = make_error_scale(*view.camera, view.height_px, lod.settings.error_px);
+  lod.scale = make_error_scale(*view.camera, view.width_px, view.height_px, lod.settings.error_px);
   lod.lods = lods();
   if (view.backface_culling) lod.cones = cones();
   occlusion_.end();

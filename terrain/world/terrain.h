@@ -42,7 +42,8 @@ namespace karst::core {
 struct TerrainView {
   const Camera* camera = nullptr;
   LodSettings lod;      // max_level and resident_level are cut to the world's level
-  int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
+  int width_px = 1280;  // of the picture, 1..65536; what error_px is measured in
+  int height_px = 720;
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
@@ -172,7 +173,7 @@ class Terrain {
 
   // Thresholds that were not taken yet, of the last select() and generate_next().
   MorphRows take_morph_rows();
-  // They change only when the lod settings, height_px, the camera's field of view, the bounds or the pool's
+  // They change only when the lod settings, picture's size, camera's projection, bounds or the pool's
   // error_scale do, and the version with them. 0 before the first select().
   std::uint32_t thresholds_version() const { return thresholds_version_; }
   const ErrorScale& error_scale() const { return scale_; }

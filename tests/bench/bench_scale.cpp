@@ -56,7 +56,7 @@ int run_size(int side, int sheets, int repeats) {
   select.surface = grid.surface();
   select.bounds = grid.bounds;
   select.tree = &grid.tree;
-  select.scale = make_error_scale(camera, 720, select.settings.error_px);
+  select.scale = make_error_scale(camera, 1280, 720, select.settings.error_px);
   select.lods = lods;
   select.frustum = &frustum;
   select.errors = {kLevel, errors};

@@ -58,7 +58,7 @@ bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& r
   const std::vector<std::uint16_t> errors = make_errors(patches);
   std::vector<PatchLod> lods(patches);
   select.settings.mode = LodMode::error;
-  select.scale = make_error_scale(*select.camera, 720, select.settings.error_px);
+  select.scale = make_error_scale(*select.camera, 1280, 720, select.settings.error_px);
   select.errors = {kLevel, errors};
   select.lods = lods;
   select.frustum = build.frustum;

@@ -106,6 +106,7 @@ Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
   TerrainView view;
   view.camera = &input.camera;
   view.lod = lod;
+  view.width_px = renderer_.settings().width;
   view.height_px = renderer_.settings().height;
   terrain_.begin_frame();
   if (const Status status = terrain_.select(view, selection); !status.ok()) return status;

@@ -199,9 +199,8 @@ std::vector<glm::dvec3> points_behind(Renderer& renderer, const CameraSettings& 
     for (int x = 0; x < width; ++x) {
       const double d = depth[points.size()];
       const double z = near * far / (far - d * (far - near));
-      const double half = z / projection_scale(camera);
-      const double right = (2 * (x + 0.5) / width - 1) * half * camera.aspect;
-      const double up = (1 - 2 * (y + 0.5) / height) * half;
+      const double right = (2 * (x + 0.5) / width - 1) * z / camera.clip_from_view[0][0];
+      const double up = (1 - 2 * (y + 0.5) / height) * z / camera.clip_from_view[1][1];
       points.push_back(d == 1
                            ? glm::dvec3(1e9)
                            : eye_lattice(camera) / double{kStepsPerVoxel} + axes * glm::dvec3(right, up, -z));

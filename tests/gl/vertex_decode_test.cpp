@@ -253,7 +253,7 @@ class Morphing : public testing::Test {
   }
 
   void set_thresholds(const Camera& camera, double error_px) {
-    scale_ = make_error_scale(camera, kHeight, error_px);
+    scale_ = make_error_scale(camera, kHeight * 16 / 9, kHeight, error_px);
     lods_.resize(surface_.patches());
     const std::vector<std::uint16_t> errors = world_.level_errors();
     SetThresholds set;

@@ -53,8 +53,8 @@ const std::vector<SurfaceSample>& samples_inside(int level) {
 // near plane.
 void measure(const Scene& scene, const Camera& camera, const Pose& pose, double bound_px, Deviation& most) {
   const Frustum frustum = make_frustum(camera);
-  const Projection projection(camera, pose.height_px);
-  const double near = pose.camera.near_voxels * kStepsPerVoxel;
+  const Projection projection(camera, pose.size_px);
+  const double near = camera.near_voxels * kStepsPerVoxel;
   std::vector<glm::dvec3> points;
   std::vector<glm::dvec3> full;
   const std::vector<SurfaceSample>& inner = samples_inside(scene.drawn.level());
@@ -109,7 +109,7 @@ TEST(ErrorBound, TheStatedBoundHolds) {
         const Pose pose = random_pose(random, scene);
         const Camera camera = camera_of(pose.camera);
         const SelectLod::Result selected =
-            scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+            scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
         ASSERT_EQ(selected.bound_px, static_cast<float>(pose.error_px));
         measure(scene, camera, pose, selected.bound_px, most);
         ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
@@ -135,7 +135,7 @@ TEST(ErrorBound, TheBoundHoldsWithoutTheFinestLevels) {
       const Pose pose = random_pose(random, scene);
       const Camera camera = camera_of(pose.camera);
       const int top = 1 + random.below(3);
-      scene.select(camera, pose.height_px, pose.error_px, top);
+      scene.select(camera, pose.size_px, pose.error_px, top);
       const Frustum frustum = make_frustum(camera);
       const SelectLod::Result selected =
           scene.select_again(camera, pose.error_px, top, &frustum, scene.levels);
@@ -163,7 +163,7 @@ TEST(ErrorBound, DistanceAndFullStateTheirBoundsToo) {
       settings.mode = n % 3 == 0 ? LodMode::full : LodMode::distance;
       settings.max_level = 1 + random.below(4);
       settings.distance_voxels = std::exp2(between(random, 0, 6));
-      const SelectLod::Result selected = scene.select_still(settings, camera, pose.height_px, &frustum);
+      const SelectLod::Result selected = scene.select_still(settings, camera, pose.size_px, &frustum);
       const std::size_t before = most.samples;
       measure(scene, camera, pose, selected.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
@@ -222,9 +222,9 @@ TEST(ErrorBound, TheBoundHoldsForWhatIsHeld) {
       settings.mode = n % 4 == 0 ? LodMode::distance : n % 17 == 0 ? LodMode::full : LodMode::error;
       SelectLod::Result free;
       if (settings.mode == LodMode::error) {
-        free = scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+        free = scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
       } else {
-        free = scene.select_still(settings, camera, pose.height_px, nullptr);
+        free = scene.select_still(settings, camera, pose.size_px, nullptr);
       }
       const std::vector<std::uint8_t> wanted = scene.levels;
       const std::vector<std::uint8_t> held = n % 2 == 0 ? random_held(random, scene, n % 3 == 0 ? 0.1 : 0.0)

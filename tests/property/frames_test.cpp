@@ -266,7 +266,8 @@ TEST(Frames, NoneHasATJunctionOrCallsTheHeap) {
         select.settings.max_level = random.below(4) == 0 ? 1 + random.below(w.level) : w.level;
         select.settings.resident_level = w.level;
         if (!make_camera(settings, camera).ok()) FAIL();
-        select.scale = make_error_scale(camera, 200 + random.below(2000), select.settings.error_px);
+        select.scale = make_error_scale(camera, 200 + random.below(2000), 200 + random.below(2000),
+                                        select.settings.error_px);
         set.scale = select.scale;
         set.morphing = select.settings.mode == LodMode::error;
         set.max_level = select.settings.top_level();

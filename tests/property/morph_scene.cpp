@@ -71,10 +71,11 @@ TestWorld make_world(Random& random, int level, Roughness roughness) {
 
 Pose random_pose(Random& random, Scene& scene) {
   Pose pose;
-  pose.height_px = 200 + random.below(2000);
+  const int height_px = 200 + random.below(2000);
   pose.error_px = std::exp2(between(random, -2, 6));
   pose.camera.fov_y_deg = between(random, 15, 110);
   pose.camera.aspect = between(random, 0.4, 2.6);
+  pose.size_px = {std::lround(height_px * pose.camera.aspect), height_px};
   pose.camera.near_voxels = std::exp2(between(random, -9, -2));
   const PatchId patch = static_cast<PatchId>(random.below(static_cast<int>(scene.drawn.patches())));
   const auto& vertices = scene.drawn.vertices(patch);
@@ -87,7 +88,7 @@ Pose random_pose(Random& random, Scene& scene) {
   if (kind == 0 && scene.drawn.level() > 1) {
     Camera camera;
     EXPECT_TRUE(make_camera(pose.camera, camera).ok());
-    scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+    scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
     const int m = 2 + random.below(scene.drawn.level() - 1);
     const double threshold = threshold_steps(scene.lods()[patch].threshold[m]) / kStepsPerVoxel;
     distance = std::clamp(threshold * between(random, 0.6, 1.05), 0.02, 60.0);

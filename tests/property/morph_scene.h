@@ -46,8 +46,8 @@ class Scene {
   Scene(const Scene&) = delete;
 
   // Thresholds for the picture and, with them, levels for all patches.
-  SelectLod::Result select(const Camera& camera, int height_px, double error_px, int max_level) {
-    set_thresholds(camera, height_px, error_px, max_level, true);
+  SelectLod::Result select(const Camera& camera, glm::ivec2 size_px, double error_px, int max_level) {
+    set_thresholds(camera, size_px, error_px, max_level, true);
     return select_again(camera, error_px, max_level, nullptr, levels);
   }
 
@@ -66,9 +66,9 @@ class Scene {
   }
 
   // K's levels, which do not morph, or the finest.
-  SelectLod::Result select_still(const LodSettings& settings, const Camera& camera, int height_px,
+  SelectLod::Result select_still(const LodSettings& settings, const Camera& camera, glm::ivec2 size_px,
                                  const Frustum* frustum) {
-    set_thresholds(camera, height_px, settings.error_px, settings.top_level(), false);
+    set_thresholds(camera, size_px, settings.error_px, settings.top_level(), false);
     return run(settings, camera, frustum, levels);
   }
 
@@ -93,8 +93,9 @@ class Scene {
   std::vector<std::uint8_t> levels;
 
  private:
-  void set_thresholds(const Camera& camera, int height_px, double error_px, int max_level, bool morphing) {
-    scale = make_error_scale(camera, height_px, error_px);
+  void set_thresholds(const Camera& camera, glm::ivec2 size_px, double error_px, int max_level,
+                      bool morphing) {
+    scale = make_error_scale(camera, size_px.x, size_px.y, error_px);
     SetThresholds set;
     set.scale = scale;
     set.max_level = max_level;
@@ -135,7 +136,7 @@ class Scene {
 
 struct Pose {
   CameraSettings camera;
-  int height_px;
+  glm::ivec2 size_px;
   double error_px;
 };
 

@@ -31,7 +31,7 @@ TEST(Morph, NeighboursAreOneLevelApartOnTheirOwn) {
       const Pose pose = random_pose(random, scene);
       const Camera camera = camera_of(pose.camera);
       const int top = n % 4 == 0 ? 1 + random.below(scene.drawn.level()) : scene.drawn.level();
-      scene.select(camera, pose.height_px, pose.error_px, top);
+      scene.select(camera, pose.size_px, pose.error_px, top);
       const Frustum frustum = make_frustum(camera);
       scene.select_again(camera, pose.error_px, top, &frustum, culled);
       for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
@@ -62,8 +62,8 @@ TEST(Morph, NeighboursAreOneLevelApartOnTheirOwn) {
 // The surface at every vertex of the full level, as pixels; points behind the near plane are left out.
 double largest_step(const Scene& scene, const Camera& camera, const Pose& pose,
                     std::span<const std::uint8_t> before, std::span<const std::uint8_t> after) {
-  const Projection projection(camera, pose.height_px);
-  const double near = pose.camera.near_voxels * kStepsPerVoxel;
+  const Projection projection(camera, pose.size_px);
+  const double near = camera.near_voxels * kStepsPerVoxel;
   double most = 0;
   std::vector<glm::dvec3> points[2];
   for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
@@ -101,7 +101,7 @@ TEST(Morph, SwitchesDoNotPop) {
           return camera_of(pose.camera);
         };
         const Camera start = look(0);
-        scene.select(start, pose.height_px, pose.error_px, scene.drawn.level());
+        scene.select(start, pose.size_px, pose.error_px, scene.drawn.level());
         std::vector<std::uint8_t> low(scene.levels);
         std::vector<std::uint8_t> middle(scene.levels.size());
         std::vector<std::uint8_t> high(scene.levels.size());
@@ -186,7 +186,7 @@ TEST(Morph, MovingPatchesMeetWithoutCracks) {
     for (int n = 0; n < 40; ++n) {
       const Pose pose = random_pose(random, scene);
       const Camera camera = camera_of(pose.camera);
-      scene.select(camera, pose.height_px, pose.error_px, scene.drawn.level());
+      scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
       ASSERT_EQ(sum_of_edges(scene, camera, table, triangles), 0u) << "pose " << n << " of round " << round;
       for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
         steps += scene.lower_edges(p, scene.levels) != 0 ? 1u : 0u;
@@ -216,7 +216,7 @@ TEST(Morph, SharedVerticesMoveAlike) {
     for (int k = 0; k < 20; ++k) {
       const Pose pose = random_pose(random, scene);
       const Camera camera = camera_of(pose.camera);
-      scene.select(camera, pose.height_px, pose.error_px, level);
+      scene.select(camera, pose.size_px, pose.error_px, level);
       std::vector<std::vector<glm::vec3>> moved;
       for (PatchId p = 0; p < scene.drawn.patches(); ++p) moved.push_back(scene.moved(p, level, camera));
       for (PatchId p = 0; p < scene.drawn.patches(); ++p) {

@@ -125,26 +125,30 @@ void MorphedSurface::full_points(PatchId patch, const Camera& camera, std::vecto
   }
 }
 
-Projection::Projection(const Camera& camera, int height_px)
-    : axes_(world_from_view(camera)),
+Projection::Projection(const Camera& camera, glm::ivec2 size_px)
+    : view_from_world_(camera.view_from_world),
+      clip_from_view_(camera.clip_from_view),
+      forward_(camera.forward),
       eye_(camera.fine),
-      scale_px_(0.5 * height_px * projection_scale(camera)),
-      half_px_(0.5 * height_px * camera.aspect, 0.5 * height_px),
-      near_(camera.near_voxels * kStepsPerVoxel) {}
+      half_px_(0.5 * glm::dvec2(size_px)),
+      nearest_(camera.reversed_depth ? 1 : -1) {}
+
+glm::dvec4 Projection::clip(glm::dvec3 point) const {
+  return clip_from_view_ * glm::dvec4(view_from_world_ * (point - eye_) / double{kStepsPerVoxel}, 1.0);
+}
 
 double Projection::depth(glm::dvec3 point) const {
-  return -glm::dot(axes_[2], point - eye_);
+  return glm::dot(forward_, point - eye_);
 }
 
 glm::dvec2 Projection::pixels(glm::dvec3 point) const {
-  const glm::dvec3 d = point - eye_;
-  return glm::dvec2(glm::dot(axes_[0], d), glm::dot(axes_[1], d)) * (scale_px_ / depth(point));
+  const glm::dvec4 c = clip(point);
+  return glm::dvec2(c) / c.w * half_px_;
 }
 
 bool Projection::inside(glm::dvec3 point) const {
-  if (depth(point) < near_) return false;
-  const glm::dvec2 p = pixels(point);
-  return std::abs(p.x) <= half_px_.x && std::abs(p.y) <= half_px_.y;
+  const glm::dvec4 c = clip(point);
+  return std::abs(c.x) <= c.w && std::abs(c.y) <= c.w && c.z * nearest_ <= c.w;
 }
 
 }  // namespace karst::test

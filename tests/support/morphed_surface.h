@@ -59,22 +59,25 @@ class MorphedSurface {
   std::vector<std::vector<SurfacePoint>> on_level_;  // by level
 };
 
-// Perspective of a camera in double.
+// A camera's projection in double.
 class Projection {
  public:
-  Projection(const Camera& camera, int height_px);
+  Projection(const Camera& camera, glm::ivec2 size_px);
 
   // point: relative to camera.voxel, lattice steps.
   double depth(glm::dvec3 point) const;       // lattice steps, along the view's direction
   glm::dvec2 pixels(glm::dvec3 point) const;  // from the picture's centre
-  bool inside(glm::dvec3 point) const;        // in the picture and beyond the near plane
+  bool inside(glm::dvec3 point) const;        // in the picture and not before the near plane
 
  private:
-  glm::dmat3 axes_;
+  glm::dvec4 clip(glm::dvec3 point) const;
+
+  glm::dmat3 view_from_world_;
+  glm::dmat4 clip_from_view_;
+  glm::dvec3 forward_;
   glm::dvec3 eye_;
-  double scale_px_;
   glm::dvec2 half_px_;
-  double near_;
+  double nearest_ = 1;
 };
 
 }  // namespace karst::test

@@ -54,8 +54,8 @@ bool gpu_sees(const glm::mat4& clip_from_lattice, const Camera& camera, glm::ive
 double separation(const Camera& camera, const LatticeBox& box) {
   const glm::dmat3 axes = world_from_view(camera);
   const glm::dvec3 eye = eye_lattice(camera);
-  const glm::dvec3 x = axes[0] * (projection_scale(camera) / camera.aspect);
-  const glm::dvec3 y = axes[1] * projection_scale(camera);
+  const glm::dvec3 x = axes[0] * camera.clip_from_view[0][0];
+  const glm::dvec3 y = axes[1] * camera.clip_from_view[1][1];
   const double steps = kStepsPerVoxel;
   const std::array<std::pair<glm::dvec3, double>, 6> planes = {{{-axes[2], -camera.near_voxels * steps},
                                                                 {axes[2], camera.far_voxels * steps},

@@ -255,7 +255,7 @@ TEST(SelectLod, ByErrorNeedsThresholdsAndErrors) {
   SelectLod good = stage_over(grid, camera, levels);
   good.settings.mode = LodMode::error;
   good.settings.error_px = 1.0;
-  good.scale = make_error_scale(camera, 720, 1.0);
+  good.scale = make_error_scale(camera, 1280, 720, 1.0);
   good.errors = {3, errors};
   SetThresholds set{.scale = good.scale,
                     .surface = good.surface,

@@ -101,11 +101,11 @@ TEST(Morph, ApparentDistanceBoundsPixels) {
   double most = 0;
   for (int n = 0; n < 200'000; ++n) {
     const Camera camera = camera_with(15 + 100 * random.unit(), 0.4 + 2 * random.unit());
-    const ErrorScale scale = make_error_scale(camera, 720, 1.0);
-    const double tan_y = 1 / projection_scale(camera);
+    const ErrorScale scale = make_error_scale(camera, 1, 720, 1.0);
+    const double tan_y = 1 / camera.clip_from_view[1][1];
+    const double tan_x = 1 / camera.clip_from_view[0][0];
     const double z = std::exp2(10 * random.unit());
-    const glm::dvec3 seen(z * tan_y * camera.aspect * (2 * random.unit() - 1),
-                          z * tan_y * (2 * random.unit() - 1), -z);
+    const glm::dvec3 seen(z * tan_x * (2 * random.unit() - 1), z * tan_y * (2 * random.unit() - 1), -z);
     const double rho = apparent_distance(glm::vec3(seen), {0, 0, -1}, scale.least_cos2);
     const double e = rho * 0.9 * random.unit();
     const glm::dvec3 other = seen + e * direction(random);
@@ -178,8 +178,8 @@ TEST(Morph, ThresholdsHoldWhatTheBoundNeeds) {
     const Camera camera = camera_with(20 + 100 * random.unit(), 0.4 + 2 * random.unit());
     const double error_px = std::exp2(8 * random.unit() - 3);
     const int height_px = 200 + random.below(2000);
-    const ErrorScale scale = make_error_scale(camera, height_px, error_px);
-    const double pixels = 0.5 * height_px * projection_scale(camera);
+    const ErrorScale scale = make_error_scale(camera, 1, height_px, error_px);
+    const double pixels = 0.5 * height_px * camera.clip_from_view[1][1];
     const SetThresholds set = made.stage(scale);
     ASSERT_TRUE(set.validate().ok());
     set.run();
@@ -222,7 +222,7 @@ TEST(Morph, ThresholdsHoldWhatTheBoundNeeds) {
 TEST(Morph, LevelsAreThoseOfTheThresholds) {
   Random random{5};
   Made made(6, 6);
-  made.stage(make_error_scale(camera_with(60, 1.5), 720, 4.0)).run();
+  made.stage(make_error_scale(camera_with(60, 1.5), 1080, 720, 4.0)).run();
   for (int n = 0; n < 200'000; ++n) {
     const PatchLod& lod =
         made.lods[static_cast<std::size_t>(random.below(static_cast<int>(made.lods.size())))];
@@ -241,7 +241,7 @@ TEST(Morph, LevelsAreThoseOfTheThresholds) {
 
 TEST(Morph, MaxLevelAndNoMorphing) {
   Made made(5, 7);
-  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 720, 1.0);
+  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 1080, 720, 1.0);
   SetThresholds set = made.stage(scale);
   set.run();
   const std::vector<PatchLod> all = made.lods;
@@ -260,7 +260,7 @@ TEST(Morph, MaxLevelAndNoMorphing) {
 
 TEST(Morph, RowsTakeTheSmallerThresholdOnEdges) {
   Made made(6, 8);
-  made.stage(make_error_scale(camera_with(60, 1.5), 720, 1.0)).run();
+  made.stage(make_error_scale(camera_with(60, 1.5), 1080, 720, 1.0)).run();
   for (PatchId p = 0; p < made.lods.size(); ++p) {
     std::array<std::uint16_t, kMorphRow> row;
     row.fill(77);
@@ -282,7 +282,7 @@ TEST(Morph, RowsTakeTheSmallerThresholdOnEdges) {
 // A target that rounding alone uses up leaves nothing to save.
 TEST(Morph, TinyTargetsDrawEverything) {
   Made made(4, 9);
-  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 65'536, 0.01);
+  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 65'536, 65'536, 0.01);
   made.stage(scale).run();
   EXPECT_EQ(scale.steps_per_step, std::numeric_limits<float>::infinity());
   for (PatchId p = 0; p < made.lods.size(); ++p) {
@@ -295,7 +295,7 @@ TEST(Morph, TinyTargetsDrawEverything) {
 
 TEST(Morph, RefusesOneWrongFieldAtATime) {
   Made made(4, 10);
-  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 720, 1.0);
+  const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 1080, 720, 1.0);
   const std::vector<std::pair<const char*, std::function<void(SetThresholds&)>>> cases = {
       {"scale", [](SetThresholds& s) { s.scale = {}; }},
       {"scale", [](SetThresholds& s) { s.scale.least_cos2 = 0; }},

@@ -48,7 +48,7 @@ class Casters : public testing::Test {
     EXPECT_TRUE(fit.validate().ok());
     fit.run();
     SetThresholds set;
-    set.scale = make_error_scale(camera_, 720, 2);
+    set.scale = make_error_scale(camera_, 1280, 720, 2);
     set.max_level = kLevel;
     set.surface = world_.surface();
     set.bounds = bounds_;
