@@ -26,7 +26,8 @@ struct ViewRequest {
   LodSettings lod;                 // max_level and resident_level are cut to the world's level
   // 2^-10..2^10. Where memory is short, a view of half the weight has twice the error.
   double weight = 1;
-  int height_px = 720;  // of the picture, 1..65536; what error_px is measured in
+  int width_px = 1280;  // of the picture, 1..65536; what error_px is measured in
+  int height_px = 720;
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
