@@ -48,6 +48,6 @@ class Input {
 };
 
 // All devices of the seat, those plugged in later included. Null where there is no input, and error says why.
-std::unique_ptr<Input> open_input(Seat& seat, const Log& log, std::string& error);
+std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error);
 
 }  // namespace karst

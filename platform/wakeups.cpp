@@ -12,7 +12,7 @@
 
 namespace karst {
 
-HotplugMonitor::HotplugMonitor(const Log& log) {
+HotplugMonitor::HotplugMonitor(const LogLine& log) {
   udev_ = udev_new();
   if (udev_ != nullptr) monitor_ = udev_monitor_new_from_netlink(udev_, "kernel");
   if (monitor_ != nullptr && (udev_monitor_filter_add_match_subsystem_devtype(monitor_, "drm", nullptr) < 0 ||

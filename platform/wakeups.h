@@ -15,7 +15,7 @@ namespace karst {
 // Kernel messages about display cards. The kernel's own, not udev's: they come on systems without udevd too.
 class HotplugMonitor {
  public:
-  explicit HotplugMonitor(const Log& log);
+  explicit HotplugMonitor(const LogLine& log);
   HotplugMonitor(const HotplugMonitor&) = delete;
   HotplugMonitor& operator=(const HotplugMonitor&) = delete;
   ~HotplugMonitor();

@@ -7,7 +7,7 @@
 
 namespace karst {
 
-using Log = std::function<void(const std::string& line)>;
+using LogLine = std::function<void(const std::string& line)>;
 
 // "drmModeAddFB2: No such device" for a negative or positive errno.
 std::string errno_text(const std::string& what, int error);

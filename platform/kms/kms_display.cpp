@@ -27,7 +27,7 @@ constexpr std::int64_t kBusyRetry = 20 * kMillisecond;
 
 class KmsDisplay final : public Display {
  public:
-  KmsDisplay(KmsOptions options, Seat& seat, ConsoleState& console, Log log, const EglApi& egl)
+  KmsDisplay(KmsOptions options, Seat& seat, ConsoleState& console, LogLine log, const EglApi& egl)
       : options_(std::move(options)),
         seat_(seat),
         console_(console),
@@ -531,7 +531,7 @@ void KmsDisplay::refused(int slot, int error, const std::string& what) {
 }  // namespace
 
 std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat, ConsoleState& console,
-                                          const Log& log, std::string& error, const EglApi& egl) {
+                                          const LogLine& log, std::string& error, const EglApi& egl) {
   auto display = std::make_unique<KmsDisplay>(options, seat, console, log, egl);
   const Error failed = display->start();
   error = failed.text();

@@ -11,7 +11,7 @@ namespace karst {
 
 class KmsLog {
  public:
-  explicit KmsLog(Log log) : log_(std::move(log)) {}
+  explicit KmsLog(LogLine log) : log_(std::move(log)) {}
 
   void tell(const std::string& line) const { log_(line); }
   // But not the same twice in a row.
@@ -21,10 +21,10 @@ class KmsLog {
     log_(line);
   }
   void forget() { last_said_.clear(); }
-  const Log& log() const { return log_; }
+  const LogLine& log() const { return log_; }
 
  private:
-  Log log_;
+  LogLine log_;
   std::string last_said_;
 };
 

@@ -54,7 +54,7 @@ ConsoleState* share_console_state() {
   return memory == MAP_FAILED ? nullptr : new (memory) ConsoleState;
 }
 
-void restore_terminal(ConsoleState& state, const Log& log) {
+void restore_terminal(ConsoleState& state, const LogLine& log) {
   if (!state.terminal_taken.load()) return;
   const int fd = open(state.terminal, O_RDWR | O_CLOEXEC | O_NOCTTY);
   if (fd < 0) {
@@ -69,7 +69,7 @@ void restore_terminal(ConsoleState& state, const Log& log) {
   state.terminal_taken.store(false);
 }
 
-void restore_crtc(ConsoleState& state, int card_fd, const Log& log) {
+void restore_crtc(ConsoleState& state, int card_fd, const LogLine& log) {
   if (!state.crtc_taken.load()) return;
   state.crtc_taken.store(false);
   if (state.framebuffer == 0) return;
@@ -79,7 +79,7 @@ void restore_crtc(ConsoleState& state, int card_fd, const Log& log) {
   if (failed != 0 && failed != -ENOENT) log(errno_text("cannot give back the screen", failed));
 }
 
-void restore_console(ConsoleState& state, const Log& log) {
+void restore_console(ConsoleState& state, const LogLine& log) {
   if (state.crtc_taken.load()) {
     const int fd = open(state.card, O_RDWR | O_CLOEXEC);
     if (fd >= 0 && become_master(fd)) {
@@ -93,7 +93,7 @@ void restore_console(ConsoleState& state, const Log& log) {
   restore_terminal(state, log);
 }
 
-int supervise(ConsoleState& state, const Log& log) {
+int supervise(ConsoleState& state, const LogLine& log) {
   sigset_t awaited;
   sigset_t before;
   sigemptyset(&awaited);

@@ -40,15 +40,15 @@ ConsoleState* share_console_state();
 
 // Puts back what is marked as taken. For the process that took it, and for its supervisor. Safe to call
 // twice. open_card: where the process that took the CRTC is gone, the card is opened anew.
-void restore_terminal(ConsoleState& state, const Log& log);
-void restore_crtc(ConsoleState& state, int card_fd, const Log& log);
-void restore_console(ConsoleState& state, const Log& log);
+void restore_terminal(ConsoleState& state, const LogLine& log);
+void restore_crtc(ConsoleState& state, int card_fd, const LogLine& log);
+void restore_console(ConsoleState& state, const LogLine& log);
 
 // Runs the rest of the program in a child process and, when that ends in whatever way, gives the console
 // back. In the child: returns -1, and the child ends when its supervisor does. In the supervisor: returns
 // what the program must exit with (128 + signal where the child was killed by one). SIGTERM, SIGINT and
 // SIGHUP are passed on to the child. Where no process can be made, says so and returns -1: the program then
 // runs without a supervisor.
-int supervise(ConsoleState& state, const Log& log);
+int supervise(ConsoleState& state, const LogLine& log);
 
 }  // namespace karst

@@ -18,7 +18,7 @@ constexpr double kWheelNotch = 120.0;  // libinput's high-resolution steps a not
 
 class LibInput final : public Input {
  public:
-  LibInput(Seat& seat, Log log) : seat_(seat), log_(std::move(log)) {}
+  LibInput(Seat& seat, LogLine log) : seat_(seat), log_(std::move(log)) {}
 
   ~LibInput() override {
     if (input_ != nullptr) libinput_unref(input_);
@@ -148,7 +148,7 @@ class LibInput final : public Input {
   }
 
   Seat& seat_;
-  Log log_;
+  LogLine log_;
   udev* udev_ = nullptr;
   libinput* input_ = nullptr;
   std::vector<Opened> opened_;
@@ -167,7 +167,7 @@ InputEvent turned(const InputEvent& event, int quarter_turns) {
   return result;
 }
 
-std::unique_ptr<Input> open_input(Seat& seat, const Log& log, std::string& error) {
+std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error) {
   auto input = std::make_unique<LibInput>(seat, log);
   const Error failed = input->open();
   error = failed.text();

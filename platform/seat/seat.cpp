@@ -46,7 +46,7 @@ std::string find_terminal() {
 class DirectSeat final : public Seat {
  public:
   // console: null where no terminal will be taken.
-  DirectSeat(ConsoleState* console, Log log) : console_(console), log_(std::move(log)) {}
+  DirectSeat(ConsoleState* console, LogLine log) : console_(console), log_(std::move(log)) {}
 
   ~DirectSeat() override {
     if (console_ != nullptr) restore_terminal(*console_, log_);
@@ -149,7 +149,7 @@ class DirectSeat final : public Seat {
   }
 
   ConsoleState* console_;
-  Log log_;
+  LogLine log_;
   int terminal_ = -1;
   int signals_ = -1;
   bool active_ = true;
@@ -157,7 +157,7 @@ class DirectSeat final : public Seat {
 
 class LibSeat final : public Seat {
  public:
-  explicit LibSeat(Log log) : log_(std::move(log)) {}
+  explicit LibSeat(LogLine log) : log_(std::move(log)) {}
   ~LibSeat() override {
     if (seat_ != nullptr) libseat_close_seat(seat_);
   }
@@ -207,14 +207,15 @@ class LibSeat final : public Seat {
   static constexpr int kFirstWaits = 10;
   static constexpr int kFirstWait_ms = 100;
 
-  Log log_;
+  LogLine log_;
   libseat* seat_ = nullptr;
   bool active_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const Log& log, std::string& error) {
+std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const LogLine& log,
+                                std::string& error) {
   error.clear();
   if (kind != SeatKind::direct) {
     auto seat = std::make_unique<LibSeat>(log);
