@@ -111,6 +111,15 @@ inline bool any(Int4 mask) {
 #endif
 }
 
+// Bit l: lane l of the mask is set.
+inline unsigned lanes(Int4 mask) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(__m128(as_float(mask))));
+#else
+  return static_cast<unsigned>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
 // Correctly rounded on every target.
 inline Float4 sqrt(Float4 v) {
 #if defined(__SSE2__)

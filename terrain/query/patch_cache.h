@@ -11,6 +11,7 @@
 
 #include "karst/status.h"
 #include "terrain/base/arena.h"
+#include "terrain/base/budget.h"
 #include "terrain/base/simd.h"
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/patch/bounds.h"
@@ -57,24 +58,13 @@ class QueryPatches {
     int max_level = 5;            // level..kMaxLevel: of the largest world's heights
   };
 
-  // Calls visit(span, count) for each block of memory, to count its bytes or to take it.
-  template <class Visit>
-  static void each_block(const Limits& limits, QueryPatches& patches, Visit&& visit) {
-    const std::size_t slots = limits.patches;
-    visit(patches.positions_, slots * position_values(limits.level));
-    visit(patches.nodes_, slots * node_count(limits.level));
-    visit(patches.links_, slots);
-    visit(patches.heads_, head_count(limits.patches));
-    visit(patches.group_,
-          std::size_t{kHeightGroup} * static_cast<std::size_t>(patch_vertices(limits.max_level)));
-  }
-  static std::size_t bytes(const Limits& limits);
+  static void add_to(Budget& budget, const Limits& limits);
   Status create(const Limits& limits, Arena& arena);
   Status set_world(const QueryWorld& world);
 
   const QueryWorld& world() const { return world_; }
   int level() const { return level_; }
-  std::uint32_t capacity() const { return static_cast<std::uint32_t>(links_.size()); }
+  std::uint32_t capacity() const { return static_cast<std::uint32_t>(blocks_.links.size()); }
 
   // Vertices of a patch; they stay until the next call. read: heights may be read from the source. Where they
   // can't be had, the patch is undisplaced.
@@ -106,6 +96,25 @@ class QueryPatches {
     std::uint32_t older = kNowhere;
   };
 
+  struct Blocks {
+    std::span<std::int16_t> positions;
+    std::span<TileNode> nodes;
+    std::span<Link> links;
+    std::span<std::uint32_t> heads;
+    std::span<std::int16_t> group;  // the group of heights that was read last
+
+    template <class Visit>
+    void each_block(const Limits& limits, Visit&& visit) {
+      const std::size_t slots = limits.patches;
+      visit(Consumer::queries, slots * position_values(limits.level), positions);
+      visit(Consumer::queries, slots * node_count(limits.level), nodes);
+      visit(Consumer::queries, slots, links);
+      visit(Consumer::queries, head_count(limits.patches), heads);
+      visit(Consumer::queries,
+            std::size_t{kHeightGroup} * static_cast<std::size_t>(patch_vertices(limits.max_level)), group);
+    }
+  };
+
   static std::size_t head_count(std::uint32_t slots);
   std::uint32_t& head(PatchId patch) const;
   std::uint32_t find(PatchId patch) const;
@@ -114,15 +123,13 @@ class QueryPatches {
   void use(std::uint32_t slot);
   bool heights_of(PatchId patch, bool read, Heights& heights);
   QueryPatch undisplaced(PatchId patch);
+  void make(PatchId patch, const Heights& heights, std::uint32_t slot);
 
+  Limits limits_;
+  Blocks blocks_;
   QueryWorld world_;
   int level_ = 0;
   std::int32_t undisplaced_reach_ = 0;
-  std::span<std::int16_t> positions_;
-  std::span<TileNode> nodes_;
-  std::span<Link> links_;
-  std::span<std::uint32_t> heads_;
-  std::span<std::int16_t> group_;  // the group of heights that was read last
   std::uint32_t group_held_ = kNowhere;
   std::uint32_t filled_ = 0;
   std::uint32_t newest_ = kNowhere;

@@ -82,9 +82,10 @@ class Query {
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  static std::size_t bytes(const Limits& limits) { return QueryPatches::bytes(limits); }
+  static void add_to(Budget& budget, const Limits& limits) { QueryPatches::add_to(budget, limits); }
 
-  // Takes exactly bytes(limits) from the arena. invalid_argument naming the field; limit_reached ("memory").
+  // Takes exactly what add_to() counts from the arena. invalid_argument naming the field; limit_reached
+  // ("memory").
   Status create(const Limits& limits, Arena& arena) { return patches_.create(limits, arena); }
 
   // Forgets all patches. invalid_argument ("bounds", "tree", "heights"), limit_reached ("max_level").
@@ -129,6 +130,8 @@ class Query {
   std::uint64_t groups_read() const { return patches_.groups_read(); }
 
  private:
+  bool is_empty() const { return level() == 0 || patches_.world().surface.patches.empty(); }
+
   QueryPatches patches_;
 };
 

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/query/query.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "terrain/base/check.h"
+#include "terrain/query/segment.h"
+#include "terrain/query/sweep.h"
+#include "terrain/query/triangles.h"
+
+namespace karst::core {
+namespace {
+
+constexpr double kSteps = kStepsPerVoxel;
+// Segments shorter than this have no length: their inverse would not be finite. Lattice steps.
+constexpr double kLeastLength = 1e-30;
+
+bool good(glm::dvec3 place) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(std::abs(place[axis]) <= Query::kReach)) return false;
+  }
+  return true;
+}
+
+double largest(glm::dvec3 v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+glm::dvec3 unit(glm::dvec3 v) {
+  return v / std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+LatticeBox world_box(const QueryWorld& world) {
+  return world.tree->node(world.tree->rows() - 1, 0);
+}
+
+// How far boxes are grown for a question: with a sphere's radius, and where undisplaced patches may be met.
+struct Growth {
+  bool undisplaced;
+  double patches;
+  double nodes;
+
+  Growth(const QueryPatches& of, Wait wait, double radius = 0.0)
+      : undisplaced(of.undisplaced_reach() > 0 && (wait == Wait::never || of.failed_reads() > 0)),
+        patches(kBoxMargin + 1.000002 * radius),  // roundings grow with the radius
+        nodes(patches + (undisplaced ? of.undisplaced_reach() : 0)) {}
+};
+
+void set_level(const QueryPatches& patches, const QueryPatch& patch, QueryHit& hit) {
+  hit.level = static_cast<std::uint8_t>(patch.displaced ? patch.level : 0);
+  hit.coarse = hit.level < patches.level();
+}
+
+// Calls visit(id, patch, triangle of the patch, height, up, tile, triangle of the tile) for what the vertical
+// line through a place crosses between bottom and top, lattice steps. limit(): the height below which nothing
+// is wanted any more.
+template <class Limit, class Visit>
+void walk_line(QueryPatches& patches, glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit,
+               Visit&& visit) {
+  const Growth growth(patches, wait);
+  const VerticalLine line(place);
+  Segment segment;
+  const glm::dvec3 a(line.x, top, line.z);
+  const glm::dvec3 b(line.x, bottom, line.z);
+  if (!(top > bottom) || !segment.cut(a, b, world_box(patches.world()), growth.nodes)) return;
+  if (segment.length < kLeastLength) return;
+  const SlabTest node_test(segment, growth.nodes);
+  const SlabTest patch_test(segment, growth.patches);
+  SlabTest tile_test(segment, kBoxMargin);
+  const auto t_limit = [&] {
+    return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
+  };
+  const auto visit_patch = [&](PatchId id) {
+    const QueryPatch patch = patches.get(id, wait == Wait::for_file);
+    tile_test.move_to(segment, patch.origin, kBoxMargin);
+    walk_tiles(patch, tile_test, t_limit, [&](int i, int j) {
+      const TileVertices tile(patch, i, j);
+      line.cross(tile, [&](int t, double height, bool up) {
+        if (height > top || height < bottom) return;
+        visit(id, patch, (j * (patch_cells(patch.level) / 2) + i) * 8 + t, height, up, tile, t);
+      });
+    });
+  };
+  walk_patches(patches.world(), node_test, patch_test, growth.undisplaced, t_limit, visit_patch);
+}
+
+// Calls visit(id) for the patches whose boxes are within a distance of a place, in the order of their
+// numbers; returns how many. Lattice steps.
+template <class Visit>
+std::uint32_t patches_near(const QueryWorld& world, glm::dvec3 place, double distance, Visit&& visit) {
+  const auto near = [&](const LatticeBox& box) {
+    const glm::dvec3 nearest = glm::clamp(place, glm::dvec3(box.min), glm::dvec3(box.max));
+    const glm::dvec3 d = place - nearest;
+    return d.x * d.x + d.y * d.y + d.z * d.z <= distance * distance;
+  };
+  const BoundsTree& tree = *world.tree;
+  std::uint32_t count = 0;
+  for (PatchId id = 0; id < tree.patches();) {
+    // The largest node that starts here and is not near is passed over.
+    int row = 0;
+    for (; row + 1 < tree.rows() && id % (1u << (BoundsTree::kFanOutLog2 * (row + 2))) == 0;) ++row;
+    bool passed = false;
+    for (; id % BoundsTree::kFanOut == 0 && row >= 0 && !passed; --row) {
+      const std::uint32_t n = id >> (BoundsTree::kFanOutLog2 * (row + 1));
+      if (near(tree.node(row, n))) continue;
+      id += tree.patch_count(row, n);
+      passed = true;
+    }
+    if (passed) continue;
+    if (near(patch_box(world.surface, world.bounds, id))) {
+      ++count;
+      visit(id);
+    }
+    ++id;
+  }
+  return count;
+}
+
+struct Order {
+  PatchId patch;
+  int triangle;
+  friend bool operator<(const Order& a, const Order& b) {
+    return a.patch != b.patch ? a.patch < b.patch : a.triangle < b.triangle;
+  }
+};
+
+}  // namespace
+
+Status Query::prepare(glm::dvec3 place, double radius) {
+  if (!good(place)) return {StatusCode::invalid_argument, "not a place near a world", "place"};
+  if (!(radius >= 0.0 && radius <= kReach)) {
+    return {StatusCode::invalid_argument, "not 0 to 2^30 voxels", "radius"};
+  }
+  if (is_empty()) return {};
+  const QueryWorld& world = patches_.world();
+  const std::uint32_t count = patches_near(world, place * kSteps, radius * kSteps, [](PatchId) {});
+  double within = radius;
+  if (count > patches_.capacity()) {
+    // The widest circle that has no more patches than there is room for, to a thousandth.
+    double low = 0.0;
+    for (int n = 0; n < 10; ++n) {
+      const double middle = 0.5 * (low + within);
+      const bool fits =
+          patches_near(world, place * kSteps, middle * kSteps, [](PatchId) {}) <= patches_.capacity();
+      (fits ? low : within) = middle;
+    }
+    within = low;
+  }
+  const std::uint64_t failed = patches_.failed_reads();
+  patches_near(world, place * kSteps, within * kSteps, [this](PatchId id) { patches_.get(id, true); });
+  if (patches_.failed_reads() != failed) return patches_.trouble();
+  if (count > patches_.capacity()) {
+    return {StatusCode::limit_reached, "more patches than a query keeps ready", "query_patches", count};
+  }
+  return {};
+}
+
+std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out) {
+  if (is_empty() || !good(place)) return 0;
+  const LatticeBox box = world_box(patches_.world());
+  const double reach = patches_.undisplaced_reach() + kBoxMargin;
+  const double bottom = box.min.y - reach;
+  std::uint32_t count = 0;
+  walk_line(
+      patches_, place * kSteps, box.max.y + reach, bottom, wait, [&] { return bottom; },
+      [&](PatchId id, const QueryPatch& patch, int, double height, bool, const TileVertices& tile, int t) {
+        QueryHit hit;
+        hit.place = glm::dvec3(place.x, height / kSteps, place.z);
+        hit.normal = unit(tile.area(t));
+        hit.distance = place.y - hit.place.y;
+        hit.patch = id;
+        set_level(patches_, patch, hit);
+        // Sorted into what is there; beyond the end of out the lowest one is dropped. Equal heights: by
+        // patch.
+        std::size_t held = std::min<std::size_t>(count, out.size());
+        ++count;
+        std::size_t at = held;
+        const auto above = [](const QueryHit& a, const QueryHit& b) {
+          return a.place.y != b.place.y ? a.place.y > b.place.y : a.patch < b.patch;
+        };
+        while (at > 0 && above(hit, out[at - 1])) --at;
+        if (at == out.size()) return;
+        if (held == out.size()) --held;
+        for (std::size_t n = held; n > at; --n) out[n] = out[n - 1];
+        out[at] = hit;
+      });
+  return count;
+}
+
+bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
+  hit = {};
+  if (is_empty() || !good(place) || !(std::abs(step) <= kReach)) return false;
+  const LatticeBox box = world_box(patches_.world());
+  const double reach = patches_.undisplaced_reach() + kBoxMargin;
+  const double bottom = box.min.y - reach;
+  double best = bottom;
+  Order first{QueryHit::kNone, 0};
+  walk_line(
+      patches_, place * kSteps, std::min((place.y + step) * kSteps, box.max.y + reach), bottom, wait,
+      [&] { return best; },
+      [&](PatchId id, const QueryPatch& patch, int triangle, double height, bool up, const TileVertices& tile,
+          int t) {
+        const Order order{id, triangle};
+        if (!up || height < best || (height == best && first < order)) return;
+        best = height;
+        first = order;
+        hit.normal = unit(tile.area(t));
+        hit.patch = id;
+        set_level(patches_, patch, hit);
+      });
+  if (!hit.found()) return false;
+  hit.place = glm::dvec3(place.x, best / kSteps, place.z);
+  hit.distance = place.y - hit.place.y;
+  return true;
+}
+
+bool Query::inside(glm::dvec3 place, Wait wait) {
+  if (is_empty() || !good(place)) return false;
+  const LatticeBox box = world_box(patches_.world());
+  const double top = box.max.y + patches_.undisplaced_reach() + kBoxMargin;
+  const double height_of_place = place.y * kSteps;
+  int up_less_down = 0;
+  walk_line(
+      patches_, place * kSteps, top, height_of_place, wait, [&] { return height_of_place; },
+      [&](PatchId, const QueryPatch&, int, double height, bool up, const TileVertices&, int) {
+        if (height > height_of_place) up_less_down += up ? 1 : -1;
+      });
+  return up_less_down > 0;
+}
+
+bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
+  hit = {};
+  if (is_empty() || !good(from) || !good(to)) return false;
+  const Growth growth(patches_, wait);
+  Segment segment;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), growth.nodes)) return false;
+  if (!(largest(segment.way) >= kLeastLength)) return false;
+  const SlabTest node_test(segment, growth.nodes);
+  const SlabTest patch_test(segment, growth.patches);
+  SlabTest tile_test(segment, kBoxMargin);
+  const SegmentShear shear(segment);
+  double best = 1.0;
+  Order first{QueryHit::kNone, 0};
+  const auto limit = [&] { return box_limit(best); };
+  const auto visit_patch = [&](PatchId id) {
+    const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
+    tile_test.move_to(segment, patch.origin, kBoxMargin);
+    walk_tiles(patch, tile_test, limit, [&](int i, int j) {
+      const TileVertices tile(patch, i, j);
+      shear.cross(tile, [&](int t, double share, glm::dvec3 place) {
+        const Order order{id, (j * (patch_cells(patch.level) / 2) + i) * 8 + t};
+        if (share > best || (share == best && first < order)) return;
+        best = share;
+        first = order;
+        hit.place = place;
+        hit.normal = tile.area(t);
+        hit.patch = id;
+        set_level(patches_, patch, hit);
+      });
+    });
+  };
+  walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, visit_patch);
+  if (!hit.found()) return false;
+  hit.place = hit.place / kSteps;
+  hit.normal = unit(hit.normal);
+  hit.distance = (segment.before + best * segment.length) / kSteps;
+  return true;
+}
+
+bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, QueryHit& hit) {
+  hit = {};
+  if (is_empty() || !good(from) || !good(to) || !(radius >= 0.0 && radius <= kReach)) return false;
+  const Growth growth(patches_, wait, radius * kSteps);
+  Segment segment;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), growth.nodes)) return false;
+  if (!(largest(segment.way) >= kLeastLength)) segment.way = glm::dvec3(0.0);
+  const SlabTest node_test(segment, growth.nodes);
+  const SlabTest patch_test(segment, growth.patches);
+  SlabTest tile_test(segment, growth.patches);
+  Contact best;
+  Order first{QueryHit::kNone, 0};
+  const auto limit = [&] { return box_limit(best.t); };
+  const auto visit_patch = [&](PatchId id) {
+    const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
+    tile_test.move_to(segment, patch.origin, growth.patches);
+    walk_tiles(patch, tile_test, limit, [&](int i, int j) {
+      const TileVertices tile(patch, i, j);
+      for (int t = 0; t < 8; ++t) {
+        const glm::dvec3 area = tile.area(t);
+        Contact contact;
+        const Triangle triangle{{tile.corner(t, 0), tile.corner(t, 1), tile.corner(t, 2)}};
+        if (!sweep_triangle(segment, radius * kSteps, triangle, area, best, contact)) continue;
+        const Order order{id, (j * (patch_cells(patch.level) / 2) + i) * 8 + t};
+        if (best < contact || (!(contact < best) && first < order)) continue;
+        best = contact;
+        first = order;
+        hit.normal = area;
+        hit.patch = id;
+        set_level(patches_, patch, hit);
+      }
+    });
+  };
+  walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, visit_patch);
+  if (!hit.found()) return false;
+  hit.place = best.place / kSteps;
+  hit.normal = unit(hit.normal);
+  hit.distance = (segment.before + best.t * segment.length) / kSteps;
+  return true;
+}
+
+void Query::rays(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to, Wait wait,
+                 std::span<QueryHit> hits) {
+  KARST_ASSERT(from.size() == to.size() && from.size() == hits.size());
+  for (std::size_t n = 0; n < from.size(); ++n) ray(from[n], to[n], wait, hits[n]);
+}
+
+}  // namespace karst::core
