@@ -9,7 +9,7 @@
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
 #include "terrain/base/lattice.h"
-#include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
 
 namespace karst::app {
 using namespace core;
@@ -78,15 +78,17 @@ int run_info(std::span<const char* const> words) {
   const std::string path(arguments.positional()[0]);
   MappedFile file;
   std::string error = file.open(path);
-  WorldInfo info;
+  WorldReader reader;
   if (error.empty()) {
-    if (const Status status = read_world_info(file.bytes(), info); !status.ok())
-      error = status_text(path, status);
+    Status status = reader.open(ByteSource::of(file.bytes()));
+    if (status.ok()) status = reader.verify();
+    if (!status.ok()) error = status_text(path, status);
   }
   if (!error.empty()) {
     print_error("karst info", error);
     return kExitFailure;
   }
+  const WorldInfo& info = reader.info();
   arguments.has("json") ? print_json(info, file.bytes().size()) : print_text(info, file.bytes().size());
   return kExitOk;
 }

@@ -10,6 +10,8 @@
 #include "bake/samples/samples.h"
 #include "terrain/base/config.h"
 #include "terrain/field/voxelize.h"
+#include "terrain/file/world_writer.h"
+#include "terrain/measure/level_error.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/measure/shading_cone.h"
 #include "terrain/patch/fit_heights.h"
@@ -430,13 +432,20 @@ class Baker {
     const std::vector<PatchBounds> boxes = bounds();
     const std::vector<NormalCone> cones = normal_cones();
     const std::vector<NormalCone> shading = shading_cones();
-    const WorldPatches world_patches{mask, heights_, errors, boxes, cones, shading};
+    std::vector<PatchKey> keys;
+    for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(Surface{volumes_, patches_}, p));
     report_.materials = materials(boxes);
-    const WorldMaterials ground = report_.materials.view();
-    std::vector<std::byte> file(world_file_bytes(info, ground));
-    std::size_t written = 0;
-    check(write_world(info, voxels_.octree, world_patches, ground, file, written), "world");
-    file.resize(written);
+    const WorldWriter writer{info,
+                             &voxels_.octree,
+                             {keys, mask, heights_, errors, boxes, cones, shading},
+                             report_.materials.view()};
+    std::vector<std::byte> file;
+    file.reserve(static_cast<std::size_t>(writer.file_bytes()));
+    const auto append = [&](std::span<const std::byte> bytes) {
+      file.insert(file.end(), bytes.begin(), bytes.end());
+      return true;
+    };
+    check(writer.run(ByteSink::to(append)), "world");
     return file;
   }
 

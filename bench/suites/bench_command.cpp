@@ -13,7 +13,7 @@
 #include "bench/suites/bench_pareto.h"
 #include "bench/suites/bench_shading.h"
 #include "bench/suites/bench_shadows.h"
-#include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
 
 namespace karst::bench {
 using namespace core;
@@ -233,10 +233,11 @@ std::string parse(std::span<const char* const> words, Arguments& arguments, Comm
 int run_core(const std::string& path, const CoreSuiteOptions& options) {
   MappedFile file;
   std::string error = file.open(path);
-  WorldInfo info;
   if (error.empty()) {
-    if (const Status status = read_world_info(file.bytes(), info); !status.ok())
-      error = status_text(path, status);
+    WorldReader reader;
+    Status status = reader.open(ByteSource::of(file.bytes()));
+    if (status.ok()) status = reader.verify();
+    if (!status.ok()) error = status_text(path, status);
   }
   if (!error.empty()) {
     print_error("karst-bench", error);

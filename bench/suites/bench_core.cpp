@@ -121,8 +121,9 @@ int fail(const Status& status) {
 }  // namespace
 
 int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& options) {
-  WorldInfo info;
-  if (const Status status = read_world_info(file, info); !status.ok()) return fail(status);
+  WorldReader reader;
+  if (const Status status = reader.open(ByteSource::of(file)); !status.ok()) return fail(status);
+  const WorldInfo& info = reader.info();
   const Config config = Terrain::config_for(info, info.level);
   const std::size_t bytes = Terrain::budget(config).cpu_bytes();
   const AlignedMemory memory = allocate(bytes);

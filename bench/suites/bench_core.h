@@ -13,7 +13,7 @@ struct CoreSuiteOptions {
   std::string json;  // file for programs, "-": printed in place of the table; empty: none
 };
 
-// Prints to stdout. file: a valid world file (read_world_info has accepted it).
+// Prints to stdout. file: a world file that WorldReader::verify() has accepted.
 // Returns the exit code; errors go to stderr.
 int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the bytes of a world come from: the core does no I/O, its caller reads.
+// Where the bytes of a world come from and where they go: the core does no I/O, its caller reads and writes.
 #pragma once
 
 #include <cstddef>
@@ -22,6 +22,20 @@ struct ByteSource {
               if (!out.empty())
                 std::memcpy(out.data(), static_cast<const std::byte*>(from) + offset, out.size());
               return true;
+            }};
+  }
+};
+
+struct ByteSink {
+  const void* context = nullptr;  // borrowed, handed to write
+  // Appends the bytes to what was written before; false where it cannot.
+  bool (*write)(const void* context, std::span<const std::byte> bytes) = nullptr;
+
+  // Calls out(bytes), which returns whether it could. Borrowed.
+  template <class Write>
+  static ByteSink to(const Write& out) {
+    return {&out, [](const void* context, std::span<const std::byte> bytes) -> bool {
+              return (*static_cast<const Write*>(context))(bytes);
             }};
   }
 };

@@ -130,13 +130,6 @@ Fault check_lights(std::span<const PointLight> lights) {
   return {};
 }
 
-Fault check_overrides(std::span<const std::uint8_t> overrides, std::uint32_t count) {
-  for (std::size_t p = 0; p < overrides.size(); ++p) {
-    if (overrides[p] > count) return {"a patch has a material that is not there", p};
-  }
-  return {};
-}
-
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs) {
   if (section.size() < kHeaderBytes) return {"the section is shorter than its header", 0};
   std::uint32_t header[kHeaderBytes / sizeof(std::uint32_t)];
@@ -167,16 +160,6 @@ void encode(const MaterialSet& set, std::span<const std::byte> textures, std::sp
     const std::uint32_t crc = crc32c(textures.subspan(first, image_offset(set, k + 1) - first));
     std::memcpy(out.data() + kHeaderBytes + records + k * sizeof crc, &crc, sizeof crc);
   }
-}
-
-std::size_t find_image_fault(const MaterialSet& set, std::span<const std::uint32_t> crcs,
-                             std::span<const std::byte> textures) {
-  const std::size_t count = image_count(set);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t first = image_offset(set, k);
-    if (crc32c(textures.subspan(first, image_offset(set, k + 1) - first)) != crcs[k]) return k;
-  }
-  return count;
 }
 
 std::size_t image_offset(const MaterialSet& set, std::size_t index) {

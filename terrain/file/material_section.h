@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The sections of materials (MATL), of their textures (MTEX), of patches that have a material of their own
 // (MOVR) and of point lights (LGTS) in a world file: their checks, the same for reading and writing. For
-// world_file.cpp, world_layout.cpp and world_reader.cpp alone; docs/formats.md has the offsets.
+// world_layout.cpp, world_reader.cpp and world_writer.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include "terrain/shading/materials.h"
@@ -34,8 +34,6 @@ struct Fault {
 Fault check_set(const MaterialSet& set);
 // Number, and each light's ranges.
 Fault check_lights(std::span<const PointLight> lights);
-// Each 0 or one more than the number of a material.
-Fault check_overrides(std::span<const std::uint8_t> overrides, std::uint32_t count);
 
 // set is untouched and crcs are garbage on a fault. crcs: room for kMostImages, image_count() are written.
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs);
@@ -43,9 +41,6 @@ Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std
 // out: section_bytes(set). Preconditions: check_set finds no fault, textures are texture_bytes(set).
 void encode(const MaterialSet& set, std::span<const std::byte> textures, std::span<std::byte> out);
 
-// Index of the first image whose checksum is another, or image_count().
-std::size_t find_image_fault(const MaterialSet& set, std::span<const std::uint32_t> crcs,
-                             std::span<const std::byte> textures);
 // Where an image begins in the texture data.
 std::size_t image_offset(const MaterialSet& set, std::size_t index);
 

@@ -4,6 +4,7 @@
 #include "terrain/file/octree_section.h"
 
 #include <algorithm>
+#include <array>
 
 namespace karst::core {
 namespace {
@@ -85,19 +86,18 @@ class Decoder {
 
 class Encoder {
  public:
-  Encoder(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, std::span<std::byte> out)
-      : tree_(tree), nodes_(node_count(octets)), extent_(extent), out_(out) {}
+  Encoder(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, const ByteSink& sink)
+      : tree_(tree), nodes_(node_count(octets)), extent_(extent), sink_(sink) {}
 
   Status write(Octree::Node node, glm::ivec3 corner, std::int32_t size) {
     if (at_ == nodes_) return invalid("the octree has more octets than stated");
     if (Octree::is_leaf(node)) {
       const bool filled = Octree::is_filled(node);
       if (filled && !inside(corner, size, extent_)) return invalid("a voxel outside the extent is filled");
-      put(filled ? kFilledLeaf : kEmptyLeaf);
-      return {};
+      return put(filled ? kFilledLeaf : kEmptyLeaf);
     }
     if (size == 1) return invalid("the octree is deeper than its depth");
-    put(kInternal);
+    if (const Status status = put(kInternal); !status.ok()) return status;
     const Octree::Octet octet = tree_.children(node);
     if (Octree::equal_leaves(octet)) return invalid("eight equal leaves are not collapsed");
     for (int octant = 0; octant < 8; ++octant) {
@@ -107,17 +107,25 @@ class Encoder {
     return {};
   }
 
-  Status finish() const {
-    return at_ == nodes_ ? Status() : invalid("the octree has fewer octets than stated");
-  }
+  Status finish() { return at_ == nodes_ ? flush() : invalid("the octree has fewer octets than stated"); }
 
  private:
-  void put(unsigned code) {
-    const std::size_t byte = at_ / 4;
+  static constexpr std::size_t kBuffer = 512;  // bytes
+
+  Status put(unsigned code) {
+    const std::size_t byte = at_ / 4 % kBuffer;
     const unsigned shift = static_cast<unsigned>(at_ % 4) * 2;
-    const unsigned before = shift == 0 ? 0 : std::to_integer<unsigned>(out_[byte]);
-    out_[byte] = static_cast<std::byte>(before | code << shift);
+    const unsigned before = shift == 0 ? 0 : std::to_integer<unsigned>(buffer_[byte]);
+    buffer_[byte] = static_cast<std::byte>(before | code << shift);
     ++at_;
+    return at_ % (4 * kBuffer) == 0 ? flush() : Status();
+  }
+
+  // What was put since the last time. The number of nodes is 1 + 8n, so the last flush is never empty.
+  Status flush() {
+    const std::size_t bytes = (at_ - 1) / 4 % kBuffer + 1;
+    if (sink_.write(sink_.context, std::span(buffer_).first(bytes))) return {};
+    return {StatusCode::limit_reached, "the bytes cannot be written", "sink"};
   }
 
   static Status invalid(const char* what) { return {StatusCode::invalid_argument, what, "octree"}; }
@@ -126,7 +134,8 @@ class Encoder {
   std::uint64_t nodes_;
   std::uint64_t at_ = 0;
   glm::ivec3 extent_;
-  std::span<std::byte> out_;
+  const ByteSink& sink_;
+  std::array<std::byte, kBuffer> buffer_;
 };
 
 }  // namespace
@@ -153,11 +162,8 @@ Status decode_octree(std::span<const std::byte> bytes, std::uint32_t octets, glm
   return emptied.ok() ? status : emptied;
 }
 
-Status encode_octree(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, std::span<std::byte> out) {
-  if (out.size() != octree_section_bytes(octets)) {
-    return {StatusCode::invalid_argument, "the output does not fit the octree's octets", "octree"};
-  }
-  Encoder encoder(tree, octets, extent, out);
+Status encode_octree(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, const ByteSink& sink) {
+  Encoder encoder(tree, octets, extent, sink);
   const Status status = encoder.write(tree.root(), glm::ivec3(0), tree.size());
   return status.ok() ? encoder.finish() : status;
 }

@@ -7,6 +7,7 @@
 
 #include "karst/status.h"
 #include "terrain/field/octree.h"
+#include "terrain/file/byte_source.h"
 
 #include <glm/vec3.hpp>
 
@@ -26,9 +27,9 @@ constexpr std::uint64_t octree_section_bytes(std::uint32_t octets) {
 // tree is empty on failure.
 Status decode_octree(std::span<const std::byte> bytes, std::uint32_t octets, glm::ivec3 extent, Octree& tree);
 
-// Writes octree_section_bytes(octets) bytes to out, which must be that long. invalid_argument ("octree")
-// where the tree has another number of octets, is not collapsed, or fills a voxel outside the extent; out
-// holds garbage then.
-Status encode_octree(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, std::span<std::byte> out);
+// Writes octree_section_bytes(octets) bytes to the sink, a few hundred at a time. invalid_argument ("octree")
+// where the tree has another number of octets, is not collapsed, or fills a voxel outside the extent; part of
+// it may be written then. limit_reached ("sink") where the sink does not take them.
+Status encode_octree(const Octree& tree, std::uint32_t octets, glm::ivec3 extent, const ByteSink& sink);
 
 }  // namespace karst::core

@@ -6,6 +6,7 @@
 #include "terrain/base/lattice.h"
 #include "terrain/file/material_section.h"
 #include "terrain/file/octree_section.h"
+#include "terrain/measure/level_error.h"
 #include "terrain/surface/bezier/case_tables.h"
 
 #include <algorithm>
@@ -72,7 +73,23 @@ Fault check_name(const WorldInfo& info) {
   }
   return {};
 }
-// ----------------------------------------------------------------------------------------------------
+
+// What to say about a file of another version than this one; null: it is this one.
+const char* other_version(std::uint32_t version) {
+  static_assert(kWorldFileVersion == 4);
+  switch (version) {
+    case 1:
+      return "world file of version 1; this karst reads 4: bake it again with karst-bake";
+    case 2:
+      return "world file of version 2; this karst reads 4: bake it again with karst-bake";
+    case 3:
+      return "world file of version 3; this karst reads 4: bake it again with karst-bake";
+    case kWorldFileVersion:
+      return nullptr;
+    default:
+      return "world file of a version that this karst, which reads 4, does not know";
+  }
+}
 
 // All that can be said before the fields have a meaning: this is a whole, undamaged file of this version.
 Status check_envelope(std::span<const std::byte> file, std::uint64_t file_bytes) {
@@ -81,9 +98,8 @@ Status check_envelope(std::span<const std::byte> file, std::uint64_t file_bytes)
   }
   if (file.size() < kHeaderBytes)
     return corrupt("the file ends inside its header", {"file_bytes", file.size()});
-  if (load<std::uint32_t>(file, kVersion.offset) != kWorldFileVersion) {
-    return {StatusCode::unsupported, "the file is of another version", kVersion.name, kVersion.offset};
-  }
+  if (const char* other = other_version(load<std::uint32_t>(file, kVersion.offset)); other != nullptr)
+    return {StatusCode::unsupported, other, kVersion.name, kVersion.offset};
   const auto count = load<std::uint32_t>(file, kSections.offset);
   if (count > kMaxSections) return corrupt("more than 16 sections", kSections);
   const std::size_t header = kHeaderBytes + count * kEntryBytes;
@@ -121,10 +137,12 @@ void load_info(std::span<const std::byte> file, WorldInfo& info) {
 
 // One entry of the table: its section begins at the next multiple of the alignment after end, which moves to
 // the section's end. known: index of its kind, kWorldSectionKinds for others.
-Status read_entry(std::span<const std::byte> file, std::size_t entry, std::uint64_t file_bytes,
+Status read_entry(std::span<const std::byte> file, std::uint64_t entry, std::uint64_t file_bytes,
                   std::uint64_t& end, Entry& section, std::size_t& known) {
-  const auto kind = load<std::uint32_t>(file, entry + kEntryKind);
-  known = static_cast<std::size_t>(std::find(kKinds.begin(), kKinds.end(), kind) - kKinds.begin());
+  const auto letters = load<std::uint32_t>(file, entry + kEntryKind);
+  const auto same = [&](const SectionKind& kind) { return kind.letters == letters; };
+  known = static_cast<std::size_t>(std::find_if(kSectionKinds.begin(), kSectionKinds.end(), same) -
+                                   kSectionKinds.begin());
   const auto flags = load<std::uint32_t>(file, entry + kEntryFlags);
   const auto offset = load<std::uint64_t>(file, entry + kEntryOffset);
   const auto bytes = load<std::uint64_t>(file, entry + kEntryBytesField);
@@ -149,30 +167,24 @@ Status read_entry(std::span<const std::byte> file, std::size_t entry, std::uint6
   return {};
 }
 
-// The lengths that counts of the header, or nothing but the kind, decide.
+// Whether a section can be so long in a world with these counts.
 bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
-  switch (section) {
-    case WorldSection::materials:
-      return bytes >= material_section::kHeaderBytes && bytes <= material_section::kMostBytes;
-    case WorldSection::textures:
-      return true;
-    case WorldSection::overrides:
-      return bytes == info.patches;
-    case WorldSection::lights:
-      return bytes > 0 && bytes <= kMostLights * sizeof(PointLight) && bytes % sizeof(PointLight) == 0;
-    default:
-      return bytes == section_bytes(section, info);
-  }
+  if (kind_of(section).bytes != nullptr) return bytes == kind_of(section).bytes(info);
+  if (section == WorldSection::materials)
+    return bytes >= material_section::kHeaderBytes && bytes <= material_section::kMostBytes;
+  if (section == WorldSection::lights)
+    return bytes > 0 && bytes <= kMostLights * sizeof(PointLight) && bytes % sizeof(PointLight) == 0;
+  return true;
 }
 
 // Which sections are there.
 Status check_presence(const Table& table) {
-  const auto present = [&](WorldSection s) { return table.sections[static_cast<std::size_t>(s)].present; };
+  const auto present = [&](WorldSection s) { return table.places[static_cast<std::size_t>(s)].present; };
   const auto missing = [](WorldSection s) {
-    return corrupt("a section is missing", {kSectionNames[static_cast<std::size_t>(s)], kSections.offset});
+    return corrupt("a section is missing", {kind_of(s).name, kSections.offset});
   };
-  for (std::size_t i = 0; i < kWorldSections; ++i) {
-    if (!table.sections[i].present) return missing(static_cast<WorldSection>(i));
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (kSectionKinds[i].required && !table.places[i].present) return missing(static_cast<WorldSection>(i));
   }
   if (present(WorldSection::materials) && !present(WorldSection::textures))
     return missing(WorldSection::textures);
@@ -194,17 +206,16 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
       return status;
     }
     if (known == kWorldSectionKinds) continue;
-    const Field name{kSectionNames[known], entry.at};
-    if (table.sections[known].present) return corrupt("a section is there twice", name);
+    const Field name{kSectionKinds[known].name, entry.at};
+    if (table.places[known].present) return corrupt("a section is there twice", name);
     if (!fits(static_cast<WorldSection>(known), entry.bytes, info)) {
       return corrupt("a section's length does not fit the counts of the header",
                      {name.name, entry.at + kEntryBytesField});
     }
-    table.sections[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
+    table.places[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
   }
   if (const Status status = check_presence(table); !status.ok()) return status;
-  if (end != file_bytes)
-    return corrupt("bytes follow the last section", {"padding", static_cast<std::size_t>(end)});
+  if (end != file_bytes) return corrupt("bytes follow the last section", {"padding", end});
   return {};
 }
 
@@ -221,46 +232,54 @@ Fault check_info(const WorldInfo& info) {
   return {};
 }
 
-std::uint64_t section_bytes(WorldSection section, const WorldInfo& info) {
-  switch (section) {
-    case WorldSection::octree:
-      return octree_section_bytes(info.octets);
-    case WorldSection::mask:
-      return (std::uint64_t{info.patches} + 7) / 8;
-    case WorldSection::samples:
-      return std::uint64_t{info.height_blocks} * static_cast<std::uint64_t>(patch_vertices(info.level)) *
-             sizeof(std::int16_t);
-    case WorldSection::sample_crcs:
-      return std::uint64_t{height_groups(info.height_blocks)} * sizeof(std::uint32_t);
-    case WorldSection::level_errors:
-      return std::uint64_t{info.patches} * level_error_values(info.level) * sizeof(std::uint16_t);
-    case WorldSection::bounds:
-      return std::uint64_t{info.patches} * sizeof(PatchBounds);
-    case WorldSection::cones:
-    case WorldSection::shading_cones:
-      return std::uint64_t{info.patches} * sizeof(NormalCone);
-    default:
-      return 0;
-  }
-}
+const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
+    {four_letters("OCTR"), "octree", true, [](const WorldInfo& i) { return octree_section_bytes(i.octets); }},
+    {four_letters("PKEY"), "patch keys", true,
+     [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(PatchKey)}; }},
+    {four_letters("HMSK"), "height mask", true,
+     [](const WorldInfo& i) { return (std::uint64_t{i.patches} + 7) / 8; }},
+    {four_letters("HGTS"), "height samples", true,
+     [](const WorldInfo& i) {
+       return i.height_blocks * static_cast<std::uint64_t>(patch_vertices(i.level)) * sizeof(std::int16_t);
+     }},
+    {four_letters("HCRC"), "height checksums", true,
+     [](const WorldInfo& i) {
+       return height_groups(i.height_blocks) * std::uint64_t{sizeof(std::uint32_t)};
+     }},
+    {four_letters("LERR"), "level errors", true,
+     [](const WorldInfo& i) {
+       return i.patches * std::uint64_t{level_error_values(i.level)} * sizeof(std::uint16_t);
+     }},
+    {four_letters("PBND"), "patch bounds", true,
+     [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(PatchBounds)}; }},
+    {four_letters("CONE"), "normal cones", true,
+     [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(NormalCone)}; }},
+    {four_letters("SCON"), "shading cones", true,
+     [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(NormalCone)}; }},
+    {four_letters("MATL"), "materials", false, nullptr},
+    {four_letters("MTEX"), "textures", false, nullptr},
+    {four_letters("MOVR"), "overrides", false, [](const WorldInfo& i) { return std::uint64_t{i.patches}; }},
+    {four_letters("LGTS"), "lights", false, nullptr},
+}};
 
-std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, WorldSections& sections) {
-  sections = {};
-  const bool has_materials = materials.set.count > 0;
-  const std::uint64_t optional[] = {has_materials ? material_section::section_bytes(materials.set) : 0,
-                                    has_materials ? texture_bytes(materials.set) : 0,
-                                    materials.overrides.size(), materials.lights.size_bytes()};
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
-    WorldSectionPlace& place = sections[i];
-    place.present = i < kWorldSections || optional[i - kWorldSections] > 0;
-    if (!place.present) continue;
-    place.bytes =
-        i < kWorldSections ? section_bytes(static_cast<WorldSection>(i), info) : optional[i - kWorldSections];
-    place.entry = kHeaderBytes + count++ * kEntryBytes;
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places) {
+  places = {};
+  const auto of = [&](WorldSection s) -> SectionPlace& { return places[static_cast<std::size_t>(s)]; };
+  if (materials.set.count > 0) {
+    of(WorldSection::materials) = {.bytes = material_section::section_bytes(materials.set), .present = true};
+    of(WorldSection::textures) = {.bytes = texture_bytes(materials.set), .present = true};
   }
-  std::uint64_t end = kHeaderBytes + count * kEntryBytes;
-  for (WorldSectionPlace& place : sections) {
+  of(WorldSection::overrides).present = !materials.overrides.empty();
+  of(WorldSection::lights) = {.bytes = materials.lights.size_bytes(), .present = !materials.lights.empty()};
+  std::uint64_t end = kHeaderBytes;
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    places[i].present = places[i].present || kSectionKinds[i].required;
+    if (!places[i].present) continue;
+    if (kSectionKinds[i].bytes != nullptr) places[i].bytes = kSectionKinds[i].bytes(info);
+    places[i].entry = end;
+    end += kEntryBytes;
+  }
+  for (SectionPlace& place : places) {
     if (!place.present) continue;
     place.offset = align_up(end);
     end = place.offset + place.bytes;
@@ -268,25 +287,43 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, Wo
   return end;
 }
 
-std::size_t find_mask_fault(std::span<const std::byte> mask, const WorldInfo& info) {
-  std::uint64_t blocks = 0;
-  for (const std::byte b : mask)
-    blocks += static_cast<std::uint64_t>(std::popcount(std::to_integer<unsigned>(b)));
-  const std::uint32_t last_bits = info.patches % 8;
-  if (last_bits != 0 && std::to_integer<unsigned>(mask.back()) >> last_bits != 0) return mask.size() - 1;
-  return blocks == info.height_blocks ? mask.size() : 0;
-}
-
-std::size_t find_sample_fault(std::span<const std::int16_t> samples) {
-  const auto bad = [](std::int16_t s) { return s > kMaxHeight || s < -kMaxHeight; };
-  return static_cast<std::size_t>(std::find_if(samples.begin(), samples.end(), bad) - samples.begin());
-}
-
-std::size_t find_bounds_fault(std::span<const PatchBounds> bounds) {
-  const auto bad = [](const PatchBounds& b) {
-    return b.min[0] > b.max[0] || b.min[1] > b.max[1] || b.min[2] > b.max[2];
-  };
-  return static_cast<std::size_t>(std::find_if(bounds.begin(), bounds.end(), bad) - bounds.begin());
+std::size_t store_head(const WorldInfo& info, const SectionPlaces& places, std::uint64_t file_bytes,
+                       std::span<std::byte> out) {
+  std::uint32_t count = 0;
+  for (const SectionPlace& place : places) count += place.present ? 1 : 0;
+  const std::size_t header = kHeaderBytes + count * kEntryBytes;
+  const std::span<std::byte> head = out.first(header);
+  std::fill(head.begin(), head.end(), std::byte{0});
+  std::memcpy(head.data(), kMagic.data(), kMagic.size());
+  store(head, kVersion.offset, kWorldFileVersion);
+  store(head, kHeaderLength.offset, static_cast<std::uint32_t>(header));
+  store(head, kFileBytes.offset, file_bytes);
+  store(head, kSections.offset, count);
+  store(head, kVoxelSize.offset, info.voxel_size_m);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    store(head, kOrigin.offset + axis * sizeof(double), info.origin_m[axis]);
+    store(head, kExtent.offset + axis * sizeof(std::int32_t), info.extent[static_cast<int>(axis)]);
+  }
+  store(head, kDepth.offset, std::int32_t{info.depth});
+  store(head, kLevel.offset, std::int32_t{info.level});
+  store(head, kOctets.offset, info.octets);
+  store(head, kVolumes.offset, info.volumes);
+  store(head, kPatches.offset, info.patches);
+  store(head, kHeightBlocks.offset, info.height_blocks);
+  std::memcpy(head.data() + kName.offset, info.name, kWorldNameBytes);
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (!places[i].present) continue;
+    const std::uint64_t entry = places[i].entry;
+    store(head, entry + kEntryKind, kSectionKinds[i].letters);
+    store(head, entry + kEntryFlags, kSectionKinds[i].required ? kRequired : 0);
+    store(head, entry + kEntryOffset, places[i].offset);
+    store(head, entry + kEntryBytesField, places[i].bytes);
+    store(head, entry + kEntryCrc, places[i].crc);
+  }
+  const std::size_t after_crc = kHeaderCrc.offset + sizeof(std::uint32_t);
+  const std::span<const std::byte> bytes = head;
+  store(head, kHeaderCrc.offset, crc32c(bytes.subspan(after_crc), crc32c(bytes.first(kHeaderCrc.offset))));
+  return header;
 }
 
 Status read_head(std::span<const std::byte> head, std::uint64_t file_bytes, WorldInfo& info, Table& table) {
@@ -303,3 +340,13 @@ Status read_head(std::span<const std::byte> head, std::uint64_t file_bytes, Worl
 }
 
 }  // namespace karst::core::world_layout
+
+namespace karst::core {
+
+Status validate_world_info(const WorldInfo& info) {
+  const world_layout::Fault fault = world_layout::check_info(info);
+  return fault.what == nullptr ? Status()
+                               : Status(StatusCode::invalid_argument, fault.what, fault.field.name);
+}
+
+}  // namespace karst::core

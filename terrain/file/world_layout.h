@@ -2,7 +2,7 @@
 // Where everything lies in a .karst file, and the checks that reading and writing share: a header of fixed
 // size, the section table, then the sections one after another, each at the next multiple of 64 bytes. That
 // leaves one place for everything: sections cannot overlap, the bytes between them are 0, and equal worlds
-// are equal files. docs/formats.md has the offsets. For world_file.cpp and world_reader.cpp alone.
+// are equal files. docs/formats.md has the offsets. For world_reader.cpp and world_writer.cpp alone.
 #pragma once
 
 #include "terrain/file/world_file.h"
@@ -21,12 +21,13 @@ static_assert(std::endian::native == std::endian::little);
 
 struct Field {
   const char* name;
-  std::size_t offset;  // bytes from the start of the file
+  std::uint64_t offset;  // bytes from the start of the file
 };
 
 inline constexpr std::size_t kHeaderBytes = 192;
 inline constexpr std::size_t kEntryBytes = 32;  // of the section table
 inline constexpr std::uint32_t kMaxSections = 16;
+inline constexpr std::size_t kMostHead = kHeaderBytes + kMaxSections * kEntryBytes;
 inline constexpr std::array<unsigned char, 8> kMagic = {'K', 'A',  'R',  'S',
                                                         'T', 0x1a, '\r', '\n'};  // text mode damages it
 
@@ -65,24 +66,30 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
   return value;
 }
 
-inline constexpr std::array<std::uint32_t, kWorldSectionKinds> kKinds = {
-    four_letters("OCTR"), four_letters("HMSK"), four_letters("HGTS"), four_letters("HCRC"),
-    four_letters("LERR"), four_letters("PBND"), four_letters("CONE"), four_letters("SCON"),
-    four_letters("MATL"), four_letters("MTEX"), four_letters("MOVR"), four_letters("LGTS")};
-inline constexpr std::array<const char*, kWorldSectionKinds> kSectionNames = {
-    "octree",       "height mask",   "height samples", "height checksums", "level errors", "patch bounds",
-    "normal cones", "shading cones", "materials",      "textures",         "overrides",    "lights"};
+struct SectionKind {
+  std::uint32_t letters;
+  const char* name;
+  bool required;  // the first kWorldSections are
+  // Length that the header's counts decide; null: its contents do (material_section.h).
+  std::uint64_t (*bytes)(const WorldInfo& info);
+};
+// By WorldSection.
+extern const std::array<SectionKind, kWorldSectionKinds> kSectionKinds;
+
+inline const SectionKind& kind_of(WorldSection section) {
+  return kSectionKinds[static_cast<std::size_t>(section)];
+}
 
 template <class T>
-T load(std::span<const std::byte> bytes, std::size_t offset) {
+T load(std::span<const std::byte> bytes, std::uint64_t offset) {
   T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  std::memcpy(&value, bytes.data() + static_cast<std::size_t>(offset), sizeof value);
   return value;
 }
 
 template <class T>
-void store(std::span<std::byte> bytes, std::size_t offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
+void store(std::span<std::byte> bytes, std::uint64_t offset, T value) {
+  std::memcpy(bytes.data() + static_cast<std::size_t>(offset), &value, sizeof value);
 }
 
 constexpr std::uint64_t align_up(std::uint64_t bytes) {
@@ -103,24 +110,26 @@ struct Fault {
 };
 Fault check_info(const WorldInfo& info);
 
-// Bytes of a section that every world has; the product of the largest counts is far below 2^64.
-std::uint64_t section_bytes(WorldSection section, const WorldInfo& info);
+// --- Places of sections
 
-// Where write_world puts the sections, valid where the file's length, which is returned, fits size_t.
-std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, WorldSections& sections);
+struct SectionPlace {
+  std::uint64_t offset = 0;  // bytes from the start of the file
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0;
+  std::uint64_t entry = 0;  // offset of its entry in the section table
+  bool present = false;
+};
+using SectionPlaces = std::array<SectionPlace, kWorldSectionKinds>;
 
-// --- Contents of sections
+// Where the writer puts the sections. Returns the file's length.
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places);
 
-// Byte of the mask that is wrong, or its size where the mask is right.
-std::size_t find_mask_fault(std::span<const std::byte> mask, const WorldInfo& info);
-// Index of the first sample beyond +-kMaxHeight, or the number of samples.
-std::size_t find_sample_fault(std::span<const std::int16_t> samples);
-// Index of the first box whose minimum is above its maximum, or the number of boxes.
-std::size_t find_bounds_fault(std::span<const PatchBounds> bounds);
+// The header and the table over sections whose places and checksums are known; returns their length. out:
+// kMostHead bytes.
+std::size_t store_head(const WorldInfo& info, const SectionPlaces& places, std::uint64_t file_bytes,
+                       std::span<std::byte> out);
 
 // --- Reading. head: the file's first bytes, up to kMostHead of them.
-
-inline constexpr std::size_t kMostHead = kHeaderBytes + kMaxSections * kEntryBytes;
 
 // One entry of the section table, of a known kind or another.
 struct Entry {
@@ -128,16 +137,16 @@ struct Entry {
   std::uint64_t bytes = 0;
   std::uint32_t crc = 0;
   std::uint64_t gap = 0;  // where the zeros before the section begin
-  std::size_t at = 0;     // of the entry itself
+  std::uint64_t at = 0;   // of the entry itself
 };
 struct Table {
   std::array<Entry, kMaxSections> entries;
   std::size_t count = 0;
-  WorldSections sections;  // of the known ones
+  SectionPlaces places;  // of the known ones
 };
 
 // All that the head tells: that this is a whole file of this version, the fields and the table.
-// corrupt, unsupported as in world_file.h.
+// corrupt, unsupported as in world_file.h; an older version is unsupported and says to bake again.
 Status read_head(std::span<const std::byte> head, std::uint64_t file_bytes, WorldInfo& info, Table& table);
 
 }  // namespace karst::core::world_layout

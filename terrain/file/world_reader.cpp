@@ -6,6 +6,7 @@
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/octree_section.h"
+#include "terrain/file/section_check.h"
 #include "terrain/file/world_layout.h"
 
 namespace karst::core {
@@ -14,16 +15,41 @@ using namespace world_layout;
 
 namespace {
 
+// Bytes that are read at a time where nothing needs them all.
+constexpr std::size_t kBuffer = 512 * SectionCheck::kPiece;
+
 Status unreadable(std::uint64_t offset) {
   return {StatusCode::corrupt, "the file cannot be read", "file", offset};
 }
 
 Status wrong_length(WorldSection section) {
-  return {StatusCode::invalid_argument, "the room does not fit the section",
-          kSectionNames[static_cast<std::size_t>(section)]};
+  return {StatusCode::invalid_argument, "the room does not fit the section", kind_of(section).name};
 }
 
 }  // namespace
+
+Status WorldReader::corrupt_section(WorldSection section, const char* what, std::uint64_t offset) const {
+  return corrupt(what, {kind_of(section).name, place_of(section).offset + offset});
+}
+
+Status WorldReader::read_bytes(std::uint64_t offset, std::span<std::byte> out) const {
+  return source_.read(source_.context, offset, out) ? Status() : unreadable(offset);
+}
+
+// Calls visit(bytes), which returns whether to go on, for pieces of the file.
+template <class Visit>
+Status WorldReader::for_each_piece(std::uint64_t offset, std::uint64_t bytes, const Visit& visit) const {
+  std::array<std::byte, kBuffer> buffer;
+  while (bytes > 0) {
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, buffer.size()));
+    const std::span<std::byte> piece = std::span(buffer).first(count);
+    if (const Status status = read_bytes(offset, piece); !status.ok()) return status;
+    if (!visit(std::span<const std::byte>(piece))) return {};
+    offset += count;
+    bytes -= count;
+  }
+  return {};
+}
 
 Status WorldReader::open(const ByteSource& source) {
   *this = {};
@@ -31,22 +57,19 @@ Status WorldReader::open(const ByteSource& source) {
   std::array<std::byte, kMostHead> bytes;
   const std::span<std::byte> head =
       std::span(bytes).first(static_cast<std::size_t>(std::min<std::uint64_t>(source.bytes, bytes.size())));
-  if (!source.read(source.context, 0, head)) return unreadable(0);
   WorldInfo info;
-  Table table;
-  if (const Status status = read_head(head, source.bytes, info, table); !status.ok()) return status;
-  for (std::size_t i = 0; i < table.count; ++i) {
-    const Entry& entry = table.entries[i];
-    std::array<std::byte, kWorldSectionAlignment> zeros;
+  Status status = read_bytes(0, head);
+  if (status.ok()) status = read_head(head, source.bytes, info, table_);
+  for (std::size_t i = 0; status.ok() && i < table_.count; ++i) {
+    const Entry& entry = table_.entries[i];
+    std::array<std::byte, kWorldSectionAlignment> room;
     const std::span<std::byte> gap =
-        std::span(zeros).first(static_cast<std::size_t>(entry.offset - entry.gap));
-    if (!source.read(source.context, entry.gap, gap)) return unreadable(entry.gap);
-    if (!all_zero(gap)) {
-      return corrupt("bytes between sections are not 0", {"padding", static_cast<std::size_t>(entry.gap)});
-    }
+        std::span(room).first(static_cast<std::size_t>(entry.offset - entry.gap));
+    status = read_bytes(entry.gap, gap);
+    if (status.ok() && !all_zero(gap))
+      status = corrupt("bytes between sections are not 0", {"padding", entry.gap});
   }
-  sections_ = table.sections;
-  Status status = read_materials();
+  if (status.ok()) status = read_materials();
   if (status.ok()) status = read_lights();
   if (!status.ok()) {
     *this = {};
@@ -57,77 +80,141 @@ Status WorldReader::open(const ByteSource& source) {
 }
 
 Status WorldReader::read_materials() {
-  const WorldSectionPlace& section = place_of(WorldSection::materials);
+  const SectionPlace& section = place_of(WorldSection::materials);
   if (!section.present) return {};
   std::array<std::byte, material_section::kMostBytes> room;
   const std::span<std::byte> bytes = std::span(room).first(static_cast<std::size_t>(section.bytes));
   if (const Status status = read_section(WorldSection::materials, bytes); !status.ok()) return status;
   const auto fault = material_section::decode(bytes, materials_, image_crcs_);
-  if (fault.what != nullptr)
-    return corrupt(fault.what, {"materials", static_cast<std::size_t>(section.offset) + fault.offset});
-  const WorldSectionPlace& textures = place_of(WorldSection::textures);
-  if (textures.bytes != texture_bytes(materials_)) {
-    return corrupt("the section's length does not fit the materials",
-                   {"textures", static_cast<std::size_t>(textures.offset)});
-  }
-  return {};
+  if (fault.what != nullptr) return corrupt_section(WorldSection::materials, fault.what, fault.offset);
+  if (place_of(WorldSection::textures).bytes == texture_bytes(materials_)) return {};
+  return corrupt_section(WorldSection::textures, "the section's length does not fit the materials", 0);
 }
 
 Status WorldReader::read_lights() {
-  const WorldSectionPlace& section = place_of(WorldSection::lights);
+  const SectionPlace& section = place_of(WorldSection::lights);
   light_count_ = static_cast<std::size_t>(section.bytes) / sizeof(PointLight);
   if (!section.present) return {};
   const std::span<PointLight> lights = std::span(lights_).first(light_count_);
   if (const Status status = read_section(WorldSection::lights, std::as_writable_bytes(lights)); !status.ok())
     return status;
   const auto fault = material_section::check_lights(lights);
-  if (fault.what == nullptr) return {};
-  return corrupt(fault.what, {"lights", static_cast<std::size_t>(section.offset) + fault.offset});
+  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::lights, fault.what, fault.offset);
 }
 
 bool WorldReader::has_overrides() const {
   return place_of(WorldSection::overrides).present;
 }
 
-Status WorldReader::read_overrides(std::span<std::uint8_t> overrides) const {
-  if (!has_overrides()) {
-    if (overrides.size() != info_.patches) return wrong_length(WorldSection::overrides);
-    std::fill(overrides.begin(), overrides.end(), std::uint8_t{0});
-    return {};
+Status WorldReader::verify() const {
+  for (std::size_t i = 0; i < table_.count; ++i) {
+    const Entry& entry = table_.entries[i];
+    std::uint32_t crc = 0;
+    const Status status = for_each_piece(entry.offset, entry.bytes, [&](std::span<const std::byte> piece) {
+      crc = crc32c(piece, crc);
+      return true;
+    });
+    if (!status.ok()) return status;
+    if (crc != entry.crc)
+      return corrupt("a section does not match its checksum", {"section crc", entry.at + kEntryCrc});
   }
-  const Status status = read_section(WorldSection::overrides, std::as_writable_bytes(overrides));
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (const Status status = verify_section(static_cast<WorldSection>(i)); !status.ok()) return status;
+  }
+  if (const Status status = verify_groups(); !status.ok()) return status;
+  return verify_images();
+}
+
+Status WorldReader::verify_section(WorldSection section) const {
+  const SectionPlace& place = place_of(section);
+  SectionCheck check(section, info_, materials_.count);
+  SectionCheck::Fault fault;
+  const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
+    fault = check.feed(piece);
+    return fault.what == nullptr;
+  });
   if (!status.ok()) return status;
-  const auto fault = material_section::check_overrides(overrides, materials_.count);
-  if (fault.what == nullptr) return {};
-  return corrupt(
-      fault.what,
-      {"overrides", static_cast<std::size_t>(place_of(WorldSection::overrides).offset) + fault.offset});
+  if (fault.what == nullptr && place.present) fault = check.finish();
+  return fault.what == nullptr ? Status() : corrupt_section(section, fault.what, fault.offset);
+}
+
+Status WorldReader::verify_groups() const {
+  const SectionPlace& samples = place_of(WorldSection::samples);
+  const SectionPlace& crcs = place_of(WorldSection::sample_crcs);
+  const std::uint64_t whole = std::uint64_t{kHeightGroup} *
+                              static_cast<std::uint64_t>(patch_vertices(info_.level)) * sizeof(std::int16_t);
+  for (std::uint64_t first = 0, at = 0; first < samples.bytes; first += whole, at += sizeof(std::uint32_t)) {
+    std::uint32_t stated = 0;
+    std::uint32_t crc = 0;
+    Status status = read_bytes(crcs.offset + at, std::as_writable_bytes(std::span(&stated, 1)));
+    if (!status.ok()) return status;
+    status = for_each_piece(samples.offset + first, std::min(whole, samples.bytes - first),
+                            [&](std::span<const std::byte> piece) {
+                              crc = crc32c(piece, crc);
+                              return true;
+                            });
+    if (!status.ok()) return status;
+    if (crc != stated) {
+      return corrupt_section(WorldSection::sample_crcs, "a group of heights does not match its checksum", at);
+    }
+  }
+  return {};
+}
+
+Status WorldReader::verify_images() const {
+  const std::uint64_t start = place_of(WorldSection::textures).offset;
+  for (std::size_t image = 0; image < material_section::image_count(materials_); ++image) {
+    const std::uint64_t first = material_section::image_offset(materials_, image);
+    std::uint32_t crc = 0;
+    const Status status =
+        for_each_piece(start + first, material_section::image_offset(materials_, image + 1) - first,
+                       [&](std::span<const std::byte> piece) {
+                         crc = crc32c(piece, crc);
+                         return true;
+                       });
+    if (!status.ok()) return status;
+    if (crc != image_crcs_[image])
+      return corrupt_section(WorldSection::textures, "an image does not match its checksum", first);
+  }
+  return {};
+}
+
+Status WorldReader::read_overrides(std::span<std::uint8_t> overrides) const {
+  if (has_overrides()) return read_checked(WorldSection::overrides, std::as_writable_bytes(overrides));
+  if (overrides.size() != info_.patches) return wrong_length(WorldSection::overrides);
+  std::fill(overrides.begin(), overrides.end(), std::uint8_t{0});
+  return {};
 }
 
 Status WorldReader::read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                                   std::span<std::byte> out) const {
   const std::size_t image = texture_image_bytes(materials_.format, materials_.side, level);
   if (out.size() != image * count) return wrong_length(WorldSection::textures);
-  const std::uint64_t start =
-      place_of(WorldSection::textures).offset + texture_offset(materials_, array, level, first);
-  if (!source_.read(source_.context, start, out)) return unreadable(start);
+  const std::uint64_t start = texture_offset(materials_, array, level, first);
+  if (const Status status = read_bytes(place_of(WorldSection::textures).offset + start, out); !status.ok())
+    return status;
   const std::size_t index = material_section::image_index(materials_, array, level, first);
   for (std::uint32_t k = 0; k < count; ++k) {
     if (crc32c(out.subspan(k * image, image)) == image_crcs_[index + k]) continue;
-    return corrupt("an image does not match its checksum",
-                   {"textures", static_cast<std::size_t>(start) + k * image});
+    return corrupt_section(WorldSection::textures, "an image does not match its checksum", start + k * image);
   }
   return {};
 }
 
 Status WorldReader::read_section(WorldSection section, std::span<std::byte> out) const {
-  const WorldSectionPlace& place = place_of(section);
+  const SectionPlace& place = place_of(section);
   if (out.size() != place.bytes) return wrong_length(section);
-  if (!source_.read(source_.context, place.offset, out)) return unreadable(place.offset);
-  if (crc32c(out) != place.crc) {
-    return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
-  }
-  return {};
+  if (const Status status = read_bytes(place.offset, out); !status.ok()) return status;
+  if (crc32c(out) == place.crc) return {};
+  return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
+}
+
+Status WorldReader::read_checked(WorldSection section, std::span<std::byte> out) const {
+  if (const Status status = read_section(section, out); !status.ok()) return status;
+  SectionCheck check(section, info_, materials_.count);
+  SectionCheck::Fault fault = check.feed(out);
+  if (fault.what == nullptr) fault = check.finish();
+  return fault.what == nullptr ? Status() : corrupt_section(section, fault.what, fault.offset);
 }
 
 std::size_t WorldReader::octree_room(std::uint32_t octets) {
@@ -142,36 +229,50 @@ Status WorldReader::read_octree(std::span<std::byte> room, Octree& tree) const {
     return status;
   const Status status = decode_octree(room.first(bytes), info_.octets, info_.extent, tree);
   if (status.code() != StatusCode::corrupt) return status;
-  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::octree)].offset;
-  return {status.code(), status.what(), status.field(), offset + status.value()};
+  return {status.code(), status.what(), status.field(),
+          place_of(WorldSection::octree).offset + status.value()};
+}
+
+Status WorldReader::read_keys(std::span<PatchKey> keys) const {
+  return read_checked(WorldSection::keys, std::as_writable_bytes(keys));
+}
+
+Status WorldReader::match_keys(const Surface& surface) const {
+  const SectionPlace& place = place_of(WorldSection::keys);
+  constexpr const char* kOthers = "the world's patches are not those that its voxels make";
+  SectionCheck check(WorldSection::keys, info_, 0);
+  SectionCheck::Fault fault;
+  std::uint32_t crc = 0;
+  std::size_t patch = 0;
+  const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
+    crc = crc32c(piece, crc);
+    if (fault.what == nullptr) fault = check.feed(piece);
+    for (std::size_t at = 0; fault.what == nullptr && at < piece.size(); at += sizeof(PatchKey), ++patch) {
+      const auto bits = load<std::uint64_t>(piece, at);
+      const bool same =
+          patch < surface.patches.size() && key_of(surface, static_cast<PatchId>(patch)).bits() == bits;
+      if (!same) fault = {kOthers, patch * sizeof(PatchKey)};
+    }
+    return true;
+  });
+  if (!status.ok()) return status;
+  if (crc != place.crc)
+    return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
+  if (fault.what == nullptr) fault = check.finish();
+  if (fault.what == nullptr && patch != surface.patches.size()) fault = {kOthers, place.bytes};
+  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::keys, fault.what, fault.offset);
 }
 
 Status WorldReader::read_mask(std::span<std::byte> mask) const {
-  if (const Status status = read_section(WorldSection::mask, mask); !status.ok()) return status;
-  const std::size_t at = find_mask_fault(mask, info_);
-  if (at == mask.size()) return {};
-  return corrupt("the mask's bits are not height_blocks of the patches",
-                 {"height mask", static_cast<std::size_t>(sections_[1].offset) + at});
+  return read_checked(WorldSection::mask, mask);
 }
 
 Status WorldReader::read_level_errors(std::span<std::uint16_t> values) const {
-  const Status status = read_section(WorldSection::level_errors, std::as_writable_bytes(values));
-  if (!status.ok()) return status;
-  const std::size_t at = find_level_error_fault(info_.level, values);
-  if (at == values.size()) return {};
-  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::level_errors)].offset;
-  return corrupt("a finer level's error is larger than a coarser one's",
-                 {"level errors", static_cast<std::size_t>(offset) + at * sizeof(std::uint16_t)});
+  return read_checked(WorldSection::level_errors, std::as_writable_bytes(values));
 }
 
 Status WorldReader::read_bounds(std::span<PatchBounds> bounds) const {
-  const Status status = read_section(WorldSection::bounds, std::as_writable_bytes(bounds));
-  if (!status.ok()) return status;
-  const std::size_t at = find_bounds_fault(bounds);
-  if (at == bounds.size()) return {};
-  const std::uint64_t offset = sections_[static_cast<std::size_t>(WorldSection::bounds)].offset;
-  return corrupt("a box's minimum is above its maximum",
-                 {"patch bounds", static_cast<std::size_t>(offset) + at * sizeof(PatchBounds)});
+  return read_checked(WorldSection::bounds, std::as_writable_bytes(bounds));
 }
 
 Status WorldReader::read_cones(std::span<NormalCone> cones) const {
@@ -187,23 +288,20 @@ Status WorldReader::read_height_crcs(std::span<std::uint32_t> crcs) const {
 }
 
 Status WorldReader::read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const {
-  const WorldSectionPlace& place = place_of(WorldSection::samples);
+  const SectionPlace& place = place_of(WorldSection::samples);
   const std::uint64_t whole = std::uint64_t{kHeightGroup} *
                               static_cast<std::uint64_t>(patch_vertices(info_.level)) * sizeof(std::int16_t);
   const std::uint64_t first = group * whole;
   if (first >= place.bytes || out.size_bytes() != std::min(whole, place.bytes - first))
     return wrong_length(WorldSection::samples);
-  if (!source_.read(source_.context, place.offset + first, std::as_writable_bytes(out)))
-    return unreadable(place.offset + first);
-  if (crc32c(std::as_bytes(out)) != crc) {
-    return corrupt("a group of heights does not match its checksum",
-                   {"height samples", static_cast<std::size_t>(place.offset + first)});
-  }
-  const std::size_t at = find_sample_fault(out);
-  if (at == out.size()) return {};
-  return corrupt(
-      "a height is beyond the largest displacement",
-      {"height samples", static_cast<std::size_t>(place.offset + first) + at * sizeof(std::int16_t)});
+  const std::span<std::byte> bytes = std::as_writable_bytes(out);
+  if (const Status status = read_bytes(place.offset + first, bytes); !status.ok()) return status;
+  if (crc32c(bytes) != crc)
+    return corrupt_section(WorldSection::samples, "a group of heights does not match its checksum", first);
+  SectionCheck check(WorldSection::samples, info_, 0);
+  const SectionCheck::Fault fault = check.feed(bytes);
+  if (fault.what == nullptr) return {};
+  return corrupt_section(WorldSection::samples, fault.what, first + fault.offset);
 }
 
 }  // namespace karst::core

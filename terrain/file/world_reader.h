@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Reads a .karst file piece by piece, so that neither the file nor its heights need to fit memory. Each piece
-// is checked when it is read: the header and its fields, a section against its checksum, a group of heights
-// against its own. Errors are those of world_file.h; unreadable bytes are corrupt, too, naming "file".
+// is checked when it is read: the header and its fields, a section against its checksum and its rules, a
+// group of heights against its own checksum; verify() checks all of the file. Files in memory are read alike,
+// by ByteSource::of.
+//
+// corrupt: the bytes contradict themselves, or cannot be read (naming "file"); unsupported: another version,
+// or a required section of unknown kind.
 #pragma once
 
 #include <array>
@@ -13,6 +17,7 @@
 #include "terrain/file/byte_source.h"
 #include "terrain/file/material_section.h"
 #include "terrain/file/world_file.h"
+#include "terrain/file/world_layout.h"
 
 namespace karst::core {
 
@@ -26,17 +31,31 @@ class WorldReader {
   std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
   bool has_overrides() const;
 
-  // As karst::read_octree. room: working memory of octree_room(info.octets) bytes.
+  // Reads all of the file, through a small buffer: all that the functions below check, and the checksums of
+  // sections of unknown kind; but not the octree's nodes, whose check takes memory. Precondition: open()
+  // succeeded.
+  Status verify() const;
+
+  // Replaces the octree's contents, depth included. The octree is empty on failure. limit_reached
+  // ("max_octets", value: info.octets) where its pool is smaller; corrupt where the section's nodes do not
+  // make a tree of info.octets octets, fully collapsed, filled only inside the extent.
+  // room: working memory of octree_room(info.octets) bytes.
   Status read_octree(std::span<std::byte> room, Octree& tree) const;
   static std::size_t octree_room(std::uint32_t octets);
 
   // mask: (patches + 7) / 8 bytes. The others: as long as world_file.h says.
+  Status read_keys(std::span<PatchKey> keys) const;
   Status read_mask(std::span<std::byte> mask) const;
   Status read_level_errors(std::span<std::uint16_t> values) const;
   Status read_bounds(std::span<PatchBounds> bounds) const;
   Status read_cones(std::span<NormalCone> cones) const;
   Status read_shading_cones(std::span<NormalCone> cones) const;
   Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
+
+  // Whether the surface, as extraction makes it, has exactly the patches of the file: then the file's n-th is
+  // the surface's n-th, because both ascend by key. corrupt ("patch keys", at the first that differs) where
+  // they are not the same set. Needs no memory.
+  Status match_keys(const Surface& surface) const;
 
   // Materials of patches: one byte a patch, all 0 where the world has no overrides.
   Status read_overrides(std::span<std::uint8_t> overrides) const;
@@ -51,16 +70,27 @@ class WorldReader {
   Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;
 
  private:
-  const WorldSectionPlace& place_of(WorldSection section) const {
-    return sections_[static_cast<std::size_t>(section)];
+  const world_layout::SectionPlace& place_of(WorldSection section) const {
+    return table_.places[static_cast<std::size_t>(section)];
   }
+  // corrupt, naming the section, `offset` bytes from its start.
+  Status corrupt_section(WorldSection section, const char* what, std::uint64_t offset) const;
+  Status read_bytes(std::uint64_t offset, std::span<std::byte> out) const;
+  // A section as a whole, checked against its checksum.
   Status read_section(WorldSection section, std::span<std::byte> out) const;
+  // The same, and against its rules.
+  Status read_checked(WorldSection section, std::span<std::byte> out) const;
+  template <class Visit>
+  Status for_each_piece(std::uint64_t offset, std::uint64_t bytes, const Visit& visit) const;
   Status read_materials();
   Status read_lights();
+  Status verify_section(WorldSection section) const;
+  Status verify_groups() const;
+  Status verify_images() const;
 
   ByteSource source_;
   WorldInfo info_;
-  WorldSections sections_;
+  world_layout::Table table_;
   MaterialSet materials_;
   std::array<std::uint32_t, material_section::kMostImages> image_crcs_{};
   std::array<PointLight, kMostLights> lights_{};

@@ -255,7 +255,7 @@ Status Terrain::load_surface() {
     return {StatusCode::corrupt, "its voxels make another number of volumes than stated", "volumes"};
   if (made.patches != info_.patches)
     return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
-  return {};
+  return reader_.match_keys(surface());
 }
 
 Status Terrain::load_patches() {

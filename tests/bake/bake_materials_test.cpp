@@ -7,6 +7,7 @@
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 #include "tests/support/tree_memory.h"
+#include "tests/support/world_io.h"
 
 #include <gtest/gtest.h>
 
@@ -51,7 +52,7 @@ class BakeMaterialsTest : public ::testing::Test {
 WorldMaterials read(const std::vector<std::byte>& file) {
   WorldInfo info;
   EXPECT_TRUE(read_world_info(file, info).ok());
-  return read_materials(file, info);
+  return read_materials(file);
 }
 
 TEST_F(BakeMaterialsTest, AWorldHasMaterialsByDefault) {

@@ -7,6 +7,7 @@
 #include "terrain/surface/bezier/extract_surface.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
+#include "tests/support/world_io.h"
 
 #include <gtest/gtest.h>
 
@@ -129,8 +130,8 @@ struct World {
     std::align(Arena::kAlignment, bytes, aligned, space);
     Arena arena({static_cast<std::byte*>(aligned), bytes});
     EXPECT_TRUE(octree.create(arena, info.depth, info.octets).ok());
-    EXPECT_TRUE(read_octree(file, info, octree).ok());
-    heights = read_patches(file, info);
+    EXPECT_TRUE(read_octree(file, octree).ok());
+    heights = read_patches(file);
     volumes.resize(info.volumes);
     patches.resize(info.patches);
     std::vector<std::uint32_t> scratch(ExtractSurface::scratch_size(info.volumes));

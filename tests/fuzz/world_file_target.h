@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Reads any bytes as a world file, all the way down, and traps where an accepted file breaks a promise of
-// terrain/file/world_file.h. Used by world_file_test.cpp and by libFuzzer (world_file_target.cpp).
+// terrain/file/world_reader.h. Used by world_file_test.cpp and by libFuzzer (world_file_target.cpp).
 #pragma once
 
 #include "terrain/base/arena.h"
-#include "terrain/file/world_file.h"
-#include "terrain/file/world_reader.h"
+#include "terrain/measure/level_error.h"
 #include "terrain/patch/heights.h"
+#include "tests/support/world_io.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +32,7 @@ inline void promise_stated(const Status& status, std::size_t file_bytes) {
 // Every level of both arrays, layer by layer, is what the texture data holds there.
 inline void fuzz_textures(std::span<const std::byte> file, const WorldReader& reader, bool accepted) {
   const MaterialSet& set = reader.materials();
-  const WorldMaterials whole = accepted ? read_materials(file, reader.info()) : WorldMaterials();
+  const WorldMaterials whole = accepted ? read_materials(file) : WorldMaterials();
   if (accepted) {
     promise(whole.set.count == set.count && whole.textures.size() == texture_bytes(set));
     promise(whole.lights.size() == reader.lights().size());
@@ -65,6 +65,8 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
     if (!s.ok()) promise_stated(s, file.size());
     return s.ok();
   };
+  std::vector<PatchKey> keys(info.patches);
+  check(reader.read_keys(keys));
   std::vector<std::byte> mask((info.patches + 7) / 8);
   check(reader.read_mask(mask));
   std::vector<std::uint16_t> errors(info.patches * level_error_values(info.level));
@@ -84,6 +86,7 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
   check(reader.read_overrides(overrides));
   fuzz_textures(file, reader, whole != nullptr);
   if (whole == nullptr) return;
+  promise(std::equal(keys.begin(), keys.end(), whole->keys.begin(), whole->keys.end()));
   promise(std::equal(mask.begin(), mask.end(), whole->mask.begin(), whole->mask.end()));
   promise(std::equal(errors.begin(), errors.end(), whole->level_errors.begin(), whole->level_errors.end()));
   promise(std::equal(samples.begin(), samples.end(), whole->samples.begin(), whole->samples.end()));
@@ -104,7 +107,7 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   }
   promise(validate_world_info(info).ok());
 
-  const WorldPatches heights = read_patches(file, info);
+  const WorldPatches heights = read_patches(file);
   fuzz_world_reader(file, &heights);
   std::uint64_t set = 0;
   for (std::uint32_t p = 0; p < info.patches; ++p) {
@@ -114,12 +117,13 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   promise(heights.samples.size() == set * static_cast<std::uint64_t>(patch_vertices(info.level)));
   for (const std::int16_t s : heights.samples) promise(s >= -kMaxHeight && s <= kMaxHeight);
   promise(heights.level_errors.size() == info.patches * level_error_values(info.level));
+  promise(heights.keys.size() == info.patches && std::is_sorted(heights.keys.begin(), heights.keys.end()));
   promise(find_level_error_fault(info.level, heights.level_errors) == heights.level_errors.size());
 
   Arena arena{std::span<std::byte>(memory)};
   Octree tree;
   promise(tree.create(arena, 1, kPool).ok());
-  status = read_octree(file, info, tree);
+  status = read_octree(file, tree);
   promise(tree.octets_used() == (status.ok() ? info.octets : 0));
   if (!status.ok()) {
     promise_stated(status, file.size());
@@ -132,11 +136,11 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
                                      static_cast<std::uint64_t>(info.extent.z));
 
   // What was accepted can be written, and read again.
-  const WorldMaterials materials = read_materials(file, info);
+  const WorldMaterials materials = read_materials(file);
   for (const std::uint8_t material : materials.overrides) promise(material <= materials.set.count);
-  std::vector<std::byte> copy(world_file_bytes(info, materials));
-  std::size_t written = 0;
-  promise(write_world(info, tree, heights, materials, copy, written).ok() && written == copy.size());
+  const WorldWriter writer{info, &tree, heights, materials};
+  std::vector<std::byte> copy;
+  promise(write_world(writer, copy).ok() && writer.file_bytes() == copy.size());
   WorldInfo again;
   promise(read_world_info(copy, again).ok());
   promise(again.octets == info.octets && again.patches == info.patches && again.extent == info.extent);

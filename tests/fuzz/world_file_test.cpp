@@ -123,9 +123,8 @@ TEST(WorldFileFuzz, InterestingNumbersInMaterials) {
                         -std::numeric_limits<float>::infinity(), -0.0f, 1e-4f, -1.0f, 1e6f, 0.5f})
     values.push_back(std::bit_cast<std::uint32_t>(f));
   Tally tally;
-  for (std::size_t i = 8; i < 12; ++i) {
-    if (i == 9) continue;  // texels: any bits will do
-    const std::size_t entry = kTable + i * kEntry;
+  for (const char* section : {"MATL", "MOVR", "LGTS"}) {
+    const std::size_t entry = entry_of(material_file(), section);
     const auto start = load_at<std::uint64_t>(material_file(), entry + kEntryOffset);
     const auto bytes =
         std::min<std::uint64_t>(load_at<std::uint64_t>(material_file(), entry + kEntryBytes), 144);
@@ -260,9 +259,8 @@ TEST(WorldFileFuzz, RandomOctrees) {
     info.extent = {size, size - 1, size};
     info.level = 1;
     TreeMemory empty(info.depth, 1);
-    std::vector<std::byte> file(world_file_bytes(info));
-    std::size_t written = 0;
-    ASSERT_TRUE(write_world(info, empty.tree, {}, file, written).ok());
+    std::vector<std::byte> file;
+    ASSERT_TRUE(write_world({info, &empty.tree, {}}, file).ok());
     const std::uint32_t full = ((1u << (3 * info.depth)) - 1) / 7;
     const std::uint32_t octets = random.below(std::min(full, 1500u) + 1);
     const double internal = random.chance(0.3) ? 1.0 : random.chance(0.5) ? 0.125 : 0.3;

@@ -47,10 +47,10 @@ void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
 namespace {
 
 Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages) {
-  WorldInfo info;
-  const Status status = read_world_info(file, info);
+  WorldReader reader;
+  const Status status = reader.open(ByteSource::of(file));
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
-  return Terrain::config_for(info, info.level, detail_pages);
+  return Terrain::config_for(reader.info(), reader.info().level, detail_pages);
 }
 
 }  // namespace

@@ -132,6 +132,12 @@ WorldInfo TestWorld::info() const {
   return info;
 }
 
+std::vector<PatchKey> TestWorld::keys() const {
+  std::vector<PatchKey> keys;
+  for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(surface(), p));
+  return keys;
+}
+
 std::vector<std::uint16_t> TestWorld::level_errors() const {
   std::vector<BorderErrors> borders(patches_.size());
   std::vector<std::uint16_t> values(patches_.size() * level_error_values(level_));
@@ -173,11 +179,18 @@ std::vector<std::byte> TestWorld::file() const {
   const WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
   for (std::uint32_t p = 0; p < i.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
-  std::vector<std::byte> out(world_file_bytes(i));
-  std::size_t written = 0;
+  const std::vector<PatchKey> patch_keys = keys();
   const std::vector<std::uint16_t> errors = level_errors();
   const std::vector<PatchBounds> boxes = bounds();
-  require(write_world(i, octree_, {mask, heights_, errors, boxes, cones(), shading_cones()}, out, written));
+  const std::vector<NormalCone> normals = cones();
+  const std::vector<NormalCone> shading = shading_cones();
+  std::vector<std::byte> out;
+  const auto append = [&](std::span<const std::byte> bytes) {
+    out.insert(out.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  const WorldWriter writer{i, &octree_, {patch_keys, mask, heights_, errors, boxes, normals, shading}};
+  require(writer.run(ByteSink::to(append)));
   return out;
 }
 

@@ -11,7 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/field/octree.h"
-#include "terrain/file/world_file.h"
+#include "terrain/file/world_writer.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/heights.h"
 #include "terrain/surface/patch.h"
@@ -68,8 +68,9 @@ class TestWorld {
   std::vector<NormalCone> cones() const;
   std::vector<NormalCone> shading_cones() const;
 
-  // The world as a .karst file: what write_world makes of it. Without heights no patch has a block.
+  // The world as a .karst file: what WorldWriter makes of it. Without heights no patch has a block.
   WorldInfo info() const;
+  std::vector<PatchKey> keys() const;
   std::vector<std::byte> file() const;
 
   // Vertices of one patch in slot order.

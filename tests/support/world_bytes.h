@@ -4,9 +4,9 @@
 
 #include "terrain/base/lattice.h"
 #include "terrain/field/voxelize.h"
-#include "terrain/file/world_file.h"
+#include "terrain/measure/level_error.h"
 #include "tests/support/tree_memory.h"
-#include "tests/support/world_damage.h"
+#include "tests/support/world_io.h"
 
 #include <gtest/gtest.h>
 
@@ -21,6 +21,7 @@ namespace karst::core {
 struct TestWorld {
   WorldInfo info;
   TreeMemory memory;
+  std::vector<PatchKey> keys;
   std::vector<std::byte> mask;
   std::vector<std::int16_t> samples;
   std::vector<std::uint16_t> errors;
@@ -50,6 +51,7 @@ struct TestWorld {
     const int corners = (info.extent.x - 1) * info.extent.y * (info.extent.z - 1);
     info.volumes = static_cast<std::uint32_t>(random.range(0, std::min(corners, 40)));
     info.patches = info.volumes * 2;
+    make_keys(random);
     mask.assign((info.patches + 7) / 8, std::byte{0});
     for (std::uint32_t p = 0; p < info.patches; ++p) {
       if (!random.chance(0.7)) continue;
@@ -102,16 +104,35 @@ struct TestWorld {
     }
   }
 
-  WorldPatches patches() const { return {mask, samples, errors, bounds, cones}; }
+  WorldPatches patches() const { return {keys, mask, samples, errors, bounds, cones}; }
   WorldMaterials materials() const { return {set, textures, overrides, lights}; }
 
   std::vector<std::byte> bytes() const {
-    std::vector<std::byte> out(world_file_bytes(info, materials()));
-    std::size_t written = 0;
-    const Status status = write_world(info, memory.tree, patches(), materials(), out, written);
+    const WorldWriter writer{info, &memory.tree, patches(), materials()};
+    std::vector<std::byte> out;
+    const Status status = write_world(writer, out);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
-    EXPECT_EQ(written, out.size());
+    EXPECT_EQ(writer.file_bytes(), out.size());
     return out;
+  }
+
+ private:
+  // Two patches in each of as many corners, drawn from all of them.
+  void make_keys(TestRandom& random) {
+    std::uint32_t wanted = info.volumes;
+    std::uint32_t left =
+        static_cast<std::uint32_t>((info.extent.x - 1) * info.extent.y * (info.extent.z - 1));
+    for (int z = 1; z < info.extent.z; ++z) {
+      for (int y = 1; y <= info.extent.y; ++y) {
+        for (int x = 1; x < info.extent.x; ++x) {
+          if (random.below(left--) >= wanted) continue;
+          --wanted;
+          const auto at = [](int v) { return static_cast<std::uint32_t>(v); };
+          for (const std::uint32_t c : {0u, 1u}) keys.push_back(PatchKey::make(0, at(x), at(y), at(z), c));
+        }
+      }
+    }
+    std::sort(keys.begin(), keys.end());
   }
 };
 

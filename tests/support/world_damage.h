@@ -50,6 +50,31 @@ void store_at(std::span<std::byte> bytes, std::size_t offset, T value) {
   std::memcpy(bytes.data() + offset, &value, sizeof value);
 }
 
+// Offset of the section table's entry of a kind, or 0 where there is none.
+inline std::size_t entry_of(std::span<const std::byte> file, const char* letters) {
+  using namespace world_offsets;
+  if (file.size() < kTable) return 0;
+  const std::uint64_t sections = load_at<std::uint32_t>(file, kSections);
+  for (std::size_t i = 0; i < sections && kTable + (i + 1) * kEntry <= file.size(); ++i) {
+    if (std::memcmp(file.data() + kTable + i * kEntry, letters, 4) == 0) return kTable + i * kEntry;
+  }
+  return 0;
+}
+
+// The bytes that an entry names, where they lie inside the file.
+inline std::span<const std::byte> section_at(std::span<const std::byte> file, std::size_t entry) {
+  using namespace world_offsets;
+  if (entry == 0) return {};
+  const auto offset = load_at<std::uint64_t>(file, entry + kEntryOffset);
+  const auto bytes = load_at<std::uint64_t>(file, entry + kEntryBytes);
+  if (offset > file.size() || bytes > file.size() - offset) return {};
+  return file.subspan(offset, bytes);
+}
+
+inline std::span<const std::byte> section_of(std::span<const std::byte> file, const char* letters) {
+  return section_at(file, entry_of(file, letters));
+}
+
 // Of groups of heights: eight blocks each, at the level that the header states.
 inline void fix_group_checksums(std::span<std::byte> file, std::uint64_t sections) {
   using namespace world_offsets;

@@ -11,6 +11,7 @@
 #include "terrain/base/checksum.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
+#include "tests/support/world_io.h"
 
 namespace karst::core {
 namespace {
@@ -372,30 +373,61 @@ TEST(Terrain, RefusesHeightsThatDisagree) {
   EXPECT_STREQ(status.field(), "heights");
 }
 
-TEST(Terrain, RefusesCountsThatContradictTheVoxels) {
-  const test::TestWorld world = hilly_world();
-  test::TestWorld other = hilly_world();
-  // One patch less than its voxels make.
-  WorldInfo info = world.info();
-  info.patches -= 1;
-  info.height_blocks -= 1;
-  std::vector<std::int16_t> samples = other.height_samples();
-  samples.resize(samples.size() - static_cast<std::size_t>(patch_vertices(kLevel)));
-  std::vector<std::byte> mask((info.patches + 7) / 8, std::byte{0});
-  for (std::uint32_t p = 0; p < info.patches; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
-  std::vector<std::byte> file(world_file_bytes(info));
-  std::size_t written = 0;
-  std::vector<std::uint16_t> errors = world.level_errors();
-  errors.resize(info.patches * level_error_values(info.level));
-  std::vector<PatchBounds> bounds = world.bounds();
-  bounds.resize(info.patches);
-  std::vector<NormalCone> cones = world.cones();
-  cones.resize(info.patches);
-  ASSERT_TRUE(write_world(info, world.octree(), {mask, samples, errors, bounds, cones}, file, written).ok());
+// A file whose sections fit one another, but whose patches are not those that its voxels make: the counts of
+// the header tell, and where they are right, the keys do.
+TEST(Terrain, RefusesPatchesThatContradictTheVoxels) {
+  test::TestWorld world = test::TestWorld::noise(3, {14, 10, 14}, 0.5, 3.0, false);
+  world.roughen(kLevel, 9, 500);
   LoadedTerrain loaded(world);
-  const Status status = loaded.terrain.load(file);
+  const auto load = [&](std::vector<PatchKey> keys, std::uint32_t volumes) {
+    WorldInfo info = world.info();
+    info.patches = info.height_blocks = static_cast<std::uint32_t>(keys.size());
+    info.volumes = volumes;
+    std::vector<std::int16_t> samples(keys.size() * static_cast<std::size_t>(patch_vertices(kLevel)));
+    std::vector<std::byte> mask((keys.size() + 7) / 8, std::byte{0});
+    for (std::size_t p = 0; p < keys.size(); ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
+    std::vector<std::uint16_t> errors(keys.size() * level_error_values(kLevel));
+    std::vector<PatchBounds> bounds(keys.size());
+    std::vector<NormalCone> cones(keys.size());
+    const WorldWriter writer{info, &world.octree(), {keys, mask, samples, errors, bounds, cones}};
+    std::vector<std::byte> file;
+    EXPECT_TRUE(write_world(writer, file).ok());
+    const Status status = loaded.terrain.load(file);
+    EXPECT_EQ(loaded.terrain.patch_count(), status.ok() ? info.patches : 0u);
+    return status;
+  };
+  const std::vector<PatchKey> keys = world.keys();
+  const std::uint32_t volumes = world.info().volumes;
+  EXPECT_TRUE(load(keys, volumes).ok());
+
+  // The last patch of a volume with several is missing; then all of a volume with one.
+  const auto following = [&](bool several) {
+    for (std::size_t k = keys.size() / 2; k + 1 < keys.size(); ++k) {
+      if (keys[k + 1].case_patch() == 0 && (keys[k].case_patch() > 0) == several) return k;
+    }
+    return keys.size();
+  };
+  std::vector<PatchKey> fewer = keys;
+  fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(following(true)));
+  EXPECT_STREQ(load(fewer, volumes).field(), "patches");
+  fewer = keys;
+  const std::size_t single = following(false);
+  fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(single));
+  EXPECT_STREQ(load(fewer, volumes - 1).field(), "volumes");
+
+  // As many of each, but one lies elsewhere: in a corner that holds no surface.
+  const glm::ivec3 extent = world.extent();
+  std::vector<PatchKey> others = keys;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(single));
+  for (std::uint32_t y = 1; others.size() < keys.size() && y <= static_cast<std::uint32_t>(extent.y); ++y) {
+    const PatchKey key = PatchKey::make(kOnlyRegion, 1, y, 1, 0);
+    const auto at = std::lower_bound(others.begin(), others.end(), key);
+    if (!std::binary_search(keys.begin(), keys.end(), key)) others.insert(at, key);
+  }
+  ASSERT_EQ(others.size(), keys.size());
+  const Status status = load(others, volumes);
   EXPECT_EQ(status.code(), StatusCode::corrupt);
-  EXPECT_STREQ(status.field(), "patches");
+  EXPECT_STREQ(status.field(), "patch keys");
 }
 
 TEST(Terrain, SelectNeedsACamera) {

@@ -27,8 +27,8 @@ TestWorld with_materials(std::uint32_t count, std::uint32_t side, TextureFormat 
   return world;
 }
 
-std::size_t start_of(std::span<const std::byte> file, std::size_t section) {
-  return load_at<std::uint64_t>(file, kTable + section * kEntry + kEntryOffset);
+std::size_t start_of(std::span<const std::byte> file, const char* section) {
+  return load_at<std::uint64_t>(file, entry_of(file, section) + kEntryOffset);
 }
 
 bool same_bytes(const auto& a, const auto& b) {
@@ -64,7 +64,7 @@ TEST(Materials, WhatIsWrittenIsReadAgain) {
       WorldInfo info;
       const Status status = read_world_info(file, info);
       ASSERT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
-      const WorldMaterials read = read_materials(file, info);
+      const WorldMaterials read = read_materials(file);
       EXPECT_EQ(read.set.count, count);
       EXPECT_EQ(read.set.side, world.set.side);
       EXPECT_EQ(read.set.format, format);
@@ -72,9 +72,8 @@ TEST(Materials, WhatIsWrittenIsReadAgain) {
       EXPECT_TRUE(same_bytes(read.textures, world.textures));
       EXPECT_TRUE(same_bytes(read.overrides, world.overrides));
       EXPECT_TRUE(same_bytes(read.lights, world.lights));
-      std::vector<std::byte> again(file.size());
-      std::size_t written = 0;
-      ASSERT_TRUE(write_world(info, world.memory.tree, read_patches(file, info), read, again, written).ok());
+      std::vector<std::byte> again;
+      ASSERT_TRUE(write_world({info, &world.memory.tree, read_patches(file), read}, again).ok());
       EXPECT_EQ(again, file);
     }
   }
@@ -83,17 +82,17 @@ TEST(Materials, WhatIsWrittenIsReadAgain) {
 TEST(Materials, SectionsAreTheDocumentedOnes) {
   const TestWorld world = with_materials(2, 32, TextureFormat::rgba8);
   const std::vector<std::byte> file = world.bytes();
-  ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 12u);
+  ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 13u);
   const char* const kinds[] = {"MATL", "MTEX", "MOVR", "LGTS"};
   const std::size_t bytes[] = {16 + 2 * 64 + 4 * 2 * 6 * 2, world.textures.size(), world.info.patches,
                                3 * 32};
   for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t entry = kTable + (8 + i) * kEntry;
+    const std::size_t entry = kTable + (9 + i) * kEntry;
     EXPECT_EQ(std::memcmp(file.data() + entry, kinds[i], 4), 0);
     EXPECT_EQ(load_at<std::uint32_t>(file, entry + kEntryFlags), 0u);
     EXPECT_EQ(load_at<std::uint64_t>(file, entry + kEntryBytes), bytes[i]);
   }
-  const std::size_t start = start_of(file, 8);
+  const std::size_t start = start_of(file, "MATL");
   EXPECT_EQ(load_at<std::uint32_t>(file, start), 2u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 4), 32u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 8), 0u);
@@ -113,13 +112,13 @@ TEST(Materials, EverySectionMayBeMissing) {
   WorldMaterials lights;
   lights.lights = full.lights;
   for (const WorldMaterials& materials : {none, some, lights}) {
-    std::vector<std::byte> file(world_file_bytes(full.info, materials));
-    std::size_t written = 0;
-    ASSERT_TRUE(write_world(full.info, full.memory.tree, full.patches(), materials, file, written).ok());
-    EXPECT_EQ(written, file.size());
+    const WorldWriter writer{full.info, &full.memory.tree, full.patches(), materials};
+    std::vector<std::byte> file;
+    ASSERT_TRUE(write_world(writer, file).ok());
+    EXPECT_EQ(writer.file_bytes(), file.size());
     WorldInfo info;
     ASSERT_TRUE(read_world_info(file, info).ok());
-    const WorldMaterials read = read_materials(file, info);
+    const WorldMaterials read = read_materials(file);
     EXPECT_EQ(read.set.count, materials.set.count);
     EXPECT_EQ(read.lights.size(), materials.lights.size());
     EXPECT_TRUE(read.overrides.empty());
@@ -159,7 +158,8 @@ TEST(Materials, LayersAreReadOneByOneOrTogether) {
 TEST(Materials, ADamagedLayerFailsAlone) {
   const TestWorld world = with_materials(3, 16, TextureFormat::rgba8);
   std::vector<std::byte> file = world.bytes();
-  const std::size_t at = start_of(file, 9) + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
+  const std::size_t at =
+      start_of(file, "MTEX") + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
   file[at + 5] ^= std::byte{1};
   WorldReader reader;
   ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
@@ -172,9 +172,9 @@ TEST(Materials, ADamagedLayerFailsAlone) {
   WorldInfo info;
   EXPECT_STREQ(read_world_info(file, info).field(), "section crc");
   // With a checksum of the section that fits, the image's own finds it.
-  store_at(file, kTable + 9 * kEntry + kEntryCrc,
-           crc32c(std::span(file).subspan(start_of(file, 9), world.textures.size())));
-  const std::size_t header = kTable + 12 * kEntry;
+  store_at(file, entry_of(file, "MTEX") + kEntryCrc,
+           crc32c(std::span(file).subspan(start_of(file, "MTEX"), world.textures.size())));
+  const std::size_t header = kTable + 13 * kEntry;
   store_at(file, kHeaderCrc,
            crc32c(std::span(file).subspan(kHeaderCrc + 4, header - kHeaderCrc - 4),
                   crc32c(std::span(file).first(kHeaderCrc))));
@@ -186,7 +186,7 @@ TEST(Materials, ADamagedLayerFailsAlone) {
 TEST(Materials, EveryFieldOutOfRangeIsNamed) {
   const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
   const std::vector<std::byte> file = world.bytes();
-  const auto expect = [&](std::size_t section, std::size_t offset, auto value, const char* field,
+  const auto expect = [&](const char* section, std::size_t offset, auto value, const char* field,
                           const char* what) {
     std::vector<std::byte> damaged = file;
     const std::size_t at = start_of(file, section) + offset;
@@ -206,49 +206,48 @@ TEST(Materials, EveryFieldOutOfRangeIsNamed) {
       EXPECT_LE(status.value(), at);
     }
   };
-  for (const std::uint32_t bad : {0u, 9u, 0xffffffffu}) expect(8, 0, bad, "materials", "count");
-  for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u}) expect(8, 4, bad, "materials", "side");
-  expect(8, 8, 2u, "materials", "format");
-  expect(8, 12, 1u, "materials", "reserved");
-  expect(8, 4, 32u, "materials", "length");
-  expect(8, 0, 1u, "materials", "length");
-  expect(8, kRecord, char{0}, "materials", "name");
-  expect(8, kRecord + 1, '\n', "materials", "name");
-  expect(8, kRecord + 15, 'x', "materials", "name");
+  for (const std::uint32_t bad : {0u, 9u, 0xffffffffu}) expect("MATL", 0, bad, "materials", "count");
+  for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u})
+    expect("MATL", 4, bad, "materials", "side");
+  expect("MATL", 8, 2u, "materials", "format");
+  expect("MATL", 12, 1u, "materials", "reserved");
+  expect("MATL", 4, 32u, "materials", "length");
+  expect("MATL", 0, 1u, "materials", "length");
+  expect("MATL", kRecord, char{0}, "materials", "name");
+  expect("MATL", kRecord + 1, '\n', "materials", "name");
+  expect("MATL", kRecord + 15, 'x', "materials", "name");
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const char* const fields[] = {"slope_low",   "slope_high",  "slope_soft", "height_low",
                                 "height_high", "height_soft", "cave",       "fray"};
   for (std::size_t k = 0; k < 8; ++k) {
     for (const float bad : {kNan, kInfinity, -kInfinity, 2e6f, -2e6f})
-      expect(8, kRecord + 16 + 4 * k, bad, "materials", fields[k]);
+      expect("MATL", kRecord + 16 + 4 * k, bad, "materials", fields[k]);
   }
   for (const std::size_t soft : {2u, 5u}) {
-    for (const float bad : {0.0f, -1.0f}) expect(8, kRecord + 16 + 4 * soft, bad, "materials", "soft");
+    for (const float bad : {0.0f, -1.0f}) expect("MATL", kRecord + 16 + 4 * soft, bad, "materials", "soft");
   }
-  expect(8, kRecord + 16, 3.5f, "materials", "slope_low is above");
-  expect(8, kRecord + 64 + 28, 9e5f, "materials", "");
+  expect("MATL", kRecord + 16, 3.5f, "materials", "slope_low is above");
+  expect("MATL", kRecord + 64 + 28, 9e5f, "materials", "");
   for (std::size_t c = 0; c < 3; ++c) {
     for (const float bad : {0.0f, -0.5f, 1.5f, kNan})
-      expect(8, kRecord + 48 + 4 * c, bad, "materials", "average");
+      expect("MATL", kRecord + 48 + 4 * c, bad, "materials", "average");
   }
-  expect(8, kRecord + 60, 2.0f, "materials", "roughness");
-  expect(10, 3, std::uint8_t{3}, "overrides", "not there");
-  expect(11, 32, kNan, "lights", "position");
-  for (const float bad : {0.0f, -1.0f, kInfinity}) expect(11, 12, bad, "lights", "radius");
-  for (const float bad : {-0.1f, kNan, kInfinity}) expect(11, 20, bad, "lights", "colour");
-  expect(11, 28, 1.0f, "lights", "reserved");
+  expect("MATL", kRecord + 60, 2.0f, "materials", "roughness");
+  expect("MOVR", 3, std::uint8_t{3}, "overrides", "not there");
+  expect("LGTS", 32, kNan, "lights", "position");
+  for (const float bad : {0.0f, -1.0f, kInfinity}) expect("LGTS", 12, bad, "lights", "radius");
+  for (const float bad : {-0.1f, kNan, kInfinity}) expect("LGTS", 20, bad, "lights", "colour");
+  expect("LGTS", 28, 1.0f, "lights", "reserved");
 }
 
 TEST(Materials, TheWriterRefusesWhatTheReaderWould) {
   const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
-  std::vector<std::byte> out(world_file_bytes(world.info, world.materials()));
   const auto field_of = [&](const WorldMaterials& materials) {
-    std::size_t written = 1;
-    const Status status =
-        write_world(world.info, world.memory.tree, world.patches(), materials, out, written);
+    std::vector<std::byte> out;
+    const Status status = write_world({world.info, &world.memory.tree, world.patches(), materials}, out);
     EXPECT_EQ(status.code(), StatusCode::invalid_argument);
-    EXPECT_EQ(written, 0u);
+    EXPECT_TRUE(out.empty());
     return std::string(status.field());
   };
   WorldMaterials bad = world.materials();
@@ -284,17 +283,17 @@ TEST(Materials, TheWriterRefusesWhatTheReaderWould) {
 TEST(Materials, ASectionThatIsMissingIsNamed) {
   const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
   const std::vector<std::byte> file = world.bytes();
-  const auto without = [&](std::size_t section) {
+  const auto without = [&](const char* section) {
     std::vector<std::byte> damaged = file;
-    std::memcpy(damaged.data() + kTable + section * kEntry, "XTRA", 4);
+    std::memcpy(damaged.data() + entry_of(file, section), "XTRA", 4);
     fix_checksums(damaged);
     WorldInfo info;
     return read_world_info(damaged, info);
   };
-  EXPECT_STREQ(without(8).field(), "materials");
-  EXPECT_STREQ(without(9).field(), "textures");
-  EXPECT_TRUE(without(10).ok());
-  EXPECT_TRUE(without(11).ok());
+  EXPECT_STREQ(without("MATL").field(), "materials");
+  EXPECT_STREQ(without("MTEX").field(), "textures");
+  EXPECT_TRUE(without("MOVR").ok());
+  EXPECT_TRUE(without("LGTS").ok());
 }
 
 TEST(Materials, ATerrainHandsThemOut) {
@@ -312,9 +311,8 @@ TEST(Materials, ATerrainHandsThemOut) {
   const PointLight light{{1, 2, 3}, 4, {1, 1, 1}};
   const std::vector<std::byte> plain = shape.file();
   WorldMaterials materials{set, textures, overrides, std::span(&light, 1)};
-  std::vector<std::byte> file(world_file_bytes(info, materials));
-  std::size_t written = 0;
-  ASSERT_TRUE(write_world(info, shape.octree(), read_patches(plain, info), materials, file, written).ok());
+  std::vector<std::byte> file;
+  ASSERT_TRUE(write_world({info, &shape.octree(), read_patches(plain), materials}, file).ok());
 
   const Config config = Terrain::config_for(info, info.level);
   const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/file/world_writer.h"
+
+#include "terrain/base/checksum.h"
+#include "terrain/file/material_section.h"
+#include "terrain/file/octree_section.h"
+#include "terrain/file/section_check.h"
+#include "terrain/file/world_layout.h"
+
+#include <algorithm>
+#include <array>
+
+namespace karst::core {
+
+using namespace world_layout;
+
+namespace {
+
+Status invalid(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+Status put(const ByteSink& sink, std::span<const std::byte> bytes) {
+  if (bytes.empty() || sink.write(sink.context, bytes)) return {};
+  return {StatusCode::limit_reached, "the bytes cannot be written", "sink"};
+}
+
+Status put_zeros(const ByteSink& sink, std::uint64_t count) {
+  static constexpr std::array<std::byte, kWorldSectionAlignment> kZeros{};
+  return put(sink, std::span(kZeros).first(static_cast<std::size_t>(count)));
+}
+
+// Of eight blocks in a row each; the last group may be shorter.
+Status put_group_crcs(const ByteSink& sink, std::span<const std::int16_t> samples, int level) {
+  const std::size_t whole = std::size_t{kHeightGroup} * static_cast<std::size_t>(patch_vertices(level));
+  while (!samples.empty()) {
+    const std::span<const std::int16_t> group = samples.first(std::min(samples.size(), whole));
+    const std::uint32_t crc = crc32c(std::as_bytes(group));
+    if (const Status status = put(sink, std::as_bytes(std::span(&crc, 1))); !status.ok()) return status;
+    samples = samples.subspan(group.size());
+  }
+  return {};
+}
+
+// Of worlds whose shading cones are not known.
+Status put_unknown_cones(const ByteSink& sink, std::size_t count) {
+  constexpr std::size_t kPiece = 64;
+  const std::array<NormalCone, kPiece> cones{};
+  for (; count > 0; count -= std::min(count, kPiece)) {
+    const Status status = put(sink, std::as_bytes(std::span(cones).first(std::min(count, kPiece))));
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+Status put_material_set(const ByteSink& sink, const WorldMaterials& materials) {
+  std::array<std::byte, material_section::kMostBytes> room;
+  const std::span<std::byte> bytes = std::span(room).first(material_section::section_bytes(materials.set));
+  material_section::encode(materials.set, materials.textures, bytes);
+  return put(sink, bytes);
+}
+
+std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& patches,
+                                    const WorldMaterials& materials) {
+  switch (section) {
+    case WorldSection::keys:
+      return std::as_bytes(patches.keys);
+    case WorldSection::mask:
+      return patches.mask;
+    case WorldSection::samples:
+      return std::as_bytes(patches.samples);
+    case WorldSection::level_errors:
+      return std::as_bytes(patches.level_errors);
+    case WorldSection::bounds:
+      return std::as_bytes(patches.bounds);
+    case WorldSection::cones:
+      return std::as_bytes(patches.cones);
+    case WorldSection::shading_cones:
+      return std::as_bytes(patches.shading_cones);
+    case WorldSection::textures:
+      return materials.textures;
+    case WorldSection::overrides:
+      return std::as_bytes(materials.overrides);
+    case WorldSection::lights:
+      return std::as_bytes(materials.lights);
+    default:
+      return {};
+  }
+}
+
+Status put_section(const WorldWriter& world, WorldSection section, const ByteSink& sink) {
+  switch (section) {
+    case WorldSection::octree:
+      return encode_octree(*world.octree, world.info.octets, world.info.extent, sink);
+    case WorldSection::sample_crcs:
+      return put_group_crcs(sink, world.patches.samples, world.info.level);
+    case WorldSection::shading_cones:
+      if (world.patches.shading_cones.empty()) return put_unknown_cones(sink, world.info.patches);
+      break;
+    case WorldSection::materials:
+      return put_material_set(sink, world.materials);
+    default:
+      break;
+  }
+  return put(sink, bytes_of(section, world.patches, world.materials));
+}
+
+Status checksum(const WorldWriter& world, WorldSection section, std::uint32_t& crc) {
+  crc = 0;
+  const auto add = [&](std::span<const std::byte> bytes) {
+    crc = crc32c(bytes, crc);
+    return true;
+  };
+  return put_section(world, section, ByteSink::to(add));
+}
+
+Status check_patches(const WorldInfo& info, const WorldPatches& patches) {
+  struct Named {
+    WorldSection section;
+    const char* field;
+  };
+  static constexpr Named kSectionFields[] = {
+      {WorldSection::keys, "keys"},
+      {WorldSection::mask, "mask"},
+      {WorldSection::samples, "samples"},
+      {WorldSection::level_errors, "level_errors"},
+      {WorldSection::bounds, "bounds"},
+      {WorldSection::cones, "cones"},
+      {WorldSection::shading_cones, "shading_cones"},
+  };
+  for (const Named& named : kSectionFields) {
+    const std::span<const std::byte> bytes = bytes_of(named.section, patches, WorldMaterials());
+    const bool unknown = named.section == WorldSection::shading_cones && bytes.empty();
+    if (!unknown && bytes.size() != kind_of(named.section).bytes(info))
+      return invalid("not as long as the counts of the world say", named.field);
+    SectionCheck check(named.section, info, 0);
+    SectionCheck::Fault fault = check.feed(bytes);
+    if (fault.what == nullptr) fault = check.finish();
+    if (fault.what != nullptr) return invalid(fault.what, named.field);
+  }
+  return {};
+}
+
+Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
+  if (const auto fault = material_section::check_set(materials.set); fault.what != nullptr)
+    return invalid(fault.what, "materials");
+  if (materials.textures.size() != texture_bytes(materials.set))
+    return invalid("the textures do not fit the materials", "textures");
+  if (!materials.overrides.empty() && materials.set.count == 0)
+    return invalid("there are no materials to choose from", "overrides");
+  if (!materials.overrides.empty() && materials.overrides.size() != info.patches)
+    return invalid("the overrides do not fit the patches", "overrides");
+  SectionCheck overrides(WorldSection::overrides, info, materials.set.count);
+  if (const SectionCheck::Fault fault = overrides.feed(std::as_bytes(materials.overrides));
+      fault.what != nullptr)
+    return invalid(fault.what, "overrides");
+  if (const auto fault = material_section::check_lights(materials.lights); fault.what != nullptr)
+    return invalid(fault.what, "lights");
+  return {};
+}
+
+}  // namespace
+
+Status WorldWriter::validate() const {
+  if (const Status status = validate_world_info(info); !status.ok()) return status;
+  if (octree == nullptr) return invalid("no octree given", "octree");
+  if (octree->depth() != info.depth) return invalid("the octree has another depth", "depth");
+  if (const Status status = check_patches(info, patches); !status.ok()) return status;
+  return check_materials(info, materials);
+}
+
+std::uint64_t WorldWriter::file_bytes() const {
+  SectionPlaces places;
+  return lay_out(info, materials, places);
+}
+
+Status WorldWriter::run(const ByteSink& sink) const {
+  if (const Status status = validate(); !status.ok()) return status;
+  SectionPlaces places;
+  const std::uint64_t bytes = lay_out(info, materials, places);
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (!places[i].present) continue;
+    const Status status = checksum(*this, static_cast<WorldSection>(i), places[i].crc);
+    if (!status.ok()) return status;
+  }
+  std::array<std::byte, kMostHead> room;
+  const std::size_t head = store_head(info, places, bytes, room);
+  if (const Status status = put(sink, std::span(room).first(head)); !status.ok()) return status;
+  std::uint64_t end = head;
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    if (!places[i].present) continue;
+    Status status = put_zeros(sink, places[i].offset - end);
+    if (status.ok()) status = put_section(*this, static_cast<WorldSection>(i), sink);
+    if (!status.ok()) return status;
+    end = places[i].offset + places[i].bytes;
+  }
+  return {};
+}
+
+}  // namespace karst::core

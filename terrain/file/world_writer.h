@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Writes a .karst file piece by piece into a sink, so that no second copy of a world is needed: sections go
+// out as they lie in memory, and what is encoded goes through a small buffer. Everything is gone through
+// twice, because the table in front of the sections holds their checksums.
+//
+//   WorldWriter writer{info, &octree, patches, materials};
+//   if (const Status status = writer.run(ByteSink::to(append)); !status.ok()) ...
+#pragma once
+
+#include <cstdint>
+
+#include "karst/status.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/byte_source.h"
+#include "terrain/file/world_file.h"
+
+namespace karst::core {
+
+struct WorldWriter {
+  // Inputs, borrowed.
+  WorldInfo info;
+  const Octree* octree = nullptr;
+  WorldPatches patches;
+  WorldMaterials materials = WorldMaterials();
+
+  // invalid_argument: a field is out of range or contradicts another (the rules of reading). The octree's
+  // nodes are checked by run() alone.
+  Status validate() const;
+
+  // Length of the file. Precondition: validate() is ok.
+  std::uint64_t file_bytes() const;
+
+  // As validate(), and "octree" where it is not as info states: then nothing is written. limit_reached
+  // ("sink") where the sink does not take the bytes: it holds part of the file then.
+  Status run(const ByteSink& sink) const;
+};
+
+}  // namespace karst::core
