@@ -40,20 +40,21 @@ if(TARGET karst_shared)
   set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libkarst ${same_version}")
 endif()
 karst_deb(dev libkarst-dev libdevel "terrain with caves for embedded GPUs: headers"
-  "This package holds what programs are built with that draw terrain with karst: headers, the libraries for
-the linker, CMake and pkg-config files, and examples.")
+  "This package holds what programs are built with that draw terrain with karst:
+headers, the libraries for the linker, CMake and pkg-config files, and examples.")
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libegl-dev, libgles-dev, karst-bake")
 if(TARGET karst)
   karst_deb(karst karst graphics "terrain with caves for embedded GPUs: viewer"
-    "This package holds the program that shows worlds on a board's screen, and draws pictures of them without
-one.")
+    "This package holds the program that shows worlds on a board's screen, and draws
+pictures of them without one.")
   set(CPACK_DEBIAN_KARST_PACKAGE_RECOMMENDS "libgl1-mesa-dri")
   set(CPACK_DEBIAN_KARST_PACKAGE_SUGGESTS "karst-bake")
 endif()
 if(TARGET karst-bake)
   karst_deb(karst-bake karst-bake graphics "terrain with caves for embedded GPUs: makes worlds"
-    "This package holds the program that makes worlds from elevation models and images.")
+    "This package holds the program that makes worlds from elevation models and
+images.")
   set(CPACK_DEBIAN_KARST-BAKE_PACKAGE_SUGGESTS "karst")
 endif()
 include(CPack)
