@@ -100,7 +100,8 @@ KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
   vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
-  vec4 morph_view;         // xyz: direction of view, w: least cos^2; see apparent_distance in morph.glsl
+  vec4 morph_view;         // xyz: direction of view; w: least cos^2, or less than 0; see apparent_distance in
+                           // morph.glsl
   vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up
   vec4 ray_up;
   vec4 ray_forward;
@@ -110,7 +111,9 @@ KARST_BLOCK(FrameBlock) {
   vec4 ground_light;       // rgb: light on a surface that faces down
   vec4 sky_zenith;         // rgb: the sky itself
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
-  vec4 view_scale;         // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1
+  // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or of a parallel view in
+  // voxels; z: 1 in parallel views, whose rays are all ray_forward, or 0; w: z / w at the far plane, 1 or -1
+  vec4 view_scale;
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
   vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye

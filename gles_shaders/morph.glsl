@@ -7,7 +7,8 @@ float apparent_distance(vec3 from_eye, vec3 forward, float least_cos2) {
   float ahead = from_eye.x * forward.x + from_eye.y * forward.y + from_eye.z * forward.z;
   float r2 = from_eye.x * from_eye.x + from_eye.y * from_eye.y + from_eye.z * from_eye.z;
   float z = max(ahead, 0.0);
-  return max(z * z, least_cos2 * r2) / sqrt(max(r2, 1.0));
+  float seen = max(z * z, least_cos2 * r2) / sqrt(max(r2, 1.0));
+  return least_cos2 < 0.0 ? -least_cos2 : seen;
 }
 
 float morph_share(float apparent, float threshold) {

@@ -34,6 +34,8 @@ void main() {
 #else
   // The triangle's own normal, which shows where it ends.
   vec3 normal = normalize(cross(dFdx(from_eye_ws), dFdy(from_eye_ws)));
+  // It points at the eye, unless the picture is mirrored.
+  normal *= -sign(dot(normal, view_scale.z > 0.5 ? ray_forward.xyz : from_eye_ws));
   vec3 shown = kLevels[clamp(shown_level, 1, 6) - 1];
   float reached = 1.0;
 #endif

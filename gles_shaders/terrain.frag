@@ -31,7 +31,7 @@ const KARST_MEDIUM vec3 kLamp = vec3(1.5, 1.2, 0.85);
 // Share of the light that surfaces reflect like mirrors, looked at straight on: what rock and plants have.
 const KARST_MEDIUM float kMirrored = 0.04;
 
-// Voxels a pixel covers, from distance and slope. Screen-space derivatives would jump between triangles,
+// Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump between triangles,
 // and mean nothing in thin ones. At grazing angles the long side of the footprint alone would blur
 // everything: take half of it, which the textures stand without visible flicker.
 float pixel_footprint(float distance_voxels, float facing_eye) {
@@ -55,7 +55,14 @@ void main() {
   vec3 position = vec3(patch_voxel) + in_patch;
   float distance_voxels = length(from_eye_ws);
   vec3 direction = from_eye_ws / distance_voxels;
-  float footprint = pixel_footprint(distance_voxels, -dot(normal, direction));
+  float seen_from = distance_voxels;
+  if (view_scale.z > 0.5) {
+    // Parallel: every point is looked at from the same direction, and lies as far as it is deep.
+    direction = ray_forward.xyz;
+    distance_voxels = max(dot(from_eye_ws, direction), 0.0);
+    seen_from = 1.0;
+  }
+  float footprint = pixel_footprint(seen_from, -dot(normal, direction));
   float lod = log2(footprint) + material_scale.y + KARST_SOFTEN_LEVELS;
   Lookup at = lookup_at(patch_voxel, in_patch, lod);
   Planes planes = planes_of(normal);

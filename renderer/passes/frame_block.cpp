@@ -81,14 +81,18 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.camera_fine = glm::vec4(camera.fine, 0.0f);
   block.morph_view = glm::vec4(make_lod_eye(camera, least_cos2).forward, least_cos2);
   const ViewRays rays = view_rays(camera);
-  block.ray_right = xyz(glm::vec3(rays.right));
-  block.ray_up = xyz(glm::vec3(rays.up));
+  if (!camera.parallel) {
+    block.ray_right = xyz(glm::vec3(rays.right));
+    block.ray_up = xyz(glm::vec3(rays.up));
+  }
   block.ray_forward = xyz(glm::vec3(rays.middle));
 
   block.sun_direction = xyz(glm::vec3(sun_direction(light)));
   set_light(light, block);
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
+  block.view_scale.z = camera.parallel ? 1.0f : 0.0f;
+  block.view_scale.w = camera.reversed_depth ? -1.0f : 1.0f;
   block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
   block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
   return block;
@@ -125,7 +129,7 @@ shader::FrameBlock make_cascade_block(const Cascade& cascade) {
   block.clip_from_lattice = cascade.clip_from_lattice;
   block.camera_voxel = glm::ivec4(cascade.eye.voxel, 0);
   block.camera_fine = glm::vec4(cascade.eye.fine, 0.0f);
-  block.morph_view = glm::vec4(make_lod_eye(cascade.eye, 1.0f).forward, 1.0f);
+  block.morph_view = glm::vec4(glm::vec3(cascade.eye.forward), cascade.least_cos2);
   return block;
 }
 

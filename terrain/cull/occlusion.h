@@ -5,6 +5,9 @@
 // not ask at all. So a frame's work is bounded, and next to nothing where nothing is hidden; what is not
 // found costs time alone.
 //
+// Nothing is hidden in parallel views, whose rays have no common eye, nor where a corner of the near plane is
+// not in front of the eye.
+//
 // Same frames in the same order give the same answers: nothing depends on time.
 #pragma once
 

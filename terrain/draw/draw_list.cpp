@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/draw/index_batches.h"
+#include "terrain/lod/morph.h"
 
 namespace karst::core {
 namespace {
@@ -49,9 +50,11 @@ struct Collector {
     const PatchBounds* const bounds = stage.bounds.data();
     const NormalCone* const cones = stage.cones.data();
     const std::uint8_t* const levels = stage.levels.data();
-    const glm::vec3 eye = stage.eye;
+    const glm::vec3 eye(eye_lattice(*stage.camera));
+    const glm::vec3 forward(stage.camera->forward);
+    const bool parallel = stage.camera->parallel;
     const float slack = back_facing_slack(eye);
-    const float pixels_per_radian = stage.pixels_per_radian;
+    const float pixels = stage.least_pixels;
     std::uint32_t* out = stage.scratch.data() + visible;
     for (PatchId id = first; id < last; ++id) {
       const glm::ivec3 origin = patch_origin(surface.volume_of(id));
@@ -68,12 +71,16 @@ struct Collector {
       if constexpr (kCones) {
         // Most patches face the eye: their axes lead to it, and nothing more needs to be known.
         const NormalCone& cone = cones[id];
-        const float along = static_cast<float>(cone.axis[0]) * d.x + static_cast<float>(cone.axis[1]) * d.y +
-                            static_cast<float>(cone.axis[2]) * d.z;
+        const glm::vec3 sight = parallel ? forward : d;
+        const float along = static_cast<float>(cone.axis[0]) * sight.x +
+                            static_cast<float>(cone.axis[1]) * sight.y +
+                            static_cast<float>(cone.axis[2]) * sight.z;
         if (along > 0.0f && cone.sine != NormalCone::kNone) {
           const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
-          const float snap = snap_sine(glm::length(centre), levels[id], pixels_per_radian);
-          if (is_back_facing(cone, centre, 0.5f * glm::vec3(high - low), slack, snap)) {
+          const float distance = parallel ? kParallelDistance : glm::length(centre);
+          const float snap = snap_sine(distance, levels[id], pixels);
+          if (parallel ? is_back_facing(cone, forward, snap)
+                       : is_back_facing(cone, centre, 0.5f * glm::vec3(high - low), slack, snap)) {
             ++back_facing;
             continue;
           }
@@ -142,9 +149,7 @@ Status BuildDrawList::validate() const {
   const std::size_t patches = surface.patches.size();
   if (patches > BoundsTree::kMaxPatches) return refuse("more than 2^24 patches", "surface");
   if (frustum_culling && frustum == nullptr) return refuse("missing", "frustum");
-  if (!std::isfinite(eye.x) || !std::isfinite(eye.y) || !std::isfinite(eye.z)) {
-    return refuse("not a finite number", "eye");
-  }
+  if (camera == nullptr) return refuse("missing", "camera");
   if (bounds.size() != patches) return refuse("must hold one box a patch", "bounds");
   if (frustum_culling && tree == nullptr) return refuse("missing", "tree");
   if (frustum_culling && tree->patches() != patches) return refuse("not built over the surface", "tree");

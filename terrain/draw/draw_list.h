@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <span>
 
-#include <glm/vec3.hpp>
-
 #include "karst/status.h"
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/cull/occlusion.h"
@@ -38,16 +36,16 @@ struct BuildDrawList {
   bool frustum_culling = true;  // false: every patch is listed
 
   // Inputs, borrowed.
-  const Frustum* frustum = nullptr;  // may be null without frustum_culling
-  glm::vec3 eye{0.0f};  // lattice steps from the octree's minimum corner; what "nearest" is measured from
-  Surface surface;      // at most BoundsTree::kMaxPatches patches
+  const Frustum* frustum = nullptr;      // may be null without frustum_culling
+  const Camera* camera = nullptr;        // whose eye "nearest" is measured from
+  Surface surface;                       // at most BoundsTree::kMaxPatches patches
   std::span<const PatchBounds> bounds;   // by patch
   const BoundsTree* tree = nullptr;      // over these patches and bounds
   std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
   std::span<const NormalCone> cones;     // by patch; empty: back-facing patches are listed
-  float pixels_per_radian = 0;  // ErrorScale's, for cones; 0: of exact geometry, without a grid of pixels
+  float least_pixels = 0;                // ErrorScale's, for cones; 0: of exact geometry, without pixels
 
-  // Begun for the eye's camera, or null. Nothing in view may be missing, or what it would hide could hide
+  // Begun for the camera, or null. Nothing in view may be missing, or what it would hide could hide
   // something itself.
   Occlusion* occlusion = nullptr;
 

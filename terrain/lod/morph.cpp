@@ -79,13 +79,17 @@ Status build_morph_entries(int level, std::span<std::uint8_t> out) {
 }
 
 ErrorScale make_error_scale(const Camera& camera, int width_px, int height_px, double error_px) {
-  double pixels = pixel_scale(camera, width_px, height_px);
+  auto [pixels, least_pixels] = pixel_scale(camera, width_px, height_px);
   const double least_cos2 = corner_cos2(camera);
   const double left_px =
       error_px - pixels * kRounding * (camera.parallel ? farthest(camera) : 1.0 / least_cos2);
   ErrorScale result;
-  if (camera.parallel) pixels *= kParallelDistance / kStepsPerVoxel;
+  if (camera.parallel) {
+    pixels *= kParallelDistance / kStepsPerVoxel;
+    least_pixels *= kParallelDistance / kStepsPerVoxel;
+  }
   result.pixels = static_cast<float>(pixels);
+  result.least_pixels = static_cast<float>(least_pixels);
   result.steps_per_step =
       left_px > 0 ? static_cast<float>((pixels / left_px + 1.0) * (1.0 + 1e-6)) : kInfinite;
   result.least_cos2 = camera.parallel ? -kParallelDistance : static_cast<float>(least_cos2 * (1.0 - 1e-6));

@@ -4,10 +4,16 @@
 // a vertex are stated once, here; vertex shaders repeat them.
 //
 // Apparent distance. Seen at distance r and angle theta from the view's axis, a deviation of length e covers
-// at most S e / (rho - e) pixels, S being pixels per radian at the centre and rho = r cos^2 theta: by it, not
+// at most S e / (rho - e) pixels, S being pixels per radian at the axis and rho = r cos^2 theta: by it, not
 // by r, vertices morph. Inside the picture rho = z^2 / r; outside, cos theta stays at that of the picture's
-// corner. Departure from design 4.7, which uses r: for the same proven bound at the corner r has to be 1 /
-// cos^2 = 2.4 times as large everywhere (60 degrees, 16:9), which takes twice the triangles.
+// corner. The axis is the direction in which clip w grows. Across it a picture is a linear map of the
+// tangents to pixels, and a shift: an axis off the picture's centre, a roll and a mirror change no length,
+// and where pixels are not square S is what the map's longest direction gives. So the bound holds for any
+// perspective. In a parallel view e covers at most e pixels times a constant, wherever it is: rho is
+// kParallelDistance everywhere, and S that constant times rho, with which S e / (rho - e) is a little more.
+// rho does not change from place to place, so that what follows holds as well. Departure from design 4.7,
+// which uses r: for the same proven bound at the corner r has to be 1 / cos^2 = 2.4 times as large everywhere
+// (60 degrees, 16:9), which takes twice the triangles.
 //
 // Thresholds. A vertex of level m is at home up to (1 - sigma) D, from D on at its morph target, between them
 // on the line in between; D is the threshold D(m) of its patch, on an edge the smaller one of the two
@@ -113,7 +119,8 @@ Status build_morph_entries(int level, std::span<std::uint8_t> out);
 // --- What a view asks for.
 
 struct ErrorScale {
-  float pixels = 0;  // S, of the larger side of a pixel that is not square
+  float pixels = 0;        // S
+  float least_pixels = 0;  // S for the longer side of a pixel that is not square
   float steps_per_step =
       0;  // S / error_px + 1, after error_px has paid for positions rounded to float; or infinite
   float least_cos2 = 1;  // cos^2 theta at the picture's corner; parallel: -kParallelDistance

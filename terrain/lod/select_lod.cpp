@@ -204,16 +204,20 @@ struct PixelBound {
         classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) == kOutside) {
       return false;
     }
-    const glm::ivec3 origin = patch_origin(stage.surface.volume_of(id));
-    if (!stage.cones.empty()) {
-      // At the finest level, so that all that may be drawn is in view.
-      const float snap = snap_sine(glm::length(glm::vec3(origin) - view.eye), stage.settings.top_level(),
-                                   stage.scale.pixels);
-      if (is_back_facing(stage.cones[id], stage.bounds[id], origin, view.eye, back_facing_slack(view.eye),
-                         snap))
-        return false;
-    }
+    if (!stage.cones.empty() && faces_away(id)) return false;
     return stage.occlusion == nullptr || !is_hidden(id);
+  }
+
+  // At the finest level, so that all that may be drawn is in view.
+  bool faces_away(PatchId id) const {
+    const glm::ivec3 origin = patch_origin(stage.surface.volume_of(id));
+    const int level = stage.settings.top_level();
+    const float pixels = stage.scale.least_pixels;
+    if (view.least_cos2 < 0.0f) {
+      return is_back_facing(stage.cones[id], view.forward, snap_sine(kParallelDistance, level, pixels));
+    }
+    return is_back_facing(stage.cones[id], stage.bounds[id], origin, view.eye, back_facing_slack(view.eye),
+                          snap_sine(glm::length(glm::vec3(origin) - view.eye), level, pixels));
   }
 
   bool is_hidden(PatchId id) const {

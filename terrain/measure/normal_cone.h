@@ -61,6 +61,16 @@ inline bool is_back_facing(const NormalCone& cone, glm::vec3 centre, glm::vec3 h
   return least > sine * length;
 }
 
+// The same for an eye infinitely far away, which looks along `forward`, of unit length: wherever a point
+// lies.
+inline bool is_back_facing(const NormalCone& cone, glm::vec3 forward, float snap_sine = 0.0f) {
+  constexpr float kSlack = 127.0f * 0x1p-20f;  // forward is rounded
+  if (cone.sine == NormalCone::kNone) return false;
+  const glm::vec3 a(cone.axis[0], cone.axis[1], cone.axis[2]);
+  const float along = a.x * forward.x + a.y * forward.y + a.z * forward.z;
+  return along > NormalCone::kSineUnit * static_cast<float>(cone.sine) + 128.0f * snap_sine + kSlack;
+}
+
 // The same for a patch whose box is given; eye: lattice steps from the octree's minimum corner.
 inline bool is_back_facing(const NormalCone& cone, const PatchBounds& box, glm::ivec3 origin, glm::vec3 eye,
                            float slack, float snap_sine = 0.0f) {

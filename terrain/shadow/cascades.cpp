@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/lod/morph.h"
+
 namespace karst::core {
 namespace {
 
@@ -151,6 +153,7 @@ void FitCascades::run() const {
     }
     cascade.low = middle - 0.5 * cascade.side;
     cascade.eye = camera_at(*light, around);
+    cascade.least_cos2 = camera->parallel ? -kParallelDistance : 1.0f;
     // A texel for the filter; and more than classify() and the GPU round away.
     const double texel = cascade.texel * kStepsPerVoxel;
     const double rounding = 0.01 * kStepsPerVoxel;

@@ -13,7 +13,7 @@
 //  - Levels of detail and morphing in a map are chosen for a place that moves in the same steps, by plain
 //    distance (an apparent distance of morph.h with least_cos2 = 1). A map's surface is therefore within
 //    error_px pixels, measured at the picture's centre, of the full one, like the picture's own, or within a
-//    texel where that is more (select_casters.h).
+//    texel where that is more (select_casters.h). For a parallel view they are the picture's own.
 // A box has no near end: whatever of the world lies towards the sun casts into it.
 #pragma once
 
@@ -62,10 +62,11 @@ struct Cascade {
   glm::dvec2 low{0.0};          // of the box in light space, voxels
   double side = 1;              // voxels
   double texel = 1;             // voxels
+  float least_cos2 = 1;         // of apparent distances: 1, or the picture's own if that is parallel
 
   // Whether the same surface makes the same map.
   bool same_as(const Cascade& other) const {
-    return eye.voxel == other.eye.voxel && eye.fine == other.eye.fine &&
+    return eye.voxel == other.eye.voxel && eye.fine == other.eye.fine && least_cos2 == other.least_cos2 &&
            clip_from_lattice == other.clip_from_lattice;
   }
 };
@@ -74,7 +75,7 @@ struct FitCascades {
   CascadeSettings settings;
 
   // Inputs.
-  const Camera* camera = nullptr;  // borrowed; only its place counts
+  const Camera* camera = nullptr;  // borrowed; only its place counts, and whether it is parallel
   glm::dvec3 to_sun{0, 1, 0};      // unit length
   LatticeBox world;                // of all that casts shadows
 

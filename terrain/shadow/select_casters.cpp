@@ -17,7 +17,7 @@ class WantedLevel {
  public:
   explicit WantedLevel(const SelectCasters& stage)
       : stage_(stage),
-        eye_(make_lod_eye(stage.cascade->eye, 1.0f)),
+        eye_(make_lod_eye(stage.cascade->eye, stage.cascade->least_cos2)),
         most_error_(stage.error_texels * stage.cascade->texel * kStepsPerVoxel) {}
 
   int operator()(PatchId patch) const {

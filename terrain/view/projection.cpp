@@ -111,15 +111,19 @@ double least_cos2(const ViewRays& rays, glm::dvec3 forward) {
   return 1.0 / (1.0 + most_tan2);
 }
 
-// The largest singular value of the matrix with these two rows, the second one unless the first gives more.
-double widest(glm::dvec3 a, glm::dvec3 b) {
+// The singular values of the matrix with these two rows.
+PixelScale singular_values(glm::dvec3 a, glm::dvec3 b) {
   const double aa = glm::length(a);
   const double bb = glm::length(b);
   const double ab = glm::dot(a, b);
-  if (std::abs(ab) <= 1e-12 * aa * bb) return aa > bb * kSquare ? aa : bb;
+  if (std::abs(ab) <= 1e-12 * aa * bb) {
+    if (aa <= bb * kSquare && bb <= aa * kSquare) return {bb, bb};
+    return {std::max(aa, bb), std::min(aa, bb)};
+  }
   const double sum = aa * aa + bb * bb;
   const double difference = aa * aa - bb * bb;
-  return std::sqrt(0.5 * (sum + std::sqrt(difference * difference + 4.0 * ab * ab)));
+  const double most = std::sqrt(0.5 * (sum + std::sqrt(difference * difference + 4.0 * ab * ab)));
+  return {most, glm::length(glm::cross(a, b)) / most};
 }
 
 Status refuse(const char* what, const char* field) {
@@ -150,9 +154,9 @@ double corner_cos2(const Camera& camera) {
   return camera.parallel ? 1.0 : least_cos2(rays_in_view(camera), view_forward(camera));
 }
 
-double pixel_scale(const Camera& camera, int width_px, int height_px) {
+PixelScale pixel_scale(const Camera& camera, int width_px, int height_px) {
   const glm::dvec3 f = view_forward(camera);
-  return widest(across(camera, 0, f) * (0.5 * width_px), across(camera, 1, f) * (0.5 * height_px));
+  return singular_values(across(camera, 0, f) * (0.5 * width_px), across(camera, 1, f) * (0.5 * height_px));
 }
 
 double vertical_scale(const Camera& camera) {
@@ -176,8 +180,8 @@ Status derive_view(Camera& camera) {
   if (!is_solid(camera)) return refuse("not invertible", "clip_from_view");
   const glm::dvec3 f = view_forward(camera);
   const ViewRays rays = rays_in_view(camera);
-  const double scale = widest(across(camera, 0, f), across(camera, 1, f));
-  if (!(scale <= kNarrowestView)) return refuse("narrower than 2^-20 of its distance", "clip_from_view");
+  const PixelScale scale = singular_values(across(camera, 0, f), across(camera, 1, f));
+  if (!(scale.most <= kNarrowestView)) return refuse("narrower than 2^-20 of its distance", "clip_from_view");
   if (!camera.parallel) {
     if (!(least_cos2(rays, f) >= 1.0 / (1.0 + kWidestCorner * kWidestCorner))) {
       return refuse("a corner is more than 1,024 times its distance off the axis", "clip_from_view");

@@ -22,11 +22,15 @@ ViewRays view_rays(const Camera& camera);
 // cos^2 of the angle between forward and the picture's farthest corner; 1 if parallel.
 double corner_cos2(const Camera& camera);
 
-// Perspective: the most pixels that a small angle, in radians, covers where forward meets the picture's
-// plane. Parallel: the most that a voxel covers. The picture's height counts unless the width gives more.
-double pixel_scale(const Camera& camera, int width_px, int height_px);
+// Perspective: the most and the fewest pixels that a small angle, in radians, covers where forward meets the
+// picture's plane. Parallel: that a voxel across forward covers. Both are those of the picture's height where
+// pixels are square but for rounding.
+struct PixelScale {
+  double most, least;
+};
+PixelScale pixel_scale(const Camera& camera, int width_px, int height_px);
 
-// The same for a length on the picture's height alone, for a height of 2.
+// How many times half the picture's height a length of 1 across forward, at depth 1, covers upwards at most.
 double vertical_scale(const Camera& camera);
 
 // The farthest that a corner of the near or the far plane is from the eye, voxels; may be infinite.

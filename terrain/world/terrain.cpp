@@ -465,12 +465,12 @@ Status Terrain::select(const TerrainView& view, Selection& selection) {
   BuildDrawList list;
   list.frustum_culling = view.frustum_culling;
   list.frustum = &frustum;
-  list.eye = glm::vec3(eye_lattice(*view.camera));
+  list.camera = view.camera;
   list.surface = surface();
   list.bounds = bounds();
   list.tree = &tree_;
   if (view.backface_culling) list.cones = cones();
-  list.pixels_per_radian = lod.scale.pixels;
+  list.least_pixels = lod.scale.least_pixels;
   if (selection.lod.missing == 0) list.occlusion = lod.occlusion;
   list.levels = levels();
   list.scratch = list_scratch_.first(info_.patches);

@@ -117,7 +117,7 @@ class Flight {
     const Frustum frustum = make_frustum(camera);
     BuildDrawList build;
     build.frustum = &frustum;
-    build.eye = glm::vec3(eye_lattice(camera));
+    build.camera = &camera;
     build.surface = world_.surface();
     build.bounds = world_.bounds();
     build.tree = &tree_;

@@ -71,7 +71,7 @@ int run_size(int side, int sheets, int repeats) {
   set.run();
   BuildDrawList build;
   build.frustum = &frustum;
-  build.eye = glm::vec3(eye_lattice(camera));
+  build.camera = &camera;
   build.surface = select.surface;
   build.bounds = grid.bounds;
   build.tree = &grid.tree;

@@ -114,7 +114,7 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   Frustum frustum;
   BuildDrawList build;
   build.frustum = &frustum;
-  build.eye = glm::vec3(eye_lattice(s.camera));
+  build.camera = &s.camera;
   build.surface = select.surface;
   build.bounds = s.grid.bounds;
   build.tree = &s.grid.tree;

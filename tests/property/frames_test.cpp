@@ -278,7 +278,7 @@ TEST(Frames, NoneHasATJunctionOrCallsTheHeap) {
       settings.pitch_deg = 180 * random.unit() - 90;
       if (!make_camera(settings, camera).ok()) FAIL();
       frustum = make_frustum(camera);
-      build.eye = glm::vec3(eye_lattice(camera));
+      build.camera = &camera;
       build.frustum_culling = random.below(4) != 0;
       select.frustum = build.frustum_culling ? &frustum : nullptr;
       const auto held = static_cast<std::size_t>(random.below(2 * static_cast<int>(w.residents.size())));

@@ -140,7 +140,7 @@ struct Scene {
     if (with_rock) occlusion.begin(occluders, octree, tree, world.surface(), world.bounds(), camera, 100'000);
     BuildDrawList build;
     build.frustum = &frustum;
-    build.eye = glm::vec3(eye_lattice(camera));
+    build.camera = &camera;
     build.surface = world.surface();
     build.bounds = world.bounds();
     build.tree = &tree;

@@ -90,7 +90,7 @@ class CullPatches {
     const Frustum frustum = make_frustum(camera);
     BuildDrawList stage;
     stage.frustum = &frustum;
-    stage.eye = glm::vec3(eye_lattice(camera));
+    stage.camera = &camera;
     stage.surface = grid_.surface();
     stage.bounds = grid_.bounds;
     stage.tree = &grid_.tree;

@@ -63,7 +63,7 @@ class Halls : public testing::Test {
     occlusion_.begin(occluders_, world_.octree(), tree_, world_.surface(), bounds_, camera_, searches);
     BuildDrawList list;
     list.frustum = &frustum;
-    list.eye = glm::vec3(eye_lattice(camera_));
+    list.camera = &camera_;
     list.surface = world_.surface();
     list.bounds = bounds_;
     list.tree = &tree_;

@@ -51,7 +51,7 @@ class View : public testing::Test {
   BuildDrawList stage() {
     BuildDrawList result;
     result.frustum = &frustum_;
-    result.eye = glm::vec3(eye_lattice(camera_));
+    result.camera = &camera_;
     result.surface = grid_.surface();
     result.bounds = grid_.bounds;
     result.tree = &grid_.tree;
@@ -182,8 +182,7 @@ TEST_F(View, RefusesOneWrongFieldAtATime) {
   using Break = std::function<void(BuildDrawList&)>;
   const std::vector<std::pair<const char*, Break>> cases = {
       {"frustum", [](BuildDrawList& s) { s.frustum = nullptr; }},
-      {"eye", [](BuildDrawList& s) { s.eye.y = std::numeric_limits<float>::quiet_NaN(); }},
-      {"eye", [](BuildDrawList& s) { s.eye.z = std::numeric_limits<float>::infinity(); }},
+      {"camera", [](BuildDrawList& s) { s.camera = nullptr; }},
       {"bounds", [](BuildDrawList& s) { s.bounds = s.bounds.first(3); }},
       {"tree", [](BuildDrawList& s) { s.tree = nullptr; }},
       {"tree", [&](BuildDrawList& s) { s.tree = &empty; }},
@@ -202,6 +201,7 @@ TEST_F(View, RefusesOneWrongFieldAtATime) {
 TEST_F(View, EmptySurfaceIsFine) {
   const BoundsTree empty;
   BuildDrawList build;
+  build.camera = &camera_;
   build.frustum = &frustum_;
   build.tree = &empty;
   ASSERT_TRUE(build.validate().ok());
