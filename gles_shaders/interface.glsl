@@ -111,8 +111,8 @@ KARST_BLOCK(FrameBlock) {
   vec4 ground_light;       // rgb: light on a surface that faces down
   vec4 sky_zenith;         // rgb: the sky itself
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
-  // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or of a parallel view in
-  // voxels; z: 1 in parallel views, whose rays are all ray_forward, or 0; w: z / w at the far plane, 1 or -1
+  // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or in a parallel view;
+  // z: 1 in parallel views, whose rays are all ray_forward, or 0; w: z / w at the far plane, 1 or -1
   vec4 view_scale;
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.

@@ -31,9 +31,9 @@ const KARST_MEDIUM vec3 kLamp = vec3(1.5, 1.2, 0.85);
 // Share of the light that surfaces reflect like mirrors, looked at straight on: what rock and plants have.
 const KARST_MEDIUM float kMirrored = 0.04;
 
-// Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump between triangles,
-// and mean nothing in thin ones. At grazing angles the long side of the footprint alone would blur
-// everything: take half of it, which the textures stand without visible flicker.
+// Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump
+// between triangles, and mean nothing in thin ones. At grazing angles the long side of the footprint alone
+// would blur everything: take half of it, which the textures stand without visible flicker.
 float pixel_footprint(float distance_voxels, float facing_eye) {
   return distance_voxels * view_scale.y * max(1.0, 0.5 / max(facing_eye, 0.05));
 }
