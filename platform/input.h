@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Keyboards, mice and touch screens through libinput.
+// What keyboards, mice and touch screens say.
 #pragma once
 
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
-
-#include "platform/base/error.h"
-#include "platform/base/log.h"
-#include "platform/seat/seat.h"
 
 namespace karst {
 
@@ -46,8 +40,5 @@ class Input {
   // The seat is taken away or given back. libinput tells of every key that is down as released then.
   virtual void set_active(bool active) = 0;
 };
-
-// All devices of the seat, those plugged in later included. Null where there is no input, and error says why.
-std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error);
 
 }  // namespace karst

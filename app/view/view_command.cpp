@@ -22,6 +22,7 @@
 #include "platform/base/clock.h"
 #include "platform/headless/headless_display.h"
 #include "platform/kms/card/kms_outputs.h"
+#include "platform/seat/seat_input.h"
 #include "platform/window/window_display.h"
 
 namespace karst::app {

@@ -4,7 +4,7 @@
 // form). Distances of the primitives: Quilez, "Distance functions", 2008.
 #include "bake/carve/carve.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "bake/samples/noise.h"
 
 #include <glm/common.hpp>

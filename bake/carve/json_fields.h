@@ -3,7 +3,7 @@
 // that names the file, the place in it and the field. For sources that read JSON alone.
 #pragma once
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>

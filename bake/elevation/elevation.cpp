@@ -5,11 +5,11 @@
 // fails before it costs anything.
 #include "bake/elevation/elevation.h"
 
+#include "bake/base/bake_error.h"
 #include "bake/elevation/envi.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/geo_scale.h"
 #include "bake/elevation/quiet_stderr.h"
-#include "bake/pipeline/bake_error.h"
 
 #include <OpenImageIO/imageio.h>
 

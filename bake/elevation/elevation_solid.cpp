@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/elevation/elevation_solid.h"
 
-#include "bake/pipeline/parallel.h"
+#include "bake/base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bake/elevation/envi.h"
 
+#include "bake/base/bake_error.h"
 #include "bake/elevation/elevation.h"
 #include "bake/elevation/geo_scale.h"
-#include "bake/pipeline/bake_error.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bake/elevation/exr_header.h"
 
+#include "bake/base/bake_error.h"
 #include "bake/elevation/elevation.h"
-#include "bake/pipeline/bake_error.h"
 
 #include <cstdint>
 #include <fstream>

@@ -3,7 +3,7 @@
 // tag (GDAL documentation, "GTiff -- GeoTIFF File Format": TIFFTAG_GDAL_NODATA).
 #include "bake/elevation/geo_scale.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 
 #include <tiffio.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "bake/materials/bake_materials.h"
 
+#include "bake/base/bake_error.h"
+#include "bake/base/parallel.h"
 #include "bake/carve/cave_lights.h"
 #include "bake/materials/material_files.h"
-#include "bake/materials/texture_pyramid.h"
-#include "bake/pipeline/bake_error.h"
-#include "bake/pipeline/parallel.h"
 #include "bake/procedural/sample_materials.h"
+#include "bake/textures/texture_pyramid.h"
 
 #include <algorithm>
 #include <cstring>

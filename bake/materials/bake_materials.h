@@ -2,11 +2,11 @@
 // What the ground of a baked world is made of, and its lights: images, rules, textures, painted patches.
 #pragma once
 
-#include "bake/materials/material_image.h"
 #include "bake/materials/material_json.h"
 #include "bake/materials/material_rules.h"
-#include "bake/materials/texture_pyramid.h"
 #include "bake/samples/solid.h"
+#include "bake/textures/material_image.h"
+#include "bake/textures/texture_pyramid.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/world_file.h"
 #include "terrain/surface/patch.h"

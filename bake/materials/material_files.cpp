@@ -2,9 +2,9 @@
 #include "bake/materials/material_files.h"
 
 #include "app/common/regular_file.h"
+#include "bake/base/bake_error.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/quiet_stderr.h"
-#include "bake/pipeline/bake_error.h"
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>

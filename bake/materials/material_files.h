@@ -3,8 +3,8 @@
 // the side of the texture. What tiles stays so.
 #pragma once
 
-#include "bake/materials/material_image.h"
 #include "bake/materials/material_json.h"
+#include "bake/textures/material_image.h"
 
 #include <string>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "bake/pipeline/bake.h"
 
+#include "bake/base/bake_error.h"
+#include "bake/base/parallel.h"
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation_solid.h"
-#include "bake/pipeline/bake_error.h"
-#include "bake/pipeline/parallel.h"
 #include "bake/pipeline/repair_folds.h"
 #include "bake/pipeline/settle_voxels.h"
 #include "bake/samples/samples.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/samples/solid.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "terrain/base/lattice.h"
 
 #include <algorithm>

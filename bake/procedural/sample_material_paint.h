@@ -3,7 +3,7 @@
 // from 128 on, the same picture at any size; sizes below are shares of a repeat.
 #pragma once
 
-#include "bake/materials/material_image.h"
+#include "bake/textures/material_image.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

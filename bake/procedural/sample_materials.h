@@ -3,7 +3,7 @@
 // same bits on every compiler.
 #pragma once
 
-#include "bake/materials/material_image.h"
+#include "bake/textures/material_image.h"
 
 #include <string_view>
 

@@ -5,7 +5,7 @@
 // functions" (2018), lowbias32.
 #pragma once
 
-#include "bake/pipeline/parallel.h"
+#include "bake/base/parallel.h"
 #include "bake/samples/solid.h"
 
 #include <glm/vec2.hpp>

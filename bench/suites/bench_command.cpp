@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // karst-bench: what a world costs.
+#include "bench/suites/bench_command.h"
+
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -7,7 +9,6 @@
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
-#include "bench/suites/bench_command.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_lod.h"
 #include "bench/suites/bench_pareto.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Materials, painted patches and lights on their way into a world file.
+#include "bake/base/bake_error.h"
 #include "bake/carve/cave_lights.h"
 #include "bake/pipeline/bake.h"
-#include "bake/pipeline/bake_error.h"
 #include "terrain/field/voxelize.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"

@@ -2,7 +2,7 @@
 // The whole way from an image to the bytes of a world file, and what is said about it.
 #include "bake/pipeline/bake.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "terrain/patch/shared_vertices.h"
 #include "terrain/surface/bezier/extract_surface.h"
 #include "tests/bake/bake_files.h"

@@ -2,7 +2,7 @@
 // Carve JSON: what is read, every way in which it can be wrong, and what the shapes do to a solid.
 #include "bake/carve/carve.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "tests/support/process.h"
 
 #include <gtest/gtest.h>

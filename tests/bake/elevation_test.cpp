@@ -2,8 +2,8 @@
 // Elevation files of every kind that is read, and every way in which one can be wrong.
 #include "bake/elevation/elevation.h"
 
+#include "bake/base/bake_error.h"
 #include "bake/elevation/geo_scale.h"
-#include "bake/pipeline/bake_error.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 

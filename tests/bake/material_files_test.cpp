@@ -2,7 +2,7 @@
 // Images of materials from files: colour, orientation, resizing that keeps tiles, and files that are none.
 #include "bake/materials/material_files.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
 

@@ -2,7 +2,7 @@
 // Material files: what is read, and every way in which they can be wrong.
 #include "bake/materials/material_json.h"
 
-#include "bake/pipeline/bake_error.h"
+#include "bake/base/bake_error.h"
 #include "tests/support/process.h"
 
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 // Procedural materials: they tile, look the same at every size, and are the same bits everywhere.
 #include "bake/procedural/sample_materials.h"
 
-#include "bake/materials/texture_pyramid.h"
 #include "bake/procedural/tile_noise.h"
+#include "bake/textures/texture_pyramid.h"
 #include "terrain/base/checksum.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Pyramids of textures: what is averaged how, and what compression costs.
-#include "bake/materials/texture_pyramid.h"
+#include "bake/textures/texture_pyramid.h"
 
 #include "bake/procedural/sample_materials.h"
 #include "etc2/etc2.h"

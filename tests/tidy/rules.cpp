@@ -282,6 +282,25 @@ void check_includes(const Source& source, Findings& out) {
   });
 }
 
+void check_own_header(const Source& source, const std::function<bool(const string&)>& exists, Findings& out) {
+  if (extension(source.path) != ".cpp") return;
+  const string own = source.path.substr(0, source.path.size() - string_view("cpp").size()) + "h";
+  if (!exists(own)) return;
+  bool first = true;
+  for_each_line(source.text, [&](int number, string_view line) {
+    const string_view include = included_header(line);
+    if (include.empty() || !first) return;
+    first = false;
+    // Examples are programs of their own, which know no repository.
+    const string_view header = include.substr(1);
+    const bool found = header == own || (inside(own, "examples") && header == file_name(own));
+    if (include.front() != '"' || !found) {
+      out.push_back({source.path, number, "expected first: " + own});
+    }
+  });
+  if (first) out.push_back({source.path, 0, "does not include " + own});
+}
+
 void check_words(const Source& source, Findings& out) {
   // Spelled in halves, so that this file passes its own rules.
   static const string kMarks[] = {string("TO") + "DO", string("FIX") + "ME", string("XX") + "X",

@@ -48,6 +48,11 @@ void check_header_guard(const Source& source, Findings& out);
 // the standard library only, and no I/O.
 void check_includes(const Source& source, Findings& out);
 
+// A .cpp file that has a header of its own includes it before all else, so that every header is compiled once
+// with nothing before it. exists: as of check_links.
+void check_own_header(const Source& source, const std::function<bool(const std::string&)>& exists,
+                      Findings& out);
+
 // Paths of one machine, and marks of unfinished work.
 void check_words(const Source& source, Findings& out);
 

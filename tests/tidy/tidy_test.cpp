@@ -2,44 +2,18 @@
 // Runs the house rules over the repository, and each rule over a sample that breaks it.
 #include "tests/tidy/rules.h"
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 
 #include <gtest/gtest.h>
+
+#include "tests/tidy/repository.h"
 
 namespace karst::tidy {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Everything in the working tree but what git keeps or ignores.
-std::vector<Source> repository() {
-  std::vector<Source> sources;
-  const fs::path root(KARST_SOURCE_DIR);
-  for (auto entry = fs::recursive_directory_iterator(root); entry != fs::recursive_directory_iterator();
-       ++entry) {
-    const std::string path = entry->path().lexically_relative(root).generic_string();
-    const bool ignored = path == ".git" || path == "build" || path == "out" || path == ".cache";
-    if (ignored) entry.disable_recursion_pending();
-    if (ignored || !entry->is_regular_file()) continue;
-    std::ifstream file(entry->path(), std::ios::binary);
-    sources.push_back({path, std::string(std::istreambuf_iterator<char>(file), {})});
-  }
-  std::sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) { return a.path < b.path; });
-  return sources;
-}
-
 using Rule = void (*)(const Source&, Findings&);
-
-std::string listing(const Findings& findings) {
-  std::ostringstream text;
-  for (const Finding& finding : findings)
-    text << finding.path << ':' << finding.line << ": " << finding.what << '\n';
-  return text.str();
-}
 
 void expect_clean(Rule rule, bool text_only) {
   Findings findings;
@@ -70,13 +44,19 @@ TEST(RepositoryTest, Words) {
   expect_clean(check_words, true);
 }
 
+bool exists(const std::string& path) {
+  return fs::exists(fs::path(KARST_SOURCE_DIR) / path);
+}
+
+TEST(RepositoryTest, OwnHeaderFirst) {
+  Findings findings;
+  for (const Source& source : repository()) check_own_header(source, exists, findings);
+  EXPECT_TRUE(findings.empty()) << listing(findings);
+}
+
 TEST(RepositoryTest, Links) {
   Findings findings;
-  for (const Source& source : repository()) {
-    check_links(
-        source, [](const std::string& path) { return fs::exists(fs::path(KARST_SOURCE_DIR) / path); },
-        findings);
-  }
+  for (const Source& source : repository()) check_links(source, exists, findings);
   EXPECT_TRUE(findings.empty()) << listing(findings);
 }
 
@@ -207,6 +187,21 @@ TEST(RuleTest, LibrariesStayWhereTheyBelong) {
   EXPECT_EQ(includes("app/main.cpp", "OpenImageIO/imageio.h"), 1);
   EXPECT_EQ(includes("renderer/a.cpp", "EGL/egl.h"), 1);
   EXPECT_EQ(includes("platform/a.cpp", "GLES3/gl3.h"), 1);
+}
+
+TEST(RuleTest, OwnHeaderFirst) {
+  const auto check = [](const std::string& path, const std::string& text) {
+    Findings findings;
+    check_own_header(
+        {path, text}, [](const std::string& p) { return p == "app/a.h"; }, findings);
+    return static_cast<int>(findings.size());
+  };
+  EXPECT_EQ(check("app/a.cpp", "// text\n#include \"app/a.h\"\n\n#include <vector>\n"), 0);
+  EXPECT_EQ(check("app/a.h", "#include <vector>\n"), 0);
+  EXPECT_EQ(check("app/main.cpp", "#include <vector>\n"), 0);
+  EXPECT_EQ(check("app/a.cpp", "#include <vector>\n#include \"app/a.h\"\n"), 1);
+  EXPECT_EQ(check("app/a.cpp", "#include \"app/b.h\"\n#include \"app/a.h\"\n"), 1);
+  EXPECT_EQ(check("app/a.cpp", "\n"), 1);
 }
 
 TEST(RuleTest, Words) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/materials/material_image.h"
+#include "bake/textures/material_image.h"
 
 #include <algorithm>
 #include <array>

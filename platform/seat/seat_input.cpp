@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sources: the libinput 1.22 documentation.
-#include "platform/input.h"
+#include "platform/seat/seat_input.h"
 
 #include <libinput.h>
 #include <libudev.h>
@@ -155,17 +155,6 @@ class LibInput final : public Input {
 };
 
 }  // namespace
-
-InputEvent turned(const InputEvent& event, int quarter_turns) {
-  InputEvent result = event;
-  if (event.kind != InputEvent::Kind::place && event.kind != InputEvent::Kind::touch) return result;
-  for (int turn = 0; turn < (quarter_turns & 3); ++turn) {
-    const double x = result.x;
-    result.x = 1 - result.y;
-    result.y = x;
-  }
-  return result;
-}
 
 std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error) {
   auto input = std::make_unique<LibInput>(seat, log);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "bake/materials/texture_pyramid.h"
+#include "bake/textures/texture_pyramid.h"
 
-#include "bake/pipeline/parallel.h"
+#include "bake/base/parallel.h"
 #include "etc2/etc2.h"
 
 #include <glm/geometric.hpp>

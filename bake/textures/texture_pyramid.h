@@ -8,7 +8,7 @@
 // alpha^2 / 2 along each axis, as Beckmann's does).
 #pragma once
 
-#include "bake/materials/material_image.h"
+#include "bake/textures/material_image.h"
 #include "terrain/shading/materials.h"
 
 #include <cstddef>
