@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The extracted surface: intersection volumes that hold surface, and the biquadratic patches in them.
-// Plain arrays; patches of one volume are contiguous, and both arrays follow the octree's order in space.
+// Plain arrays. As extraction makes them, patches of one volume are contiguous and both arrays follow the
+// octree's order in space. Once patches have slots (patch_table.h) and voxels were edited
+// (bezier/update_surface.h), neither holds, and slots may be free; a volume's patches are then found by key.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +16,11 @@ namespace karst::core {
 
 using PatchId = std::uint32_t;
 
-// One intersection volume (K 3.4): the cube of one voxel's size centred on a voxel corner. 36 bytes.
+// One intersection volume (K 3.4): the cube of one voxel's size centred on a voxel corner. 32 bytes.
 struct Volume {
   std::uint16_t corner[3];     // its centre, voxels from the octree's minimum corner
   std::uint8_t configuration;  // bit o: the voxel in octant o (x + 2y + 4z) is filled
-  std::uint8_t patch_count;
-  PatchId first_patch;
+  std::uint8_t patch_count;    // 1..4; 0: the slot is free
   // Gradient of the smoothed occupancy at the eight voxel centres around the corner, by octant, pointing from
   // filled to empty; kernel weights are integers, so |component| <= 48 (gradient.h).
   std::int8_t gradient[8][3];
@@ -45,7 +46,7 @@ inline constexpr std::uint32_t kMaxPatchId = (1u << 30) - 2;  // so that patch <
 // Corners run counter-clockwise: 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1); edge e runs from corner e to
 // corner (e+1) mod 4. A three-edge patch has edge 3 collapsed into corner 0 (K figure 3.12). 28 bytes.
 struct Patch {
-  std::uint32_t volume;     // index into Surface::volumes
+  std::uint32_t volume;     // index into Surface::volumes, or kNoVolume: the slot is free
   std::uint8_t case_patch;  // index among the patches of the volume's configuration (case_tables.h)
   std::uint8_t size_log2;   // voxels a side of its volume, as a power of two; extraction makes 0 only
   std::uint8_t collapsed;   // 1 when edge 3 is a point
@@ -56,6 +57,7 @@ struct Patch {
 };
 
 inline constexpr std::uint32_t kNoHeights = 0xffffffffu;
+inline constexpr std::uint32_t kNoVolume = 0xffffffffu;
 
 struct Surface {
   std::span<const Volume> volumes;

@@ -2,6 +2,7 @@
 // Prints one line "stage hash" for each CPU stage on a fixed world: the same on every compiler, build type
 // and instruction set. ./dev test compares gcc and clang, debug and release.
 #include <bit>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <vector>
@@ -27,8 +28,25 @@ double density(glm::dvec3 p) {
   return ground - p.y + 3 * test::value_noise(22, p / 5.0) + 0.15 * test::value_noise(23, p * 2.0);
 }
 
-// Everything but padding bytes, which Volume and Patch do not have.
-static_assert(sizeof(Volume) == 36 && sizeof(Patch) == 28);
+// Everything but padding bytes, which these do not have.
+static_assert(sizeof(Volume) == 32 && sizeof(Patch) == 28);
+
+// Volumes with the number of their first patch, so that the hash tells that patches follow one another.
+std::vector<std::uint8_t> numbered(std::span<const Volume> volumes) {
+  std::vector<std::uint8_t> bytes;
+  const auto put = [&](const void* from, std::size_t count) {
+    const auto* first = static_cast<const std::uint8_t*>(from);
+    bytes.insert(bytes.end(), first, first + count);
+  };
+  std::uint32_t patch = 0;
+  for (const Volume& v : volumes) {
+    put(&v, offsetof(Volume, gradient));
+    put(&patch, sizeof patch);
+    put(v.gradient, sizeof v.gradient);
+    patch += v.patch_count;
+  }
+  return bytes;
+}
 
 bool run() {
   const glm::ivec3 extent(30, 20, 30);
@@ -40,7 +58,8 @@ bool run() {
     }
   }
   print("voxels", std::span<const std::uint8_t>(voxels));
-  print("volumes", world.surface().volumes);
+  const std::vector<std::uint8_t> volumes = numbered(world.surface().volumes);
+  print("volumes", std::span<const std::uint8_t>(volumes));
   print("patches", world.surface().patches);
 
   constexpr int kLevel = 4;

@@ -52,7 +52,6 @@ GridSurface make_grid_surface(int width, int depth, double reach_voxels, std::ui
     volume.corner[1] = static_cast<std::uint16_t>(height);
     volume.corner[2] = static_cast<std::uint16_t>(z + 1);
     volume.patch_count = 1;
-    volume.first_patch = static_cast<PatchId>(result.patches.size());
     Patch patch{};
     patch.volume = static_cast<std::uint32_t>(result.volumes.size());
     patch.height_block = kNoHeights;

@@ -48,6 +48,7 @@ class TestWorld {
   void set_heights(int level, const std::function<double(glm::dvec3 base_voxels)>& height_steps);
 
   const Octree& octree() const { return octree_; }
+  Octree& octree() { return octree_; }
   glm::ivec3 extent() const { return extent_; }
   Surface surface() const { return {volumes_, patches_}; }
   Heights heights() const { return {level_, heights_}; }

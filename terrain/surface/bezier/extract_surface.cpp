@@ -5,6 +5,8 @@
 // cube face has the curve of the same number on the opposite face (case_tables.h).
 #include "terrain/surface/bezier/extract_surface.h"
 
+#include <glm/common.hpp>
+
 #include "terrain/field/voxel_reader.h"
 #include "terrain/surface/bezier/case_tables.h"
 #include "terrain/surface/bezier/gradient.h"
@@ -53,8 +55,12 @@ Cells child_cells(const Octree& octree, const Cells& cells, int child) {
 template <class Visitor>
 class CornerWalk {
  public:
-  CornerWalk(const Octree& octree, glm::ivec3 extent, Visitor& visitor)
-      : octree_(octree), last_(extent.x - 1, extent.y, extent.z - 1), visitor_(visitor) {}
+  // Corners on the octree's own sides are not visited.
+  CornerWalk(const ExtractSurface& job, Visitor& visitor)
+      : octree_(*job.octree),
+        first_(glm::max(job.low, glm::ivec3(1))),
+        last_(glm::min(job.high, glm::ivec3(job.extent.x - 1, job.extent.y, job.extent.z - 1))),
+        visitor_(visitor) {}
 
   // False when the visitor asked to stop.
   bool run() {
@@ -66,9 +72,10 @@ class CornerWalk {
 
  private:
   bool visit(glm::ivec3 block, std::int32_t size, const Cells& cells) {
-    if (block.x > last_.x || block.y > last_.y || block.z > last_.z || uniform(cells)) return true;
+    const glm::ivec3 end = block + size;
+    if (block.x > last_.x || block.y > last_.y || block.z > last_.z) return true;
+    if (end.x <= first_.x || end.y <= first_.y || end.z <= first_.z || uniform(cells)) return true;
     if (size == 1) {
-      if (block.x < 1 || block.y < 1 || block.z < 1) return true;
       int configuration = 0;
       for (int o = 0; o < 8; ++o) configuration |= Octree::is_filled(cells.node[o]) ? 1 << o : 0;
       return visitor_(block, configuration);
@@ -82,33 +89,37 @@ class CornerWalk {
   }
 
   const Octree& octree_;
+  glm::ivec3 first_;
   glm::ivec3 last_;
   Visitor& visitor_;
 };
 
-// Open addressing with linear probing; entries are volume index + 1.
+// Open addressing with linear probing; entries are the first patch of the corner's volume + 1.
 class CornerTable {
  public:
-  CornerTable(std::span<std::uint32_t> entries, std::span<const Volume> volumes)
-      : entries_(entries), volumes_(volumes), mask_(static_cast<std::uint32_t>(entries.size()) - 1) {}
+  CornerTable(std::span<std::uint32_t> entries, Surface surface)
+      : entries_(entries), surface_(surface), mask_(static_cast<std::uint32_t>(entries.size()) - 1) {}
 
   void clear() {
     for (std::uint32_t& e : entries_) e = 0;
   }
 
-  void insert(std::uint32_t volume) {
-    const Volume& v = volumes_[volume];
+  void insert(PatchId first) {
+    const Volume& v = surface_.volume_of(first);
     std::uint32_t at = hash(v.corner[0], v.corner[1], v.corner[2]);
     while (entries_[at & mask_] != 0) ++at;
-    entries_[at & mask_] = volume + 1;
+    entries_[at & mask_] = first + 1;
   }
 
-  const Volume* find(int x, int y, int z) const {
+  // False where the corner has no volume.
+  bool find(int x, int y, int z, PatchId& first) const {
     for (std::uint32_t at = hash(x, y, z);; ++at) {
       const std::uint32_t entry = entries_[at & mask_];
-      if (entry == 0) return nullptr;
-      const Volume& v = volumes_[entry - 1];
-      if (v.corner[0] == x && v.corner[1] == y && v.corner[2] == z) return &v;
+      if (entry == 0) return false;
+      const Volume& v = surface_.volume_of(entry - 1);
+      if (v.corner[0] != x || v.corner[1] != y || v.corner[2] != z) continue;
+      first = entry - 1;
+      return true;
     }
   }
 
@@ -120,7 +131,7 @@ class CornerTable {
   }
 
   std::span<std::uint32_t> entries_;
-  std::span<const Volume> volumes_;
+  Surface surface_;
   std::uint32_t mask_;
 };
 
@@ -135,20 +146,22 @@ void link_inside(const ConfigurationCase& c, PatchId first, std::span<Patch> pat
 }
 
 // Links the curves on the positive faces of a volume with those on the negative faces of its neighbours.
-void link_across(const Volume& volume, const CornerTable& table, std::span<Patch> patches) {
+void link_across(std::span<const Volume> volumes, PatchId first, const CornerTable& table,
+                 std::span<Patch> patches) {
+  const Volume& volume = volumes[patches[first].volume];
   for (int axis = 0; axis < 3; ++axis) {
     const std::size_t face = static_cast<std::size_t>(2 * axis + 1);
     const ConfigurationCase& own = kCaseTable[volume.configuration];
     if (own.curve[face][0] == kNoCurve) continue;
     int at[3] = {volume.corner[0], volume.corner[1], volume.corner[2]};
     ++at[axis];
-    const Volume* other = table.find(at[0], at[1], at[2]);
-    if (other == nullptr) continue;  // the surface ends here: a side of the world
-    const ConfigurationCase& theirs = kCaseTable[other->configuration];
+    PatchId other = 0;
+    if (!table.find(at[0], at[1], at[2], other)) continue;  // the surface ends here: a side of the world
+    const ConfigurationCase& theirs = kCaseTable[volumes[patches[other].volume].configuration];
     for (std::size_t curve = 0; curve < kFaceCurves; ++curve) {
       if (own.curve[face][curve] == kNoCurve) continue;
-      const PatchId p = volume.first_patch + (own.curve[face][curve] >> 2);
-      const PatchId q = other->first_patch + (theirs.curve[face ^ 1u][curve] >> 2);
+      const PatchId p = first + (own.curve[face][curve] >> 2);
+      const PatchId q = other + (theirs.curve[face ^ 1u][curve] >> 2);
       const int e = own.curve[face][curve] & 3;
       const int f = theirs.curve[face ^ 1u][curve] & 3;
       patches[p].neighbour[e] = PatchEdge::make(q, f);
@@ -174,7 +187,7 @@ Status ExtractSurface::count(Result& result) const {
     counted.patches += kCaseTable[static_cast<std::size_t>(configuration)].patch_count;
     return true;
   };
-  CornerWalk walk(*octree, extent, visitor);
+  CornerWalk walk(*this, visitor);
   walk.run();
   result = counted;
   return {};
@@ -218,7 +231,6 @@ Status ExtractSurface::run(Result& result) const {
     for (int axis = 0; axis < 3; ++axis) v.corner[axis] = static_cast<std::uint16_t>(corner[axis]);
     v.configuration = static_cast<std::uint8_t>(configuration);
     v.patch_count = c.patch_count;
-    v.first_patch = made.patches;
     corner_gradients(reader.read(corner), v.gradient);
     for (std::uint8_t p = 0; p < c.patch_count; ++p) {
       Patch& patch = patches[made.patches + p];
@@ -232,15 +244,18 @@ Status ExtractSurface::run(Result& result) const {
     made.patches += c.patch_count;
     return true;
   };
-  CornerWalk walk(*octree, extent, visitor);
+  CornerWalk walk(*this, visitor);
   if (!walk.run()) return status;
 
-  CornerTable table(scratch, volumes);
+  CornerTable table(scratch, {volumes, patches});
   table.clear();
-  for (std::uint32_t v = 0; v < made.volumes; ++v) table.insert(v);
-  for (std::uint32_t v = 0; v < made.volumes; ++v) {
-    link_inside(kCaseTable[volumes[v].configuration], volumes[v].first_patch, patches);
-    link_across(volumes[v], table, patches);
+  for (PatchId first = 0; first < made.patches; first += volumes[patches[first].volume].patch_count)
+    table.insert(first);
+  for (PatchId first = 0; first < made.patches;) {
+    const Volume& v = volumes[patches[first].volume];
+    link_inside(kCaseTable[v.configuration], first, patches);
+    link_across(volumes, first, table, patches);
+    first += v.patch_count;
   }
   result = made;
   return {};

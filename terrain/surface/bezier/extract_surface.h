@@ -24,12 +24,16 @@ struct ExtractSurface {
   const Octree* octree = nullptr;
   // Voxels in use; x, z in 2..size, y in 1..size-1. Corners 1..extent.x-1 and so on are visited.
   glm::ivec3 extent{};
+  // Only volumes centred on corners low..high, both included, are made; their patches have no
+  // neighbours beyond. The default is everything.
+  glm::ivec3 low{0};
+  glm::ivec3 high{1 << kMaxDepth};
 
   // Outputs, borrowed: filled from the start.
   std::span<Volume> volumes;
   std::span<Patch> patches;
 
-  // Scratch, borrowed: an open-addressing table of volumes by corner, see scratch_size().
+  // Scratch, borrowed: an open-addressing table of corners, see scratch_size().
   std::span<std::uint32_t> scratch;
 
   struct Result {
