@@ -9,6 +9,7 @@
 #   cmake       find_package() in a tree that was moved: static and shared, versions, without exceptions
 #   pkgconfig   the same with pkg-config and the compiler alone
 #   subproject  karst's sources as a part of another project, in a system that has little else
+#   readme      README's commands as they are typed, but those that build and install karst itself
 #   packages    the Debian packages and what is in them
 #
 # LAUNCHER: ccache, where karst was built with it. Exit code 77: skipped, with the reason.
@@ -183,6 +184,57 @@ as_subproject() {
   run_examples subproject "$work/sub/examples/hello" "$work/sub/examples/simulator"
 }
 
+# little_endian BYTES NUMBER...
+little_endian() {
+  local bytes=$1 number i
+  shift
+  for number in "$@"; do
+    for ((i = 0; i < bytes; ++i)); do printf '\\x%02x' $((number >> 8 * i & 255)); done
+  done
+}
+
+# An elevation model as GeoTIFF: 64 x 64 samples of 16 bits, 100 m apart.
+make_dem() {
+  local text tag x y
+  text='II*\x00'$(little_endian 4 8200)
+  for ((y = 0; y < 64; ++y)); do
+    for ((x = 0; x < 64; ++x)); do text+=$(little_endian 2 $((500 + (x - 20) * (y - 30)))); done
+  done
+  text+=$(little_endian 2 11)
+  # Tag, type (3: 16 bits, 4: 32 bits, 12: double), count, value or where it is.
+  for tag in "256 3 1 64" "257 3 1 64" "258 3 1 16" "259 3 1 1" "262 3 1 1" "273 4 1 8" "277 3 1 1" \
+    "278 3 1 64" "279 4 1 8192" "339 3 1 1" "33550 12 3 8338"; do
+    # shellcheck disable=SC2086
+    set -- $tag
+    text+=$(little_endian 2 $1 $2)$(little_endian 4 $3 $4)
+  done
+  text+=$(little_endian 4 0)
+  for x in 0x4059000000000000 0x4059000000000000 0; do text+=$(little_endian 8 $x); done
+  printf "$text" >"$1"  # the text is a format of bytes
+}
+
+readme() {
+  install_library "$work/prefix"
+  local component line count=0
+  for component in karst karst-bake; do
+    quiet "$cmake" --install "$build" --prefix "$work/prefix" --component $component
+  done
+  export PATH=$work/prefix/bin:$PATH PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig
+  export LD_LIBRARY_PATH=$work/prefix/lib
+  cd "$work"
+  make_dem dem.tif
+  while read -r line; do
+    quiet bash -c "$line"
+    count=$((count + 1))
+  done < <(sed -nE 's/^    ((karst-bake|karst render|g\+\+|\.\/hello) .*)/\1/p' "$source/README.md")
+  ((count >= 5)) || fail "README has only $count such commands"
+  grep -q "find_package(karst ${version%.*} " "$source/README.md" || fail "README asks for another version"
+  for line in canyon.png world.karst hello.ppm; do
+    [[ -s $line ]] || fail "README's commands made no $line"
+  done
+  say "$count commands"
+}
+
 # field PACKAGE FIELD; lists PACKAGE PATTERN: fails where no file of the package matches.
 field() { dpkg-deb -f "$work"/debs/"$1"_*.deb "$2"; }
 lists() {
@@ -245,6 +297,7 @@ case $step in
   cmake) by_cmake ;;
   pkgconfig) by_pkgconfig ;;
   subproject) as_subproject ;;
+  readme) readme ;;
   packages) packages ;;
   *) fail "no such step: $step" ;;
 esac
