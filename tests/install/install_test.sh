@@ -195,11 +195,10 @@ little_endian() {
 
 # An elevation model as GeoTIFF: 64 x 64 samples of 16 bits, 100 m apart.
 make_dem() {
-  local text tag x y
+  local file=$1 text tag number
   text='II*\x00'$(little_endian 4 8200)
-  for ((y = 0; y < 64; ++y)); do
-    for ((x = 0; x < 64; ++x)); do text+=$(little_endian 2 $((500 + (x - 20) * (y - 30)))); done
-  done
+  text+=$(awk 'BEGIN { for (i = 0; i < 4096; ++i) {
+    h = 2000 + (i % 64 - 20) * (int(i / 64) - 30); printf "\\x%02x\\x%02x", h % 256, h / 256 } }')
   text+=$(little_endian 2 11)
   # Tag, type (3: 16 bits, 4: 32 bits, 12: double), count, value or where it is.
   for tag in "256 3 1 64" "257 3 1 64" "258 3 1 16" "259 3 1 1" "262 3 1 1" "273 4 1 8" "277 3 1 1" \
@@ -209,8 +208,9 @@ make_dem() {
     text+=$(little_endian 2 $1 $2)$(little_endian 4 $3 $4)
   done
   text+=$(little_endian 4 0)
-  for x in 0x4059000000000000 0x4059000000000000 0; do text+=$(little_endian 8 $x); done
-  printf "$text" >"$1"  # the text is a format of bytes
+  for number in 0x4059000000000000 0x4059000000000000 0; do text+=$(little_endian 8 $number); done
+  # shellcheck disable=SC2059  # the text is a format: bytes
+  printf "$text" >"$file"
 }
 
 readme() {
