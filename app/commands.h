@@ -4,7 +4,14 @@
 
 #include <span>
 
+#include "app/command_line/option_table.h"
+
 namespace karst::app {
+
+extern const CommandSpec kViewSpec;
+extern const CommandSpec kRenderSpec;
+extern const CommandSpec kInfoSpec;
+extern const CommandSpec kBudgetSpec;
 
 int run_view(std::span<const char* const> words);
 int run_render(std::span<const char* const> words);

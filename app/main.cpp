@@ -16,26 +16,30 @@
 namespace karst::app {
 namespace {
 
-constexpr const char* kHelp =
-    R"(usage: karst COMMAND ...
+struct Command {
+  const CommandSpec* spec;
+  int (*run)(std::span<const char* const> words);
+};
+constexpr Command kCommands[] = {
+    {&kViewSpec, run_view}, {&kRenderSpec, run_render}, {&kInfoSpec, run_info}, {&kBudgetSpec, run_budget}};
 
-  view WORLD     show a world on a display or in a window
-  render WORLD   draw pictures of a world
-  info WORLD     say what a world file holds
-  budget         say what memory a world takes
+// The command's own word: "view" of "karst view".
+std::string_view word_of(const Command& command) {
+  return std::string_view(command.spec->name).substr(std::string_view("karst ").size());
+}
 
+void print_help(std::FILE* file) {
+  std::fputs("usage: karst COMMAND ...\n\n", file);
+  for (const Command& command : kCommands)
+    std::fprintf(file, "  %-12.12s %s\n", std::string(word_of(command)).c_str(), command.spec->brief);
+  std::fputs(R"(
 karst COMMAND --help tells more; karst --version prints the version.
 
   karst-bake --sample canyon -o canyon.karst
   karst render canyon.karst -o canyon.png
-)";
-
-struct Command {
-  std::string_view name;
-  int (*run)(std::span<const char* const> words);
-};
-constexpr Command kCommands[] = {
-    {"view", run_view}, {"render", run_render}, {"info", run_info}, {"budget", run_budget}};
+)",
+             file);
+}
 
 // A software driver takes a frame's working memory from the heap and frees it when the frame is drawn. By
 // default glibc gives the end of the heap back to the kernel each time, and the next frame faults it in page
@@ -49,12 +53,12 @@ void keep_freed_memory() {
 
 int run(std::span<const char* const> words) {
   if (words.empty()) {
-    std::fputs(kHelp, stderr);
+    print_help(stderr);
     return kExitUsage;
   }
   const std::string_view name = words[0];
   if (name == "--help" || name == "-h" || name == "help") {
-    std::fputs(kHelp, stdout);
+    print_help(stdout);
     return kExitOk;
   }
   if (name == "--version") {
@@ -62,7 +66,7 @@ int run(std::span<const char* const> words) {
     return kExitOk;
   }
   for (const Command& command : kCommands) {
-    if (command.name == name) return command.run(words.subspan(1));
+    if (word_of(command) == name) return command.run(words.subspan(1));
   }
   print_error("karst", "unknown command '" + std::string(name) + "'; see karst --help");
   return kExitUsage;

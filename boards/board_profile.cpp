@@ -8,6 +8,7 @@
 #include "renderer/renderer.h"
 #include "terrain/base/lattice.h"
 #include "terrain/patch/gpu_vertex.h"
+#include "terrain/shadow/cascades.h"
 
 namespace karst::core {
 namespace {
@@ -98,15 +99,17 @@ constexpr Key kKeys[] = {
      [](std::string_view v, BoardProfile& p) {
        return set_bytes(v, kLeastVertexMiB, p.vertex_bytes) && p.vertex_bytes <= 256 * kMiB;
      }},
-    {"cascades", "0, or NxSIDE: 1..3 cascades of 256..4096 texels a side, a power of two",
+    {"cascades", "0, or NxSIDE: 1..3 cascades of 512..2048 texels a side, a multiple of 16",
      [](std::string_view v, BoardProfile& p) {
        double n = 0;
        double side = 0;
        if (v == "0") return true;
-       if (!read_pair(v, n, side) || !whole(n, 1, 3) || !power_of_two(side, 256, 4096)) return false;
-       p.cascades = static_cast<int>(n);
-       p.cascade_side = static_cast<int>(side);
-       return true;
+       if (!read_pair(v, n, side) || !whole(n, 1, kMostCascades) || !whole(side, 0, kMostCascadeSize))
+         return false;
+       CascadeSettings settings;  // what the renderer takes
+       settings.count = p.cascades = static_cast<int>(n);
+       settings.size = p.cascade_side = static_cast<int>(side);
+       return settings.validate().ok();
      }},
     {"drape", "0, or 256..16384 pixels a side, a power of two",
      [](std::string_view v, BoardProfile& p) {

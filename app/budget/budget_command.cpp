@@ -4,12 +4,15 @@
 #include <cstdio>
 #include <string>
 
+#include "app/command_line/command_line.h"
+#include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/file_source.h"
 #include "app/common/json_writer.h"
 #include "app/common/status_text.h"
 #include "app/options/board_options.h"
+#include "app/options/scene_ranges.h"
 #include "scene/scene.h"
 #include "terrain/draw/index_batches.h"
 
@@ -17,57 +20,72 @@ namespace karst::app {
 using namespace core;
 namespace {
 
-constexpr const char* kHelp =
-    R"(usage: karst budget [WORLD] [--board NAME] [--level N] [--size WxH] [--json]
-
-Prints every limit with its unit and reason, and the bytes that each part of the program takes for them: those
-of the default configuration, or the least that hold WORLD. With a board, everything is checked against what
-it has, and the exit code is 1 where it does not fit.
-
-      --board NAME  a board's limits (see --list-boards), or those of FILE.board
-      --list-boards prints the boards that there are
-      --level N     finest level of WORLD that is held on the GPU, 1 to 6 (the world's)
-      --size WxH    of the picture in pixels (1280x720)
-      --json        for programs
-
-  karst budget
-  karst budget canyon.karst --level 4 --json
-  karst budget canyon.karst --board raspberry-pi-4
-)";
-
-constexpr Option kOptions[] = {{"board"}, {"list-boards", 0, false}, {"level"},
-                               {"size"},  {"json", 0, false},        {"help", 'h', false}};
-
 struct BudgetOptions {
   std::string world;
   std::string board_name;
   BoardProfile board;  // where board_name is not empty
-  std::int64_t level = kMaxLevel;
+  int level = kMaxLevel;
   int width = 1280;
   int height = 720;
+  bool list_boards = false;
+  bool json = false;
 };
 
-std::string parse(std::span<const char* const> words, Arguments& arguments, BudgetOptions& options) {
-  if (std::string error = arguments.parse(words, kOptions); !error.empty()) return error;
-  if (arguments.has("help")) return {};
-  if (arguments.positional().size() > 1) return "more than one WORLD";
-  if (!arguments.positional().empty()) options.world = arguments.positional()[0];
-  std::string error;
-  if (const auto text = arguments.value("board")) {
-    options.board_name = *text;
-    if (error = read_board(*text, options.board); !error.empty()) return error;
-    options.level = options.board.level;
-    options.width = options.board.width;
-    options.height = options.board.height;
-  }
-  if (const auto text = arguments.value("level")) {
-    if (options.world.empty() && options.board_name.empty()) return "--level needs a WORLD or a --board";
-    error = parse_integer(*text, "--level", 1, kMaxLevel, options.level);
-  }
-  if (const auto text = arguments.value("size"); text && error.empty()) {
-    error = parse_size(*text, "--size", RendererSettings::kMaxPicture, options.width, options.height);
-  }
-  return error;
+std::string store_board(void* options, const OptionValue& value) {
+  auto& budget = *static_cast<BudgetOptions*>(options);
+  budget.board_name = value.text;
+  if (std::string error = read_board(value.text, budget.board); !error.empty()) return error;
+  budget.level = budget.board.level;
+  budget.width = budget.board.width;
+  budget.height = budget.board.height;
+  return {};
+}
+
+std::string store_size(void* options, const OptionValue& value) {
+  auto& budget = *static_cast<BudgetOptions*>(options);
+  budget.width = value.width;
+  budget.height = value.height;
+  return {};
+}
+
+constexpr OptionRow kRows[] = {
+    {.name = "board",
+     .kind = ValueKind::other,
+     .value = "BOARD",
+     .help = "a board's limits, by name or those of FILE.board",
+     .store = store_board},
+    {.name = "list-boards",
+     .help = "prints the boards that there are",
+     .store = put<&BudgetOptions::list_boards>},
+    {.name = "level",
+     .kind = ValueKind::integer,
+     .value = "N",
+     .initial = "the world's",
+     .min = 1,
+     .max = kMostLevel,
+     .help = "finest level of WORLD that is held on the GPU",
+     .store = put<&BudgetOptions::level>},
+    {.name = "size",
+     .kind = ValueKind::size,
+     .value = "WxH",
+     .initial = "1280x720",
+     .max = kMostPicture,
+     .help = "of the picture in pixels",
+     .store = store_size},
+    {.name = "json", .help = "for programs", .store = put<&BudgetOptions::json>},
+};
+constexpr OptionGroup kGroups[] = {{"options", kRows}};
+constexpr OptionPart kParts[] = {kGroups};
+
+std::string parse(std::span<const char* const> words, CommandLine& line, BudgetOptions& options) {
+  if (std::string error = line.parse(words, kBudgetSpec); !error.empty()) return error;
+  if (line.wants_help()) return {};
+  if (line.positional().size() > 1) return "more than one WORLD";
+  if (!line.positional().empty()) options.world = line.positional()[0];
+  if (line.has("level") && options.world.empty() && !line.has("board"))
+    return "--level needs a WORLD or a --board";
+  void* const targets[] = {&options};
+  return line.store(targets);
 }
 
 WorldBudget default_budget(const BudgetOptions& options) {
@@ -79,9 +97,8 @@ WorldBudget default_budget(const BudgetOptions& options) {
     result.config.max_draw_items = std::min(result.config.max_draw_items, result.config.gpu_vertex_pages);
     result.config.max_resident_patches =
         std::min(result.config.max_resident_patches, result.config.max_draw_items);
-    result.config.stream_indices =
-        std::min(result.config.stream_indices,
-                 result.config.max_draw_items * max_patch_indices(static_cast<int>(options.level)));
+    result.config.stream_indices = std::min(result.config.stream_indices,
+                                            result.config.max_draw_items * max_patch_indices(options.level));
   }
   result.renderer.width = options.width;
   result.renderer.height = options.height;
@@ -100,7 +117,7 @@ std::string world_budget(const BudgetOptions& options, WorldBudget& result) {
     return status_text(options.world, status);
   }
   const WorldInfo& info = reader.info();
-  const int level = std::min(static_cast<int>(options.level), info.level);
+  const int level = std::min(options.level, info.level);
   result = budget_of(info, level, options.width, options.height, options.board.vertex_bytes);
   result.renderer.material_count = reader.materials().count;
   result.renderer.material_side = reader.materials().side;
@@ -171,10 +188,9 @@ void print_board(const BudgetOptions& options, const BoardUse& use) {
     std::printf("  %-16s %12llu\n", name, static_cast<unsigned long long>(bytes));
   };
   std::printf("\n%s: %s, %s\n", options.board_name.c_str(), board.title.c_str(), board.driver.c_str());
-  std::printf("  %d x %d, %s, %d buffers, level %lld, %.3g px, pool of %.3g MiB\n", options.width,
-              options.height, board.rgb565 ? "16 bits" : "32 bits", board.buffers,
-              static_cast<long long>(options.level), board.error_px,
-              static_cast<double>(board.vertex_bytes) / kMiB);
+  std::printf("  %d x %d, %s, %d buffers, level %d, %.3g px, pool of %.3g MiB\n", options.width,
+              options.height, board.rgb565 ? "16 bits" : "32 bits", board.buffers, options.level,
+              board.error_px, static_cast<double>(board.vertex_bytes) / kMiB);
   line("scan_out", board.scan_out_bytes());
   line("cascades", board.cascade_bytes());
   const auto check = [](const char* name, std::uint64_t used, std::uint64_t limit) {
@@ -203,18 +219,32 @@ void print_text(const WorldBudget& world) {
 
 }  // namespace
 
+constinit const CommandSpec kBudgetSpec = {
+    .name = "karst budget",
+    .brief = "says what memory a world takes",
+    .usage = "[WORLD] [options]",
+    .about =
+        "Prints every limit with its unit and reason, and the bytes that each part of the program takes for "
+        "them: those of the default configuration, or the least that hold WORLD. With a board, everything "
+        "is checked against what it has, and the exit code is 1 where it does not fit.",
+    .parts = kParts,
+    .examples =
+        "karst budget\n"
+        "karst budget canyon.karst --level 4 --json\n"
+        "karst budget canyon.karst --board raspberry-pi-4\n"};
+
 int run_budget(std::span<const char* const> words) {
-  Arguments arguments;
+  CommandLine line;
   BudgetOptions options;
-  if (const std::string usage = parse(words, arguments, options); !usage.empty()) {
+  if (const std::string usage = parse(words, line, options); !usage.empty()) {
     print_error("karst budget", usage);
     return kExitUsage;
   }
-  if (arguments.has("help")) {
-    std::fputs(kHelp, stdout);
+  if (line.wants_help()) {
+    std::fputs(help_text(kBudgetSpec).c_str(), stdout);
     return kExitOk;
   }
-  if (arguments.has("list-boards")) {
+  if (options.list_boards) {
     for (const BoardText& board : board_texts()) std::puts(board.name);
     return kExitOk;
   }
@@ -226,7 +256,7 @@ int run_budget(std::span<const char* const> words) {
     return kExitFailure;
   }
   const BoardUse use = add_up(options, world);
-  if (arguments.has("json")) {
+  if (options.json) {
     print_json(options, world, use);
   } else {
     print_text(world);

@@ -25,10 +25,17 @@ constexpr double kOverviewHorizon = 0.31;
 // From here on nearer things are cut: small enough to walk through a cave with.
 constexpr double kNearest = 1.0 / 32;  // voxels
 
-void set_place(const double (&numbers)[5], CameraPlace& place) {
+std::string parse_place(std::string_view text, std::string_view what, char separator, CameraPlace& place) {
+  double numbers[5];
+  bool above_ground = false;
+  if (std::string error = parse_numbers(text, what, separator, numbers, 1, &above_ground); !error.empty()) {
+    return error;
+  }
   place.position_m = {numbers[0], numbers[1], numbers[2]};
   place.yaw_deg = numbers[3];
   place.pitch_deg = numbers[4];
+  place.above_ground = above_ground;
+  return {};
 }
 
 glm::dvec3 voxels(glm::ivec3 lattice) {
@@ -44,10 +51,11 @@ glm::dvec3 corner(const LatticeBox& box, int n) {
 }  // namespace
 
 std::string parse_camera(std::string_view text, std::string_view what, CameraPlace& place) {
-  double numbers[5];
-  if (std::string error = parse_numbers(text, what, ',', numbers); !error.empty()) return error;
-  set_place(numbers, place);
-  return {};
+  return parse_place(text, what, ',', place);
+}
+
+std::string parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place) {
+  return parse_place(line, what, ' ', place);
 }
 
 std::string parse_camera_path(std::string_view text, const std::string& file,
@@ -63,13 +71,13 @@ std::string parse_camera_path(std::string_view text, const std::string& file,
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
     const std::string what = file + ": line " + std::to_string(line_number);
-    double numbers[5];
-    if (std::string error = parse_numbers(line, what, ' ', numbers); !error.empty()) {
+    CameraPlace place;
+    if (std::string error = parse_camera_line(line, what, place); !error.empty()) {
       return error + "; a line is X Y Z YAW PITCH";
     }
     if (path.size() == kMaxPathFrames)
       return what + ": more than " + std::to_string(kMaxPathFrames) + " frames";
-    set_place(numbers, path.emplace_back());
+    path.push_back(place);
   }
   return path.empty() ? file + ": no camera in it; a line is X Y Z YAW PITCH" : std::string();
 }

@@ -17,19 +17,24 @@ struct CameraPlace {
   glm::dvec3 position_m{0.0};
   double yaw_deg = 0.0;
   double pitch_deg = 0.0;
+  bool above_ground = false;  // y is metres above the highest ground at x, z, which camera_ground.h finds
 };
 
 inline constexpr std::size_t kMaxPathFrames = 1'000'000;
 
-// "X,Y,Z,YAW,PITCH". Empty on success, else a line that names `what`.
+// "X,Y,Z,YAW,PITCH", or "X,~H,Z,YAW,PITCH" for H metres above the ground. Empty on success, else a line that
+// names `what`.
 [[nodiscard]] std::string parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
+// The same with blanks in place of the commas, as lines of paths and poses have it.
+[[nodiscard]] std::string parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place);
 
 // A path: a line "X Y Z YAW PITCH" a frame; empty lines and what follows a # are left out. Messages name file
 // and line.
 [[nodiscard]] std::string parse_camera_path(std::string_view text, const std::string& file,
                                             std::vector<CameraPlace>& path);
 
-// A camera for the picture, near and far fitted to the world's box. box: in lattice steps.
+// A camera for the picture, above_ground being false; near and far fitted to the world's box. box: in lattice
+// steps.
 Status place_camera(const CameraPlace& place, const WorldFrame& frame, const LatticeBox& box,
                     double fov_y_deg, double aspect, Camera& camera);
 

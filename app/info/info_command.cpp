@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include "app/command_line/command_line.h"
+#include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
@@ -15,15 +17,13 @@ namespace karst::app {
 using namespace core;
 namespace {
 
-constexpr const char* kHelp =
-    R"(usage: karst info WORLD [--json]
+struct InfoOptions {
+  bool json = false;
+};
 
-Checks a world file and says what it holds.
-
-  karst info canyon.karst
-)";
-
-constexpr Option kOptions[] = {{"json", 0, false}, {"help", 'h', false}};
+constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store = put<&InfoOptions::json>}};
+constexpr OptionGroup kGroups[] = {{"output", kRows}};
+constexpr OptionPart kParts[] = {kGroups};
 
 void print_json(const WorldInfo& info, std::size_t file_bytes) {
   JsonWriter json;
@@ -63,19 +63,29 @@ void print_text(const WorldInfo& info, std::size_t file_bytes) {
 
 }  // namespace
 
+constinit const CommandSpec kInfoSpec = {.name = "karst info",
+                                         .brief = "says what a world file holds",
+                                         .usage = "WORLD [--json]",
+                                         .about = "Checks a world file and says what it holds.",
+                                         .parts = kParts,
+                                         .examples = "karst info canyon.karst\n"};
+
 int run_info(std::span<const char* const> words) {
-  Arguments arguments;
-  std::string usage = arguments.parse(words, kOptions);
-  if (usage.empty() && arguments.has("help")) {
-    std::fputs(kHelp, stdout);
+  CommandLine line;
+  InfoOptions options;
+  std::string usage = line.parse(words, kInfoSpec);
+  if (usage.empty() && line.wants_help()) {
+    std::fputs(help_text(kInfoSpec).c_str(), stdout);
     return kExitOk;
   }
-  if (usage.empty() && arguments.positional().size() != 1) usage = "takes one WORLD";
+  if (usage.empty() && line.positional().size() != 1) usage = "takes one WORLD";
+  void* const targets[] = {&options};
+  if (usage.empty()) usage = line.store(targets);
   if (!usage.empty()) {
     print_error("karst info", usage);
     return kExitUsage;
   }
-  const std::string path(arguments.positional()[0]);
+  const std::string path(line.positional()[0]);
   MappedFile file;
   std::string error = file.open(path);
   WorldReader reader;
@@ -89,7 +99,7 @@ int run_info(std::span<const char* const> words) {
     return kExitFailure;
   }
   const WorldInfo& info = reader.info();
-  arguments.has("json") ? print_json(info, file.bytes().size()) : print_text(info, file.bytes().size());
+  options.json ? print_json(info, file.bytes().size()) : print_text(info, file.bytes().size());
   return kExitOk;
 }
 

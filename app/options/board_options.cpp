@@ -19,14 +19,16 @@ std::string read_board(std::string_view text, BoardProfile& profile) {
   return error;
 }
 
-void set_board(const BoardProfile& profile, SceneOptions& scene) {
+void set_board(const BoardProfile& profile, SceneArguments& scene) {
   scene.width = profile.width;
   scene.height = profile.height;
   scene.level = profile.level;
+  scene.error_px = profile.error_px;
   scene.vertex_bytes = profile.vertex_bytes;
   scene.rgb565 = profile.rgb565;
-  scene.shadows.count = profile.cascades;
-  if (profile.cascades > 0) scene.shadows.size = profile.cascade_side;
+  scene.buffers = profile.buffers;
+  scene.shadows = profile.cascades;
+  if (profile.cascades > 0) scene.shadow_size = profile.cascade_side;
   scene.max_cpu = profile.cpu_bytes;
   scene.max_memory = profile.cpu_bytes + profile.gpu_bytes;
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "app/options/scene_options.h"
 #include "boards/board_profile.h"
-#include "scene/scene.h"
 
 namespace karst::app {
 using namespace core;
@@ -14,7 +14,7 @@ using namespace core;
 // text: a built-in board's name, or a file whose name ends in .board. Empty on success.
 [[nodiscard]] std::string read_board(std::string_view text, BoardProfile& profile);
 
-// Size, level, pool, colour and memory of a scene.
-void set_board(const BoardProfile& profile, SceneOptions& scene);
+// Size, level of detail, pool, shadows, colour, buffers and memory of a scene.
+void set_board(const BoardProfile& profile, SceneArguments& scene);
 
 }  // namespace karst::app

@@ -1,35 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Names of what a frame may skip, for --no-skip and benchmarks.
+// What a frame may skip, and the switches of it.
 #pragma once
 
-#include <string>
-#include <string_view>
-
+#include "app/options/scene_options.h"
 #include "scene/scene.h"
 
 namespace karst::app {
 using namespace core;
 
-// A skip and the switch of it in a view.
 struct Skip {
   const char* name;
   bool& (*in)(SceneView& view);
 };
-inline constexpr Skip kSkips[] = {
-    {"frustum", [](SceneView& v) -> bool& { return v.frustum_culling; }},
-    {"backface", [](SceneView& v) -> bool& { return v.backface_culling; }},
-    {"occlusion", [](SceneView& v) -> bool& { return v.occlusion_culling; }},
-    {"cascades", [](SceneView& v) -> bool& { return v.cascade_caching; }},
-    {"triplanar", [](SceneView& v) -> bool& { return v.pixel_skips.triplanar; }},
-    {"blend", [](SceneView& v) -> bool& { return v.pixel_skips.blend; }},
-    {"sun", [](SceneView& v) -> bool& { return v.pixel_skips.sun; }},
-    {"material", [](SceneView& v) -> bool& { return v.shading_skips.material; }},
-    {"detail", [](SceneView& v) -> bool& { return v.pixel_skips.detail; }},
-    {"cave", [](SceneView& v) -> bool& { return v.shading_skips.cave; }},
+// In the order of SkipChoice.
+inline constexpr Skip kSkips[kSkipCount] = {
+    {kSkipNames[0], [](SceneView& v) -> bool& { return v.frustum_culling; }},
+    {kSkipNames[1], [](SceneView& v) -> bool& { return v.backface_culling; }},
+    {kSkipNames[2], [](SceneView& v) -> bool& { return v.occlusion_culling; }},
+    {kSkipNames[3], [](SceneView& v) -> bool& { return v.cascade_caching; }},
+    {kSkipNames[4], [](SceneView& v) -> bool& { return v.pixel_skips.triplanar; }},
+    {kSkipNames[5], [](SceneView& v) -> bool& { return v.pixel_skips.blend; }},
+    {kSkipNames[6], [](SceneView& v) -> bool& { return v.pixel_skips.sun; }},
+    {kSkipNames[7], [](SceneView& v) -> bool& { return v.shading_skips.material; }},
+    {kSkipNames[8], [](SceneView& v) -> bool& { return v.pixel_skips.detail; }},
+    {kSkipNames[9], [](SceneView& v) -> bool& { return v.shading_skips.cave; }},
 };
-
-// Switches off the skips of a list like "frustum,detail", or "all". An empty string on success, else what is
-// wrong with the list.
-[[nodiscard]] std::string switch_off_skips(std::string_view list, SceneView& view);
 
 }  // namespace karst::app

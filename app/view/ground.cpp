@@ -9,11 +9,8 @@ namespace karst::app {
 using namespace core;
 namespace {
 
-// Fine enough for feet: a cell is an eighth of a patch, which is half a voxel or so wide.
-constexpr int kGroundLevel = 3;
-
-// Height of the triangle at (x, z), none where it is not above or below that point, or stands upright.
-std::optional<double> height_at(const glm::dvec3 (&corner)[3], double x, double z) {
+// The triangle at (x, z), none where it is not above or below that point, or stands upright.
+std::optional<Ground::Surface> surface_at(const glm::dvec3 (&corner)[3], double x, double z) {
   const auto side = [&](int a, int b) {
     return (corner[b].x - corner[a].x) * (z - corner[a].z) - (corner[b].z - corner[a].z) * (x - corner[a].x);
   };
@@ -23,56 +20,62 @@ std::optional<double> height_at(const glm::dvec3 (&corner)[3], double x, double 
   const double area = w0 + w1 + w2;
   const bool inside = (w0 >= 0 && w1 >= 0 && w2 >= 0) || (w0 <= 0 && w1 <= 0 && w2 <= 0);
   if (!inside || area == 0) return std::nullopt;
-  return (w0 * corner[0].y + w1 * corner[1].y + w2 * corner[2].y) / area;
+  // Fronts are counter-clockwise; seen from above, x to the right and z down, that is a negative area.
+  return Ground::Surface{(w0 * corner[0].y + w1 * corner[1].y + w2 * corner[2].y) / area, area < 0};
 }
 
 }  // namespace
 
 Ground::Ground(Terrain& terrain)
-    : terrain_(terrain),
-      level_(std::min(kGroundLevel, terrain.info().level)),
-      vertices_(static_cast<std::size_t>(patch_vertices(level_))) {}
+    : terrain_(terrain), vertices_(static_cast<std::size_t>(patch_vertices(terrain.info().level))) {}
 
-std::optional<double> Ground::below(const glm::dvec3& place, double step) {
-  const Surface surface = terrain_.surface();
+std::optional<double> Ground::below(const glm::dvec3& place, double step, int level) {
+  std::optional<double> best;
+  for_each_at(place, level, [&](const Surface& surface) {
+    if (surface.height <= place.y + step && (!best || surface.height > *best)) best = surface.height;
+  });
+  return best;
+}
+
+std::optional<Ground::Surface> Ground::above(const glm::dvec3& place) {
+  std::optional<Surface> best;
+  for_each_at(place, kFullLevel, [&](const Surface& surface) {
+    if (surface.height > place.y && (!best || surface.height < best->height)) best = surface;
+  });
+  return best;
+}
+
+template <class Visit>
+void Ground::for_each_at(const glm::dvec3& place, int level, Visit visit) {
+  level = std::min(level, terrain_.info().level);
+  const core::Surface patches = terrain_.surface();
   const std::span<const PatchBounds> bounds = terrain_.bounds();
   const glm::dvec3 steps = place * static_cast<double>(kStepsPerVoxel);
-  std::optional<double> best;
   for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
-    const Volume& volume = surface.volume_of(patch);
+    const Volume& volume = patches.volume_of(patch);
     const PatchBounds& box = bounds[patch];
     const auto inside = [&](int axis, double at) {
       const double origin = static_cast<double>(volume.corner[axis]) * kStepsPerVoxel;
       return at >= origin + box.min[axis] && at <= origin + box.max[axis];
     };
     if (!inside(0, steps.x) || !inside(2, steps.z)) continue;
-    const std::optional<double> height = on_patch(patch, place, place.y + step);
-    if (height && (!best || *height > *best)) best = height;
-  }
-  return best;
-}
-
-std::optional<double> Ground::on_patch(PatchId patch, const glm::dvec3& place, double highest) {
-  if (!terrain_.generate(patch, level_, level_, vertices_).ok()) return std::nullopt;
-  const Volume& volume = terrain_.surface().volume_of(patch);
-  const auto vertex = [&](std::uint16_t index) {
-    const GpuVertex& v = vertices_[index];
-    const glm::dvec3 from_origin{v.position[0], v.position[1], v.position[2]};
-    return glm::dvec3(volume.corner[0], volume.corner[1], volume.corner[2]) +
-           from_origin / static_cast<double>(kStepsPerVoxel);
-  };
-  IndexRange ranges[kMaxIndexRanges];
-  const int count = index_ranges(level_, 0, 0, ranges);
-  std::optional<double> best;
-  for (int r = 0; r < count; ++r) {
-    const auto indices = terrain_.index_table().subspan(ranges[r].first, ranges[r].count);
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-      const glm::dvec3 corner[3] = {vertex(indices[i]), vertex(indices[i + 1]), vertex(indices[i + 2])};
-      const std::optional<double> height = height_at(corner, place.x, place.z);
-      if (height && *height <= highest && (!best || *height > *best)) best = height;
+    if (!terrain_.generate(patch, level, level, vertices_).ok()) continue;
+    const auto vertex = [&](std::uint16_t index) {
+      const GpuVertex& v = vertices_[index];
+      const glm::dvec3 from_origin{v.position[0], v.position[1], v.position[2]};
+      return glm::dvec3(volume.corner[0], volume.corner[1], volume.corner[2]) +
+             from_origin / static_cast<double>(kStepsPerVoxel);
+    };
+    IndexRange ranges[kMaxIndexRanges];
+    const int count = index_ranges(level, 0, 0, ranges);
+    for (int r = 0; r < count; ++r) {
+      const auto indices = terrain_.index_table().subspan(ranges[r].first, ranges[r].count);
+      for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+        const glm::dvec3 corner[3] = {vertex(indices[i]), vertex(indices[i + 1]), vertex(indices[i + 2])};
+        if (const std::optional<Surface> at = surface_at(corner, place.x, place.z)) visit(*at);
+      }
     }
   }
-  return best;
 }
 
 }  // namespace karst::app

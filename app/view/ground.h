@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the ground is below a place: on the very triangles that are drawn near the eye.
+// Where the ground is below a place: on triangles of a stated level.
 #pragma once
 
 #include <optional>
@@ -12,17 +12,29 @@ using namespace core;
 
 class Ground {
  public:
-  // terrain: loaded, with bounds (Terrain::finish_bounds()); must outlive this object.
+  // Fine enough for feet: a cell is an eighth of a patch, which is half a voxel or so wide.
+  static constexpr int kFeetLevel = 3;
+  static constexpr int kFullLevel = kMaxLevel;
+
+  // terrain: loaded; must outlive this object.
   explicit Ground(Terrain& terrain);
   // Height of the highest ground that is no higher than step above the place; none where there is no ground
-  // below it. All in voxels from the octree's minimum corner.
-  std::optional<double> below(const glm::dvec3& place, double step);
+  // below it. All in voxels from the octree's minimum corner. level: cut to the world's.
+  std::optional<double> below(const glm::dvec3& place, double step, int level);
+
+  struct Surface {
+    double height;  // voxels
+    bool faces_up;  // rock below it and air above
+  };
+  // The lowest surface above the place, at the full level; none where there is only sky. In voxels, too.
+  std::optional<Surface> above(const glm::dvec3& place);
 
  private:
-  std::optional<double> on_patch(PatchId patch, const glm::dvec3& place, double highest);
+  // Calls visit(Surface) for each triangle over or under (x, z).
+  template <class Visit>
+  void for_each_at(const glm::dvec3& place, int level, Visit visit);
 
   Terrain& terrain_;
-  int level_;
   std::vector<GpuVertex> vertices_;
 };
 

@@ -113,19 +113,17 @@ bool PoseLines::take_line(std::string_view line, std::int64_t now, CameraPlace& 
   line = line.substr(0, line.find('#'));
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.find_first_not_of(" \t") == std::string_view::npos) return false;
-  double numbers[5] = {};
-  std::string error = parse_numbers(line, what_, ' ', numbers);
-  if (error.empty() && std::fabs(numbers[4]) > 90)
+  CameraPlace taken;
+  std::string error = parse_camera_line(line, what_, taken);
+  if (error.empty() && std::fabs(taken.pitch_deg) > 90)
     error = what_ + ": the pitch is not within -90..90 degrees";
-  if (error.empty() && std::fabs(numbers[3]) > 1e6)
+  if (error.empty() && std::fabs(taken.yaw_deg) > 1e6)
     error = what_ + ": the yaw is not within -1e6..1e6 degrees";
   if (!error.empty()) {
     complain(error + "; a line is X Y Z YAW PITCH", now);
     return false;
   }
-  place.position_m = {numbers[0], numbers[1], numbers[2]};
-  place.yaw_deg = numbers[3];
-  place.pitch_deg = numbers[4];
+  place = taken;
   ++poses_;
   return true;
 }

@@ -10,12 +10,16 @@
 #include <cstdio>
 #include <optional>
 
+#include "app/command_line/help.h"
 #include "app/commands.h"
+#include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
-#include "app/view/ground.h"
+#include "app/options/scene_settings.h"
+#include "app/view/camera_ground.h"
+#include "app/view/frame_scheduler.h"
 #include "app/view/pose_stream.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
@@ -31,6 +35,7 @@ namespace {
 constexpr int kMostPollFds = 16;
 constexpr unsigned kNoReset = 0;     // GL_NO_ERROR
 constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
+constexpr double kGenerateMs = 4;    // time a frame to make vertices, where the options say nothing
 
 void say(const std::string& line) {
   print_error("karst view", line);
@@ -68,7 +73,14 @@ class Signals {
 class View {
  public:
   View(ViewOptions options, ConsoleState& console)
-      : options_(std::move(options)), console_(console), scheduler_(options_.clock) {}
+      : options_(std::move(options)),
+        console_(console),
+        view_(view_settings(options_.scene)),
+        clock_{.fixed = options_.fixed_clock},
+        scheduler_(clock_) {
+    if (options_.scene.generate_ms < 0) view_.generate_ms = kGenerateMs;
+    view_.wait = false;
+  }
   View(const View&) = delete;
   View& operator=(const View&) = delete;
   ~View() { detach(); }
@@ -77,7 +89,8 @@ class View {
   std::string run() {
     began_ = now_ns();
     if (std::string error = read_path(); !error.empty()) return error;
-    if (std::string error = scene_.load(options_.scene); !error.empty()) return error;
+    if (std::string error = scene_.load(scene_settings(options_.scene, options_.world)); !error.empty())
+      return error;
     if (std::string error = open_display(); !error.empty()) return error;
     if (std::string error = open_inputs(); !error.empty()) return error;
     std::string error = loop();
@@ -92,10 +105,12 @@ class View {
   std::string loop();
   std::string attach();
   void detach();
-  void first_place();
+  std::string first_place();
+  std::string stand_on_ground(CameraPlace& place);
   void wait();
   void take_signals();
   void take_inputs();
+  bool take_pose(CameraPlace pose);
   bool play_path();
   std::string draw();
   std::string draw_scene(const Camera& camera);
@@ -111,15 +126,18 @@ class View {
   std::unique_ptr<Display> display_;  // on seat_
   Scene scene_;                       // in display_'s context while attached_
   bool attached_ = false;
-  std::optional<Ground> ground_;
+  std::optional<CameraGround> ground_;
   std::optional<Navigator> navigator_;
   PoseStream poses_;
   std::vector<CameraPlace> path_;
   std::size_t path_frame_ = 0;
+  SceneView view_;  // the camera aside, the same for all frames
+  FrameScheduler::Settings clock_;
   FrameScheduler scheduler_;
   ViewStatistics statistics_;
   CameraPlace place_;
   bool placed_ = false;
+  bool said_no_ground_ = false;
   bool vertices_lost_ = false;  // by the driver, which happens where the screen's mode changes
   bool seat_was_active_ = true;
   bool quit_ = false;
@@ -129,11 +147,11 @@ class View {
 };
 
 std::string View::read_path() {
-  if (options_.path_file.empty()) return {};
+  if (options_.camera.path_file.empty()) return {};
   MappedFile file;
-  if (std::string error = file.open(options_.path_file); !error.empty()) return error;
+  if (std::string error = file.open(options_.camera.path_file); !error.empty()) return error;
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  return parse_camera_path(text, options_.path_file, path_);
+  return parse_camera_path(text, options_.camera.path_file, path_);
 }
 
 std::string View::open_display() {
@@ -234,7 +252,8 @@ void View::take_inputs() {
     seat_was_active_ = seat_->active();
     input_->set_active(seat_was_active_);
   }
-  bool changed = poses_.dispatch(place_);
+  CameraPlace pose;
+  bool changed = poses_.dispatch(pose) && take_pose(pose);
   if (changed) {
     placed_ = true;
     if (navigator_) navigator_->set_place(place_);
@@ -251,6 +270,19 @@ void View::take_inputs() {
   if (changed) scheduler_.changed();
 }
 
+// A pose that counts from the ground waits for the world: first_place() comes with it.
+bool View::take_pose(CameraPlace pose) {
+  if (ground_) {
+    if (const std::string error = ground_->stand(pose); !error.empty()) {
+      if (!said_no_ground_) say("--poses: " + error);
+      said_no_ground_ = true;
+      return false;
+    }
+  }
+  place_ = pose;
+  return true;
+}
+
 // --- the scene
 
 std::string View::attach() {
@@ -265,9 +297,8 @@ std::string View::attach() {
   if (reset_status_ == nullptr) {
     reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusEXT"));
   }
-  if (!navigator_) first_place();
   scheduler_.changed();
-  return {};
+  return navigator_ ? std::string() : first_place();
 }
 
 void View::detach() {
@@ -277,32 +308,44 @@ void View::detach() {
   scene_.detach();
 }
 
-void View::first_place() {
+// Where the first picture is taken from; an error where that counts from ground that is not there.
+std::string View::first_place() {
   const WorldFrame frame = scene_.frame();
   const LatticeBox box = scene_.terrain().box();
   const glm::dvec3 low = glm::dvec3(box.min) / static_cast<double>(kStepsPerVoxel);
   const glm::dvec3 high = glm::dvec3(box.max) / static_cast<double>(kStepsPerVoxel);
   const double size = std::max(high.x - low.x, high.z - low.z);
+  ground_.emplace(scene_.terrain(), frame);
+  for (std::size_t i = 0; i < path_.size(); ++i) {
+    if (const std::string error = ground_->stand(path_[i]); !error.empty())
+      return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error;
+  }
+  // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
+  if (placed_) placed_ = take_pose(place_);
+  const char* what = "--poses";
   if (!placed_) {
-    place_ = options_.has_camera ? options_.camera : overview(frame, box, options_.fov_y_deg);
+    what = "--camera";
+    place_ =
+        options_.camera.has_camera ? options_.camera.camera : overview(frame, box, options_.scene.fov_y_deg);
+    if (!path_.empty()) what = options_.camera.path_file.c_str();
     if (!path_.empty()) place_ = path_.front();
   }
   placed_ = false;
-  if (options_.default_haze) options_.light.haze_voxels = std::max(1.0, 6.0 * size);
-  ground_.emplace(scene_.terrain());
+  if (const std::string error = ground_->stand(place_); !error.empty())
+    return std::string(what) + ": " + error;
+  if (const std::string rock = ground_->in_rock(place_); !rock.empty()) say(std::string(what) + ": " + rock);
+  set_haze(options_.scene, box, view_.light);
   NavigatorSettings settings;
   settings.mode = options_.navigate;
   settings.start = place_;
   settings.centre_m = frame.origin_m + 0.5 * (low + high) * frame.voxel_size_m;
   settings.speed_m_s = 0.1 * size * frame.voxel_size_m;  // across the world in ten seconds
-  settings.ground_m = [this, frame](const glm::dvec3& place_m) -> std::optional<double> {
-    const glm::dvec3 voxels = (place_m - frame.origin_m) / frame.voxel_size_m;
-    const std::optional<double> height = ground_->below(voxels, kStepVoxels);
-    if (!height) return std::nullopt;
-    return frame.origin_m.y + *height * frame.voxel_size_m;
+  settings.ground_m = [this, frame](const glm::dvec3& place_m) {
+    return ground_->below_m(place_m, kStepVoxels * frame.voxel_size_m, Ground::kFeetLevel);
   };
   navigator_.emplace(std::move(settings));
   place_ = navigator_->place();
+  return {};
 }
 
 bool View::play_path() {
@@ -322,8 +365,8 @@ std::string View::draw() {
   display_->begin_frame(start);
   scheduler_.begin(start);
   if (!play_path() && navigator_->moving()) {
-    const double seconds = options_.clock.fixed ? static_cast<double>(options_.clock.step_ns) * 1e-9
-                                                : ms_between(moved_at_, start) * 1e-3;
+    const double seconds =
+        clock_.fixed ? static_cast<double>(clock_.step_ns) * 1e-9 : ms_between(moved_at_, start) * 1e-3;
     navigator_->advance(seconds);
     moved_at_ = start;
     place_ = navigator_->place();
@@ -336,7 +379,7 @@ std::string View::draw() {
                                     : static_cast<double>(size.width) / size.height;
   Camera camera;
   const Status placed =
-      place_camera(place_, scene_.frame(), scene_.terrain().box(), options_.fov_y_deg, aspect, camera);
+      place_camera(place_, scene_.frame(), scene_.terrain().box(), options_.scene.fov_y_deg, aspect, camera);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
     say(status_text("camera", placed));
     return {};
@@ -358,15 +401,10 @@ std::string View::draw() {
 }
 
 std::string View::draw_scene(const Camera& camera) {
-  SceneView view;
-  view.camera = camera;
-  view.light = options_.light;
-  view.lod = options_.lod;
-  view.quarter_turns = display_->quarter_turns();
-  view.generate_ms = options_.generate_ms;
-  view.wait = false;
+  view_.camera = camera;
+  view_.quarter_turns = display_->quarter_turns();
   FrameRecord record;
-  std::string error = scene_.draw(view, record);
+  std::string error = scene_.draw(view_, record);
   vertices_lost_ = record.counts.vertices_lost;
   // Drawn coarser than wanted, or more was made meanwhile: the next picture is better.
   if ((record.flags & kFlagGenerate) != 0) scheduler_.changed();
@@ -424,14 +462,14 @@ int print_outputs(const ViewOptions& options) {
 }  // namespace
 
 int run_view(std::span<const char* const> words) {
-  Arguments arguments;
+  CommandLine line;
   ViewOptions options;
-  if (const std::string usage = parse_view_options(words, arguments, options); !usage.empty()) {
+  if (const std::string usage = parse_view_options(words, line, options); !usage.empty()) {
     print_error("karst view", usage);
     return kExitUsage;
   }
-  if (arguments.has("help")) {
-    std::fputs(kViewHelp, stdout);
+  if (line.wants_help()) {
+    std::fputs(help_text(kViewSpec).c_str(), stdout);
     return kExitOk;
   }
   if (options.list_outputs) return print_outputs(options);

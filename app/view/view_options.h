@@ -2,25 +2,24 @@
 // The command line of karst view.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
-#include "app/common/arguments.h"
-#include "app/common/camera_path.h"
-#include "app/view/frame_scheduler.h"
+#include "app/command_line/command_line.h"
+#include "app/options/scene_options.h"
 #include "app/view/navigator.h"
 #include "platform/kms/kms_display.h"
-#include "renderer/passes/frame_block.h"
-#include "scene/scene.h"
 
 namespace karst::app {
-using namespace core;
 
 struct ViewOptions {
   enum class Output { kms, headless, window };
 
-  SceneOptions scene;  // size: of a headless picture or of the window
+  std::string world;
+  SceneArguments scene;  // size: of a headless picture or of the window
+  CameraArguments camera;
+
   Output output = Output::kms;
   KmsOptions kms;
   SeatKind seat = SeatKind::automatic;
@@ -29,31 +28,21 @@ struct ViewOptions {
   bool json = false;
   double wait_s = -1;  // for a display; below 0: for ever
 
-  bool has_camera = false;
-  CameraPlace camera;
-  std::string path_file;  // empty: none
-  double path_hz = 60;    // lines of the path a second of the world's time
+  double path_hz = 60;  // lines of the path a second of the world's time
   bool loop = false;
   std::string poses;  // "-", "udp:PORT", "udp:ADDRESS:PORT"; empty: none
   NavigatorMode navigate = NavigatorMode::fly;
-  bool input = true;
 
-  FrameScheduler::Settings clock;
+  bool fixed_clock = false;
   std::int64_t frames = 0;  // to draw before ending; 0: no end
   double seconds = 0;       // to run before ending; 0: no end
   std::string stats;        // empty: none
-
-  FrameLight light;
-  bool default_haze = true;
-  double fov_y_deg = 60;
-  LodSettings lod;
-  double generate_ms = 4;  // time a frame to make vertices
 };
 
-extern const char* const kViewHelp;
+extern const CommandSpec kViewSpec;
 
 // Empty where the command line is right, else what is wrong with it. With --help options are left alone.
-[[nodiscard]] std::string parse_view_options(std::span<const char* const> words, Arguments& arguments,
+[[nodiscard]] std::string parse_view_options(std::span<const char* const> words, CommandLine& line,
                                              ViewOptions& options);
 
 }  // namespace karst::app

@@ -60,15 +60,15 @@ void add(const FrameRecord& pass, FrameRecord& frame) {
   frame.selection.list.drawn += pass.selection.list.drawn;
 }
 
-std::string draw_frames(BenchView& view, const LodSuiteOptions& options, std::span<const CameraSettings> path,
-                        int passes, std::vector<FrameRecord>& frames) {
+std::string draw_frames(BenchView& view, std::span<const CameraSettings> path, int passes,
+                        std::vector<FrameRecord>& frames) {
   for (CameraSettings settings : path) {
     FrameRecord& frame = frames.emplace_back();
     for (int pass = 0; pass < passes; ++pass) {
       std::vector<Camera> camera;
       if (std::string error = view.place({&settings, 1}, camera); !error.empty()) return error;
       BenchFrame drawn;
-      if (std::string error = view.draw(camera[0], options.lod, drawn); !error.empty()) return error;
+      if (std::string error = view.draw(camera[0], view.look().lod, drawn); !error.empty()) return error;
       add(drawn.record, frame);
       settings.yaw_deg += 360.0 / passes;
     }
@@ -96,14 +96,14 @@ std::string measure_level(const LodSuiteOptions& options, int level, Progress& p
   scene.level = level;
   if (scene.vertex_bytes == 0) scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
   BenchView view;
-  if (std::string error = view.open(scene); !error.empty()) return error;
+  if (std::string error = view.open(scene, options.look); !error.empty()) return error;
   Terrain& terrain = view.scene().terrain();
   if (terrain.info().level < level) return {};
   const auto path = make_standard_path("oblique", view.ground(), terrain.box(), options.frames);
   for (const int passes : kPasses) {
     std::vector<FrameRecord> warm, frames;
     for (std::vector<FrameRecord>* lap : {&warm, &frames}) {
-      if (std::string error = draw_frames(view, options, path, passes, *lap); !error.empty()) return error;
+      if (std::string error = draw_frames(view, path, passes, *lap); !error.empty()) return error;
     }
     Figures& f = all.emplace_back();
     f.level = level;

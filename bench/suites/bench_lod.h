@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "app/options/scene_options.h"
 #include "scene/scene.h"
 
 namespace karst::bench {
@@ -12,10 +13,10 @@ using namespace core;
 using namespace app;
 
 struct LodSuiteOptions {
-  SceneOptions scene;  // its level is not used; vertex_bytes 0: everything stays resident, as K has it
-  LodSettings lod;
-  int frames = 24;   // of the oblique flight
-  std::string json;  // file; "-": printed in place of the table; empty: none
+  SceneOptions scene;   // its level is not used; vertex_bytes 0: everything stays resident, as K has it
+  SceneArguments look;  // light, skips and levels of its pictures
+  int frames = 24;      // of the oblique flight
+  std::string json;     // file; "-": printed in place of the table; empty: none
 };
 
 // Measures levels 4 and 5 (those that the world has) with 1, 2 and 4 passes a frame. Returns the exit code;

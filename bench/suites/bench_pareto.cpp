@@ -15,6 +15,7 @@
 #include "app/common/mapped_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
+#include "app/view/camera_ground.h"
 #include "bench/suites/bench_view.h"
 
 namespace karst::bench {
@@ -69,9 +70,11 @@ std::string file_flight(BenchView& view, const std::string& path, std::vector<Fl
   flight.name = flight.name.substr(0, flight.name.find_last_of('.'));
   const RendererSettings& settings = view.scene().renderer().settings();
   const double aspect = static_cast<double>(settings.width) / settings.height;
-  for (const CameraPlace& place : places) {
+  CameraGround ground(view.scene().terrain(), view.scene().frame());
+  for (CameraPlace& place : places) {
+    if (std::string error = ground.stand(place); !error.empty()) return path + ": " + error;
     const Status status = place_camera(place, view.scene().frame(), view.scene().terrain().box(),
-                                       CameraSettings().fov_y_deg, aspect, flight.cameras.emplace_back());
+                                       view.fov_y_deg(), aspect, flight.cameras.emplace_back());
     if (!status.ok()) return status_text(path, status);
   }
   return {};
@@ -160,7 +163,7 @@ class Measure {
   std::string open(const SceneOptions& scene) {
     view_ = nullptr;
     view_ = std::make_unique<BenchView>();
-    return view_->open(scene);
+    return view_->open(scene, options_.look);
   }
 
   std::string time_flights() {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/options/scene_options.h"
 #include "bench/measure/picture_error.h"
 #include "scene/scene.h"
 
@@ -16,6 +17,7 @@ using namespace app;
 
 struct ParetoOptions {
   SceneOptions scene;
+  SceneArguments look;    // light and skips of its pictures
   std::string path_file;  // empty: the standard flights
   int frames = 120;       // of each standard flight
   int rounds = 1;         // measured laps of each setting, in turns with all others of the flight

@@ -37,14 +37,14 @@ struct Stage {
   std::unique_ptr<BenchView> view;
 
   // Loads a scene, in place of the one before.
-  std::string set(const SceneOptions& options) {
+  std::string set(const SceneOptions& options, const SceneArguments& look) {
     std::string error;
     clear();
     if (display == nullptr) display = open_headless_display({}, error);
     if (display == nullptr) return error;
     view = std::make_unique<BenchView>();
     if (error = display->make_current().text(); !error.empty()) return error;
-    if (error = view->load(options); !error.empty()) return error;
+    if (error = view->load(options, look); !error.empty()) return error;
     return view->scene().attach(*display, options.width, options.height);
   }
   // The renderer goes while its context is current.
@@ -72,7 +72,7 @@ class Suite {
   }
 
   std::string run(ShadingReport& report) {
-    if (std::string error = main_.set(scene_options()); !error.empty()) return error;
+    if (std::string error = main_.set(scene_options(), options_.look); !error.empty()) return error;
     if (std::string error = place_cameras(); !error.empty()) return error;
     report.width = options_.scene.width;
     report.height = options_.scene.height;
@@ -106,7 +106,8 @@ class Suite {
   std::string measure(const Way& way, const Camera& camera, ShadingTime& time, Picture* picture) {
     SceneView view = way.switches;
     view.camera = camera;
-    view.lod = options_.lod;
+    view.light = way.stage->view->look().light;
+    view.lod = way.stage->view->look().lod;
     BenchFrame frame;
     std::string error = way.stage->display->make_current().text();
     for (int k = 0; k < 2 && error.empty(); ++k) error = way.stage->view->draw(view, frame);
@@ -219,7 +220,7 @@ class Suite {
   // What the main scene has, against a scene without it.
   std::string compare_feature(const char* name, const std::string& on, const std::string& off,
                               const SceneOptions& without, ShadingReport& report) {
-    if (std::string error = other_.set(without); !error.empty()) return error;
+    if (std::string error = other_.set(without, options_.look); !error.empty()) return error;
     return compare_ways(row_of(name, on, off), {&other_, {}}, report);
   }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/options/scene_options.h"
 #include "scene/scene.h"
 
 namespace karst::bench {
@@ -14,8 +15,8 @@ using namespace core;
 using namespace app;
 
 struct ShadingSuiteOptions {
-  SceneOptions scene;  // vertex_bytes 0: everything stays resident
-  LodSettings lod;
+  SceneOptions scene;   // vertex_bytes 0: everything stays resident
+  SceneArguments look;  // light and levels of its pictures
   int frames = 1;       // of each of three flights: low, oblique, high
   int rounds = 3;       // medians are over these
   std::string against;  // the same world baked another way, to be compared with; empty: none

@@ -45,8 +45,7 @@ std::vector<CameraSettings> turn(CameraSettings from, int frames) {
 std::string fly(BenchView& view, const char* name, const std::vector<CameraSettings>& path, int maps) {
   std::vector<Camera> cameras;
   if (std::string error = view.place(path, cameras); !error.empty()) return error;
-  SceneView shown;
-  shown.lod.max_level = kMaxLevel;
+  SceneView shown = view.look();
   shown.wait_for_shadows = true;
   Costs kept, all;
   BenchFrame frame;
@@ -73,7 +72,7 @@ std::string fly(BenchView& view, const char* name, const std::vector<CameraSetti
 
 std::string measure(const ShadowSuiteOptions& options) {
   BenchView view;
-  if (std::string error = view.open(options.scene); !error.empty()) return error;
+  if (std::string error = view.open(options.scene, options.look); !error.empty()) return error;
   const GroundHeights ground = view.ground();
   const LatticeBox box = view.scene().terrain().box();
   const int maps = options.scene.shadows.count;

@@ -3,6 +3,7 @@
 // changed, beside drawing all of them in every frame.
 #pragma once
 
+#include "app/options/scene_options.h"
 #include "scene/scene.h"
 
 namespace karst::bench {
@@ -11,7 +12,8 @@ using namespace app;
 
 struct ShadowSuiteOptions {
   SceneOptions scene;
-  int frames = 36;  // of each flight
+  SceneArguments look;  // light, skips and levels of its pictures
+  int frames = 36;      // of each flight
 };
 
 // Measures a camera that turns once in place, and the standard flights. Returns the exit code; errors go to

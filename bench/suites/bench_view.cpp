@@ -12,6 +12,7 @@
 
 #include "app/common/camera_path.h"
 #include "app/common/status_text.h"
+#include "app/options/scene_settings.h"
 
 namespace karst::bench {
 using namespace app;
@@ -68,27 +69,27 @@ std::uint64_t peak_resident_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
-std::string BenchView::open(const SceneOptions& options) {
+std::string BenchView::open(const SceneOptions& options, const SceneArguments& look) {
   if (std::string error = scene_.open(options); !error.empty()) return error;
-  set_light();
+  set_look(look);
   return {};
 }
 
-std::string BenchView::load(const SceneOptions& options) {
+std::string BenchView::load(const SceneOptions& options, const SceneArguments& look) {
   if (std::string error = scene_.load(options); !error.empty()) return error;
-  set_light();
+  set_look(look);
   return {};
 }
 
-void BenchView::set_light() {
-  const LatticeBox box = scene_.terrain().box();
-  const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
-  light_.haze_voxels = std::max(1.0, 6.0 * std::max(size.x, size.z));
+void BenchView::set_look(const SceneArguments& look) {
+  look_ = view_settings(look);
+  set_haze(look, scene_.terrain().box(), look_.light);
+  fov_y_deg_ = look.fov_y_deg;
 }
 
 std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
                             double generate_ms) {
-  SceneView view;
+  SceneView view = look_;
   view.camera = camera;
   view.lod = lod;
   view.generate_ms = generate_ms;
@@ -97,7 +98,6 @@ std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchF
 
 std::string BenchView::draw(SceneView view, BenchFrame& frame) {
   frame = {};
-  view.light = light_;
   const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
   const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
   if (std::string error = scene_.draw(view, frame.record); !error.empty()) return error;
@@ -138,8 +138,8 @@ std::string BenchView::place(std::span<const CameraSettings> path, std::vector<C
     place.position_m = frame.origin_m + settings_of_frame.position * frame.voxel_size_m;
     place.yaw_deg = settings_of_frame.yaw_deg;
     place.pitch_deg = settings_of_frame.pitch_deg;
-    const Status status = place_camera(place, frame, scene_.terrain().box(), settings_of_frame.fov_y_deg,
-                                       aspect, cameras.emplace_back());
+    const Status status =
+        place_camera(place, frame, scene_.terrain().box(), fov_y_deg_, aspect, cameras.emplace_back());
     if (!status.ok()) return status_text("camera", status);
   }
   return {};

@@ -93,7 +93,7 @@ Status CascadeSettings::validate() const {
     return Status{StatusCode::invalid_argument, what, field};
   };
   if (count < 0 || count > kMostCascades) return refuse("not within 0..3", "count");
-  if (size < 512 || size > 2048 || size % 16 != 0) {
+  if (size < kLeastCascadeSize || size > kMostCascadeSize || size % kCascadeSizeStep != 0) {
     return refuse("not a multiple of 16 within 512..2048 texels", "size");
   }
   if (!(reach_voxels >= 4 && reach_voxels <= kCameraReach)) {

@@ -35,9 +35,15 @@ inline constexpr int kMostCascades = 3;
 // beyond a point's own texel.
 inline constexpr int kCascadeBorder = 4;
 
+// Texels a side of a map: the least whose texels are no larger than a voxel in 256 voxels of reach, the most
+// that every OpenGL ES 3.0 has. A box's steps of an eighth of its size are whole texels.
+inline constexpr int kLeastCascadeSize = 512;
+inline constexpr int kMostCascadeSize = 2048;
+inline constexpr int kCascadeSizeStep = 16;
+
 struct CascadeSettings {
   int count = 2;              // 0..kMostCascades
-  int size = 1024;            // texels a side of a map, 512..2048, a multiple of 16
+  int size = 1024;            // kLeastCascadeSize..kMostCascadeSize, a multiple of kCascadeSizeStep
   double reach_voxels = 256;  // 4..2^20: beyond it from the eye there are no shadows, if not in the world's
                               // box; 256 voxels in 1,024 texels are half a voxel each
   // invalid_argument naming the first field outside its range.

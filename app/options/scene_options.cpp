@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT
+#include "app/options/scene_options.h"
+
+#include <cmath>
+
+#include "app/common/arguments.h"
+#include "app/options/board_options.h"
+#include "app/options/scene_ranges.h"
+
+namespace karst::app {
+namespace {
+
+std::string store_board(void* options, const OptionValue& value) {
+  auto& scene = *static_cast<SceneArguments*>(options);
+  BoardProfile board;
+  std::string error = read_board(value.text, board);
+  if (!error.empty()) return error;
+  scene.board = value.text;
+  set_board(board, scene);
+  return {};
+}
+
+std::string store_size(void* options, const OptionValue& value) {
+  auto& scene = *static_cast<SceneArguments*>(options);
+  scene.width = value.width;
+  scene.height = value.height;
+  return {};
+}
+
+std::string store_sun(void* options, const OptionValue& value) {
+  auto& scene = *static_cast<SceneArguments*>(options);
+  double sun[2] = {0, 0};
+  if (std::string error = parse_numbers(value.text, value.what, ',', sun); !error.empty()) return error;
+  const auto wrong = [&](const char* text) { return std::string(value.what) + text; };
+  if (std::fabs(sun[0]) > 360) return wrong(": not within -360..360 degrees (sun_azimuth_deg)");
+  if (std::fabs(sun[1]) > 90) return wrong(": not within -90..90 degrees (sun_elevation_deg)");
+  scene.sun_azimuth_deg = sun[0];
+  scene.sun_elevation_deg = sun[1];
+  return {};
+}
+
+std::string store_no_skip(void* options, const OptionValue& value) {
+  std::uint32_t& drawn = static_cast<SceneArguments*>(options)->drawn_anyway;
+  for (std::string_view list = value.text;;) {
+    const std::size_t comma = list.find(',');
+    const std::string_view name = list.substr(0, comma);
+    bool known = false;
+    for (int n = 0; n < kSkipCount; ++n) {
+      if (name != kSkipNames[n] && name != "all") continue;
+      drawn |= 1u << n;
+      known = true;
+    }
+    if (!known) {
+      std::string error = std::string(value.what) + ": '";
+      error.append(name).append("' is none of");
+      for (const char* skip : kSkipNames) error.append(" ").append(skip);
+      return error.append(" all");
+    }
+    if (comma == std::string_view::npos) return {};
+    list.remove_prefix(comma + 1);
+  }
+}
+
+std::string store_vertex_memory(void* options, const OptionValue& value) {
+  static_cast<SceneArguments*>(options)->vertex_bytes = static_cast<std::uint64_t>(value.number * (1 << 20));
+  return {};
+}
+
+std::string store_max_memory(void* options, const OptionValue& value) {
+  static_cast<SceneArguments*>(options)->max_memory = static_cast<std::uint64_t>(value.integer) << 20;
+  return {};
+}
+
+std::string store_shadow_size(void* options, const OptionValue& value) {
+  if (value.integer % kShadowSizeStep != 0) {
+    return std::string(value.what) + ": not a multiple of " + std::to_string(kShadowSizeStep);
+  }
+  return put<&SceneArguments::shadow_size>(options, value);
+}
+
+std::string store_camera(void* options, const OptionValue& value) {
+  auto& camera = *static_cast<CameraArguments*>(options);
+  camera.has_camera = true;
+  return parse_camera(value.text, value.what, camera.camera);
+}
+
+using Kind = ValueKind;
+
+constexpr OptionRow kPictureRows[] = {
+    {.name = "board",
+     .kind = Kind::other,
+     .value = "BOARD",
+     .help =
+         "size, level, colours, shadows and memory of a board, by name (karst budget --list-boards) or by "
+         "FILE.board; other options come on top",
+     .store = store_board},
+    {.name = "size",
+     .kind = Kind::size,
+     .value = "WxH",
+     .initial = "1280x720",
+     .max = kMostPicture,
+     .help = "of the picture in pixels; of karst view: of the window, or of the picture without a display",
+     .store = store_size},
+    {.name = "sun",
+     .kind = Kind::other,
+     .value = "AZ,EL",
+     .initial = "230,35",
+     .help = "azimuth clockwise from north and elevation above the horizon in degrees",
+     .store = store_sun},
+    {.name = "fov",
+     .kind = Kind::number,
+     .value = "DEG",
+     .initial = "60",
+     .unit = "degrees",
+     .min = 1,
+     .max = 170,
+     .help = "of the picture's height",
+     .store = put<&SceneArguments::fov_y_deg>},
+    {.name = "haze",
+     .kind = Kind::number,
+     .value = "VOXELS",
+     .initial = "six times the world's size",
+     .min = 1e-3,
+     .max = 1e7,
+     .help = "distance at which 63 % of the light is haze",
+     .store = put<&SceneArguments::haze_voxels>},
+    {.name = "show",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "materials",
+     .words = "materials cascades levels",
+     .help = "materials; cascades: the shadow map of each pixel; levels: triangles, by their level of detail",
+     .store = put<&SceneArguments::show>},
+    {.name = "precision",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "medium",
+     .words = "medium high",
+     .help = "high: all of a pixel in 32 bits; medium: 16 where that is enough",
+     .store = put<&SceneArguments::high_precision>},
+    {.name = "no-skip",
+     .kind = Kind::other,
+     .value = "NAME,...",
+     .help = "draws what could be skipped; NAME: frustum, backface, occlusion, cascades, triplanar, blend, "
+             "detail, sun (of pixels), material, cave (of patches), all",
+     .store = store_no_skip},
+};
+
+constexpr OptionRow kLevelRows[] = {
+    {.name = "lod",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "error",
+     .words = "error distance full",
+     .help =
+         "error: the coarsest levels within --error-px; distance: by distance alone, nothing morphs; full: "
+         "the finest level everywhere",
+     .store = put<&SceneArguments::lod>},
+    {.name = "error-px",
+     .kind = Kind::number,
+     .value = "E",
+     .initial = "4",
+     .unit = "pixels",
+     .min = kLeastErrorTarget,
+     .max = kMostErrorTarget,
+     .help = "no drawn point is further from the full surface",
+     .store = put<&SceneArguments::error_px>},
+    {.name = "lod-distance",
+     .kind = Kind::number,
+     .value = "V",
+     .initial = "64",
+     .unit = "voxels",
+     .max = kMostReach,
+     .help = "of --lod distance: from here on level 1 is drawn, a level finer for each halving",
+     .store = put<&SceneArguments::lod_distance_voxels>},
+    {.name = "level",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "the world's",
+     .min = 1,
+     .max = kMostLevel,
+     .help = "draws no finer than level N; saves GPU memory",
+     .store = put<&SceneArguments::level>},
+    {.name = "generate-ms",
+     .kind = Kind::number,
+     .value = "MS",
+     .initial = "karst view: 4; else as long as it takes",
+     .max = 1e6,
+     .help =
+         "time a frame to make vertices; frames that would take longer are coarser than --error-px and say "
+         "so",
+     .store = put<&SceneArguments::generate_ms>},
+    {.name = "vertex-memory",
+     .kind = Kind::number,
+     .value = "MIB",
+     .initial = "what the whole world takes coarsely, and about as much again",
+     .max = 1024,
+     .help = "of the GPU; where it is too little, frames are coarser than --error-px and say so",
+     .store = store_vertex_memory},
+    {.name = "max-memory",
+     .kind = Kind::integer,
+     .value = "MIB",
+     .initial = "512",
+     .min = 1,
+     .max = 1 << 20,
+     .help = "CPU and GPU together; heights that find no room are read when needed",
+     .store = store_max_memory},
+};
+
+constexpr OptionRow kShadowRows[] = {
+    {.name = "shadows",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "2",
+     .max = kMostShadows,
+     .help = "shadow maps of the sun, each over a larger part of the world",
+     .store = put<&SceneArguments::shadows>},
+    {.name = "shadow-size",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "1024",
+     .unit = "texels a side of each, a multiple of 16",
+     .min = kLeastShadow,
+     .max = kMostShadow,
+     .store = store_shadow_size},
+    {.name = "shadow-reach",
+     .kind = Kind::number,
+     .value = "V",
+     .initial = "256",
+     .unit = "voxels",
+     .min = 4,
+     .max = kMostReach,
+     .help = "from the eye that they cover, where the world is larger",
+     .store = put<&SceneArguments::shadow_reach_voxels>},
+};
+
+constexpr OptionRow kDrapeRows[] = {
+    {.name = "drape",
+     .kind = Kind::file,
+     .value = "IMAGE.png",
+     .help =
+         "lays an image over the world from above, north up, in place of its materials; sky and light are "
+         "plain, without shadow maps",
+     .store = put<&SceneArguments::drape>},
+    {.name = "drape-repeat",
+     .kind = Kind::number,
+     .value = "N",
+     .initial = "1",
+     .min = 0x1p-10,
+     .max = 0x1p10,
+     .help = "covers the world N times on each axis",
+     .store = put<&SceneArguments::drape_repeat>},
+};
+
+constexpr OptionRow kCameraRows[] = {
+    {.name = "camera",
+     .kind = Kind::other,
+     .value = "X,Y,Z,YAW,PITCH",
+     .initial = "the whole world is shown",
+     .help = "place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left, pitch grows "
+             "upwards; ~H for Y stands H metres above the highest ground at X,Z",
+     .store = store_camera},
+    {.name = "path",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "a frame for each line \"X Y Z YAW PITCH\", Y as above; # starts a comment",
+     .store = put<&CameraArguments::path_file>},
+};
+
+}  // namespace
+
+const OptionGroup kSceneGroups[4] = {{"picture", kPictureRows},
+                                     {"levels and memory", kLevelRows},
+                                     {"shadows", kShadowRows},
+                                     {"drape", kDrapeRows}};
+const OptionGroup kCameraGroups[1] = {{"camera", kCameraRows}};
+
+std::string check_scene(const SceneArguments& scene, bool has_drape_repeat) {
+  if (has_drape_repeat && scene.drape.empty()) return "--drape-repeat needs a --drape";
+  return {};
+}
+
+}  // namespace karst::app

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "app/render/render_options.h"
+
+#include "app/render/output_name.h"
+
+namespace karst::app {
+namespace {
+
+using Kind = ValueKind;
+
+std::string store_output(void* options, const OptionValue& value) {
+  auto& render = *static_cast<RenderOptions*>(options);
+  render.output = value.text;
+  return OutputName().parse(value.text);
+}
+
+constexpr OptionRow kOutputRows[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = Kind::file,
+     .value = "FILE",
+     .help =
+         "the picture; for several frames OUT_0000.png, OUT_0001.png, ..., or frame%04d.png says where the "
+         "number goes",
+     .store = store_output},
+    {.name = "stats",
+     .kind = Kind::file,
+     .value = "FILE.json",
+     .help = "what the frames cost and drew; - prints it",
+     .store = put<&RenderOptions::stats>},
+};
+constexpr OptionGroup kOutputGroups[] = {{"output", kOutputRows}};
+constexpr OptionPart kParts[] = {kOutputGroups, kCameraGroups, kSceneGroups};
+
+}  // namespace
+
+constinit const CommandSpec kRenderSpec = {
+    .name = "karst render",
+    .brief = "draws pictures of a world",
+    .usage = "WORLD [-o OUT.png] [options]",
+    .about =
+        "Draws a world that karst-bake made, without a screen. All frames are complete, unless "
+        "--generate-ms gives them no time.",
+    .parts = kParts,
+    .examples =
+        "karst render canyon.karst -o canyon.png\n"
+        "karst render canyon.karst -o near.png --camera 20,~2,60,35,-5 --sun 120,20 --size 1920x1080\n"
+        "karst render canyon.karst --path flight.txt --stats flight.json\n"};
+
+std::string parse_render_options(std::span<const char* const> words, CommandLine& line,
+                                 RenderOptions& options) {
+  if (std::string error = line.parse(words, kRenderSpec); !error.empty()) return error;
+  if (line.wants_help()) return {};
+  if (line.positional().size() != 1) {
+    return line.positional().empty() ? "which WORLD?" : "more than one WORLD";
+  }
+  options.world = line.positional()[0];
+  if (!line.has("output") && !line.has("stats")) return "nothing to do: give -o OUT.png or --stats FILE.json";
+  if (line.has("camera") && line.has("path")) return "--camera and --path exclude each other";
+  void* const targets[] = {&options, &options.camera, &options.scene};
+  if (std::string error = line.store(targets); !error.empty()) return error;
+  return check_scene(options.scene, line.has("drape-repeat"));
+}
+
+}  // namespace karst::app

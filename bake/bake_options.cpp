@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+#include "bake/bake_options.h"
+
+#include "app/common/arguments.h"
+#include "bake/samples/samples.h"
+#include "terrain/base/lattice.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <thread>
+
+namespace karst::bake {
+namespace {
+
+using namespace app;
+using namespace core;
+using Kind = ValueKind;
+
+constexpr int kMaxThreads = 256;
+
+BakeOptions& bake_of(void* options) {
+  return *static_cast<BakeOptions*>(options);
+}
+
+std::string wrong(const OptionValue& value, std::string_view text) {
+  std::string line(value.what);
+  return line.append(": ").append(text);
+}
+
+std::string store_sample(void* options, const OptionValue& value) {
+  bake_of(options).job.sample = value.text;
+  std::string known;
+  for (const SampleName& sample : sample_names()) {
+    if (sample.name == value.text) return {};
+    known.append(known.empty() ? "" : ", ").append(sample.name);
+  }
+  return wrong(value, "'").append(value.text).append("' is not one of ").append(known);
+}
+
+std::string store_z_scale(void* options, const OptionValue& value) {
+  bake_of(options).job.read.z_scale = value.number;
+  return value.number == 0 ? wrong(value, "0 leaves no heights") : std::string();
+}
+
+std::string store_nodata(void* options, const OptionValue& value) {
+  Bake& job = bake_of(options).job;
+  bool fill = false;
+  for (std::string_view list = value.text;;) {
+    const std::size_t comma = list.find(',');
+    const std::string_view word = list.substr(0, comma);
+    if (word == "fill" || word == "hole") {
+      fill = fill || word == "fill";
+      job.leave_holes = job.leave_holes || word == "hole";
+    } else {
+      double height = 0;
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), height);
+      if (word.empty() || error != std::errc() || end != word.data() + word.size()) {
+        return wrong(value, "'").append(word).append("' is not a number, fill or hole");
+      }
+      job.read.nodata.push_back(height);
+    }
+    if (comma == std::string_view::npos) break;
+    list.remove_prefix(comma + 1);
+  }
+  return fill && job.leave_holes ? wrong(value, "both fill and hole") : std::string();
+}
+
+std::string store_crop(void* options, const OptionValue& value) {
+  double numbers[4];
+  if (std::string error = parse_numbers(value.text, value.what, ',', numbers); !error.empty()) return error;
+  for (int k = 0; k < 4; ++k) {
+    const double v = numbers[k];
+    if (!(v >= (k < 2 ? 0 : 2) && v <= kMaxElevationSide) || v != static_cast<int>(v)) {
+      return wrong(value, "not four whole numbers X,Z,W,H with W and H of 2 or more");
+    }
+    bake_of(options).job.read.crop[k] = static_cast<int>(v);
+  }
+  return {};
+}
+
+std::string store_materials(void* options, const OptionValue& value) {
+  MaterialOptions& materials = bake_of(options).job.materials;
+  materials.none = value.text == "none";
+  if (!materials.none) materials.path = value.text;
+  return {};
+}
+
+std::string store_material_side(void* options, const OptionValue& value) {
+  bake_of(options).job.materials.side = static_cast<int>(value.integer);
+  const bool is_power = std::has_single_bit(static_cast<std::uint64_t>(value.integer));
+  return is_power ? std::string() : wrong(value, "not a power of two");
+}
+
+std::string store_material_format(void* options, const OptionValue& value) {
+  bake_of(options).job.materials.format = value.integer == 0 ? TextureFormat::etc2 : TextureFormat::rgba8;
+  return {};
+}
+
+std::string store_voxel(void* options, const OptionValue& value) {
+  bake_of(options).job.voxel_m = value.number;
+  return {};
+}
+
+std::string store_levels(void* options, const OptionValue& value) {
+  bake_of(options).job.level = static_cast<int>(value.integer);
+  return {};
+}
+
+constexpr OptionRow kWorldRows[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "the world file; written whole or not at all",
+     .store = put<&BakeOptions::output>},
+    {.name = "sample",
+     .kind = Kind::other,
+     .value = "NAME",
+     .words = "canyon caves arches hills",
+     .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
+     .store = store_sample},
+    {.name = "voxel",
+     .kind = Kind::number,
+     .value = "M",
+     .initial = "about 128 voxels across; samples: 8 or 10",
+     .unit = "metres",
+     .min = 1e-6,
+     .max = 1e9,
+     .help = "size of a voxel",
+     .store = store_voxel},
+    {.name = "levels",
+     .kind = Kind::integer,
+     .value = "K",
+     .initial = "vertices 3/4 of a sample apart; samples: 5",
+     .min = 1,
+     .max = kMaxLevel,
+     .help = "level of the heights: 2^K + 1 a patch side",
+     .store = store_levels},
+    {.name = "carve",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
+     .store = put<&BakeOptions::job, &Bake::carve_path>},
+};
+
+constexpr OptionRow kDemRows[] = {
+    {.name = "pixel-size",
+     .kind = Kind::number,
+     .value = "M",
+     .unit = "metres",
+     .min = kMinSpacingM,
+     .max = kMaxSpacingM,
+     .help = "between samples, for images that do not say, or say it wrong",
+     .store = put<&BakeOptions::job, &Bake::read, &ReadElevation::pixel_size_m>},
+    {.name = "z-scale",
+     .kind = Kind::number,
+     .value = "S",
+     .initial = "1",
+     .min = -1e9,
+     .max = 1e9,
+     .help = "multiplies heights",
+     .store = store_z_scale},
+    {.name = "nodata",
+     .kind = Kind::other,
+     .value = "LIST",
+     .initial = "fill",
+     .help =
+         "how voids are known and what becomes of them: any of a value, fill (from around) and hole (left "
+         "out), with commas: --nodata -9999,hole",
+     .store = store_nodata},
+    {.name = "crop",
+     .kind = Kind::other,
+     .value = "X,Z,W,H",
+     .help = "only these samples: first column, first row, columns, rows",
+     .store = store_crop},
+    {.name = "allow-8bit",
+     .help = "takes 8-bit images, whose heights are steps",
+     .store = put<&BakeOptions::job, &Bake::read, &ReadElevation::allow_8bit>},
+};
+
+constexpr OptionRow kMaterialRows[] = {
+    {.name = "materials",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "what the ground is made of, painted boxes, lights (docs/materials.md); none: nothing",
+     .store = store_materials},
+    {.name = "material-side",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "256",
+     .unit = "texels, a power of two",
+     .min = kLeastTextureSide,
+     .max = kMostTextureSide,
+     .help = "of a texture's side",
+     .store = store_material_side},
+    {.name = "material-format",
+     .kind = Kind::word,
+     .value = "F",
+     .initial = "etc2",
+     .words = "etc2 rgba8",
+     .help = "of textures: etc2 or rgba8",
+     .store = store_material_format},
+};
+
+constexpr OptionRow kRunRows[] = {
+    {.name = "threads",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "all",
+     .min = 1,
+     .max = kMaxThreads,
+     .help = "the world does not depend on it",
+     .store = put<&BakeOptions::job, &Bake::threads>},
+    {.name = "stats",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "writes the report as JSON",
+     .store = put<&BakeOptions::stats>},
+    {.name = "json", .help = "prints the report as JSON", .store = put<&BakeOptions::json>},
+    {.name = "quiet", .help = "prints no report and no progress", .store = put<&BakeOptions::quiet>},
+    {.name = "version", .help = "prints the version"},
+};
+
+constexpr OptionGroup kGroups[] = {
+    {"world", kWorldRows}, {"of a DEM", kDemRows}, {"materials", kMaterialRows}, {"run", kRunRows}};
+constexpr OptionPart kParts[] = {kGroups};
+
+std::string check_source(const CommandLine& line) {
+  const bool sample = line.has("sample");
+  if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
+  if (!sample && line.positional().size() != 1) return "one DEM or --sample NAME is needed; see --help";
+  for (const OptionRow& row : kDemRows) {
+    if (sample && line.has(row.name))
+      return std::string("--") + row.name + ": only for a DEM, not for --sample";
+  }
+  if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
+  return {};
+}
+
+}  // namespace
+
+constinit const CommandSpec kBakeSpec = {
+    .name = "karst-bake",
+    .brief = "makes a .karst world from an elevation image or a procedural sample",
+    .usage = "DEM -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]",
+    .about =
+        "DEM is a TIFF or GeoTIFF, PNG or OpenEXR image of one channel, 16-bit or float, or a raw ENVI file "
+        "with its .hdr beside it. Heights are metres. North is up in the image and -z in the world, whose "
+        "x = z = 0 is the image's centre.",
+    .parts = kParts,
+    .examples =
+        "karst-bake dem.tif -o world.karst --voxel 256 --levels 4\n"
+        "karst-bake srtm.bil -o world.karst --nodata -9999,hole\n"
+        "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
+        "karst-bake --sample canyon -o canyon.karst --json\n"};
+
+std::string parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
+  if (std::string error = line.parse(words, kBakeSpec); !error.empty()) return error;
+  if (line.wants_help() || line.has("version")) return {};
+  if (std::string error = check_source(line); !error.empty()) return error;
+  if (!line.has("sample")) options.job.read.path = line.positional()[0];
+  options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
+  void* const targets[] = {&options};
+  return line.store(targets);
+}
+
+}  // namespace karst::bake
