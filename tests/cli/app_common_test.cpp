@@ -2,7 +2,6 @@
 // What both programs share, where running a program would not show it.
 #include <sys/stat.h>
 
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -47,19 +46,6 @@ TEST(JsonWriter, NumbersReadBackAsTheyWere) {
     json.begin_array().value(number).end_array();
     EXPECT_EQ(std::stod(json.text().substr(json.text().find_first_of("-0123456789"))), number);
   }
-}
-
-TEST(Arguments, ValuesMayBeNegativeAndOptionsEnd) {
-  constexpr std::array<Option, 3> kOptions = {{{"camera", 'c'}, {"quiet", 'q', false}, {"x"}}};
-  const std::array<const char*, 7> words = {"-c", "-1,-2", "--quiet", "--x=-.5", "-7", "--", "--x"};
-  Arguments arguments;
-  ASSERT_EQ(arguments.parse(words, kOptions), "");
-  EXPECT_EQ(arguments.value("camera"), "-1,-2");
-  EXPECT_EQ(arguments.value("quiet"), "");
-  EXPECT_EQ(arguments.value("x"), "-.5");
-  ASSERT_EQ(arguments.positional().size(), 2u);
-  EXPECT_EQ(arguments.positional()[0], "-7");
-  EXPECT_EQ(arguments.positional()[1], "--x");
 }
 
 TEST(Arguments, NumbersAreWholeWords) {

@@ -152,7 +152,7 @@ TEST_F(Karst, UsageErrors) {
       {{"budget", "--level", "3"}, "--level needs a WORLD"},
       {{"budget", world_, "--level", "0"}, "--level: 0 is not in 1 to 6"},
       {{"bench"}, "takes one WORLD"},
-      {{"bench", world_, "--suite", "all"}, "--suite: 'all' is not core, lod, pareto, shading or shadows"},
+      {{"bench", world_, "--suite", "all"}, "--suite: 'all' is not one of core lod pareto shading shadows"},
       {{"bench", world_, "--suite", "pareto", "--targets", "1,x"}, "--targets: 'x' is not a number"},
       {{"bench", world_, "--suite", "pareto", "--targets", "0"}, "--targets: 0 is not in 0.01 to 1000"},
       {{"bench", world_, "--suite", "pareto", "--elevation", "a.png"}, "--elevation: needs --pixel-size"},
