@@ -15,6 +15,7 @@
 #include "bench/suites/bench_lod.h"
 #include "bench/suites/bench_options.h"
 #include "bench/suites/bench_pareto.h"
+#include "bench/suites/bench_queries.h"
 #include "bench/suites/bench_shading.h"
 #include "bench/suites/bench_shadows.h"
 #include "terrain/file/world_reader.h"
@@ -30,23 +31,38 @@ void take(Number given, Number& out) {
   if (given != 0) out = given;
 }
 
-int run_core(const BenchOptions& options) {
+// Maps the world, checks all of it and hands it to a suite of the core.
+template <class Suite>
+int run_on_file(const std::string& path, Suite&& suite) {
   MappedFile file;
-  std::string error = file.open(options.world);
+  std::string error = file.open(path);
   if (error.empty()) {
     WorldReader reader;
     Status status = reader.open(ByteSource::of(file.bytes()));
     if (status.ok()) status = reader.verify();
-    if (!status.ok()) error = status_text(options.world, status);
+    if (!status.ok()) error = status_text(path, status);
   }
   if (!error.empty()) {
     print_error("karst-bench", error);
     return kExitFailure;
   }
+  return suite(file.bytes());
+}
+
+int run_core(const BenchOptions& options) {
   CoreSuiteOptions core;
   take(options.rounds, core.rounds);
   core.json = options.json;
-  return run_core_suite(file.bytes(), core);
+  return run_on_file(options.world, [&](auto file) { return run_core_suite(file, core); });
+}
+
+int run_queries(const BenchOptions& options) {
+  QuerySuiteOptions queries;
+  take(options.rounds, queries.rounds);
+  take(options.query_level, queries.level);
+  take(options.query_patches, queries.patches);
+  take(options.rays, queries.rays);
+  return run_on_file(options.world, [&](auto file) { return run_query_suite(file, queries); });
 }
 
 int run_lod(const BenchOptions& options) {
@@ -120,7 +136,8 @@ int run_bench(std::span<const char* const> words) {
     std::puts("karst-bench " KARST_VERSION);
     return kExitOk;
   }
-  constexpr int (*kSuites[])(const BenchOptions&) = {run_core, run_lod, run_pareto, run_shading, run_shadows};
+  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto,
+                                                     run_shading, run_shadows, run_queries};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

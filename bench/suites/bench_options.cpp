@@ -38,21 +38,22 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows",
+     .words = "core lod pareto shading shadows queries",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
          "error, a sweep of error targets and of distances, on flights; shading: nanoseconds a pixel of each "
          "part of shading, on and off, and how pictures differ; shadows: shadow maps that are kept, beside "
-         "drawing all in every frame, turning and on flights",
+         "drawing all in every frame, turning and on flights; queries: rays, heights under wheels, columns, "
+         "spheres and picks of voxels on one thread",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "core: 9, shading: 3, pareto: 1",
+     .initial = "core, queries: 9, shading: 3, pareto: 1",
      .min = 1,
      .max = 1000,
-     .help = "medians are over so many rounds; of pareto: measured laps (core, pareto, shading)",
+     .help = "medians are over so many rounds; of pareto: measured laps (core, pareto, shading, queries)",
      .store = put<&BenchOptions::rounds>},
     {.name = "frames",
      .kind = Kind::integer,
@@ -60,12 +61,12 @@ constexpr OptionRow kSuiteRows[] = {
      .initial = "lod: 24, pareto: 120, shading: 1, shadows: 36",
      .min = 1,
      .max = 100000,
-     .help = "of each flight (all but core)",
+     .help = "of each flight (all but core and queries)",
      .store = put<&BenchOptions::frames>},
     {.name = "json",
      .kind = Kind::file,
      .value = "FILE",
-     .help = "for programs; - prints it instead of the table (all but shadows)",
+     .help = "for programs; - prints it instead of the table (all but shadows and queries)",
      .store = put<&BenchOptions::json>},
     {.name = "version", .help = "prints the version"},
 };
@@ -136,8 +137,37 @@ constexpr OptionRow kParetoRows[] = {
      .store = put<&BenchOptions::peers>},
 };
 
-constexpr OptionGroup kGroups[] = {
-    {"suite", kSuiteRows}, {"of shading", kShadingRows}, {"of pareto", kParetoRows}};
+constexpr OptionRow kQueryRows[] = {
+    {.name = "query-level",
+     .kind = Kind::integer,
+     .value = "K",
+     .initial = "3",
+     .min = 1,
+     .max = 6,
+     .help = "of the surface that is asked",
+     .store = put<&BenchOptions::query_level>},
+    {.name = "query-patches",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "all",
+     .min = 1,
+     .max = 16777216,
+     .help = "that are kept ready",
+     .store = put<&BenchOptions::query_patches>},
+    {.name = "rays",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "65536",
+     .min = 1024,
+     .max = 16777216,
+     .help = "of a batch",
+     .store = put<&BenchOptions::rays>},
+};
+
+constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},
+                                   {"of shading", kShadingRows},
+                                   {"of pareto", kParetoRows},
+                                   {"of queries", kQueryRows}};
 constexpr OptionPart kParts[] = {kGroups, kSceneGroups};
 
 // What a suite has no use for, with blanks around each: it draws nothing, or the option is what it varies.
@@ -147,19 +177,23 @@ constexpr const char* kUnused[] = {
     "size "
     "sun fov haze show precision no-skip lod error-px lod-distance level generate-ms vertex-memory "
     "max-memory "
-    "shadows shadow-size shadow-reach drape drape-repeat ",
+    "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays ",
     // lod
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers level "
-    "generate-ms ",
+    "generate-ms query-level query-patches rays ",
     // pareto
-    " against lod error-px lod-distance ",
+    " against lod error-px lod-distance query-level query-patches rays ",
     // shading
     " path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision no-skip "
-    "generate-ms ",
+    "generate-ms query-level query-patches rays ",
     // shadows
     " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms drape drape-repeat "};
-constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows"};
+    "generate-ms drape drape-repeat query-level query-patches rays ",
+    // queries
+    " frames json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "board size sun fov haze show precision no-skip lod error-px lod-distance level generate-ms "
+    "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat "};
+constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows", "queries"};
 
 std::string check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);

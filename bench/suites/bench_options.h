@@ -12,7 +12,7 @@
 
 namespace karst::bench {
 
-enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows };
+enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries };
 
 struct BenchOptions {
   std::string world;
@@ -30,6 +30,9 @@ struct BenchOptions {
   bool errors = true;
   double pixel_size_m = 0;  // 0: not given
   double z_scale = 1;
+  int query_level = 0;              // 0: the suite's own
+  std::uint32_t query_patches = 0;  // 0: the suite's own
+  std::uint32_t rays = 0;           // 0: the suite's own
 };
 
 extern const app::CommandSpec kBenchSpec;
