@@ -19,6 +19,7 @@ namespace karst::core::simd {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Short4 = std::int16_t __attribute__((vector_size(8)));
 
 inline constexpr int kLanes = 4;
 
@@ -54,6 +55,9 @@ inline void store(void* p, Int4 v) {
 
 // Towards zero. Precondition: |v| < 2^31.
 inline Int4 to_int(Float4 v) {
+  return __builtin_convertvector(v, Int4);
+}
+inline Int4 to_int(Short4 v) {
   return __builtin_convertvector(v, Int4);
 }
 inline Float4 to_float(Int4 v) {

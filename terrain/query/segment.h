@@ -8,6 +8,7 @@
 // segment meets is missed.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include <glm/vec3.hpp>
@@ -62,18 +63,57 @@ inline float box_limit(double t) {
   return static_cast<float>(t) * 1.000001f;
 }
 
-// Of four boxes, lane by lane; those from count on repeat the last.
+// A box as two vectors: min.x, min.y, min.z, max.x and min.z, max.x, max.y, max.z.
+struct BoxLanes {
+  simd::Int4 low, high;
+};
+
+inline BoxLanes node_lanes(const LatticeBox& box) {
+  static_assert(sizeof(LatticeBox) == 6 * sizeof(std::int32_t));
+  const auto* bytes = reinterpret_cast<const std::byte*>(&box);
+  return {simd::load<simd::Int4>(bytes), simd::load<simd::Int4>(bytes + 2 * sizeof(std::int32_t))};
+}
+
+// Of a patch, and of it undisplaced where it may be met so.
+template <bool kUndisplaced>
+BoxLanes patch_lanes(const QueryWorld& world, PatchId id) {
+  static_assert(offsetof(Volume, corner) == 0 && sizeof(Volume) >= 8);
+  static_assert(sizeof(PatchBounds) == 6 * sizeof(std::int16_t));
+  using simd::Int4;
+  using simd::Short4;
+  const auto* volume = reinterpret_cast<const std::byte*>(&world.surface.volume_of(id));
+  const auto* bounds = reinterpret_cast<const std::byte*>(&world.bounds[id]);
+  const Int4 corner = simd::to_int(simd::load<Short4>(volume));  // below 2^15
+  const Int4 low_origin = __builtin_shufflevector(corner, corner, 0, 1, 2, 0) * kStepsPerVoxel;
+  const Int4 high_origin = __builtin_shufflevector(corner, corner, 2, 0, 1, 2) * kStepsPerVoxel;
+  Int4 low = simd::to_int(simd::load<Short4>(bounds));
+  Int4 high = simd::to_int(simd::load<Short4>(bounds + 2 * sizeof(std::int16_t)));
+  if constexpr (kUndisplaced) {
+    constexpr std::int32_t kHalf = kStepsPerHalfVoxel;
+    const Int4 low_cube = {-kHalf, -kHalf, -kHalf, kHalf};
+    const Int4 high_cube = {-kHalf, kHalf, kHalf, kHalf};
+    const Int4 is_max = {0, 0, 0, -1};
+    const Int4 is_high = {0, -1, -1, -1};
+    low = simd::select((low < low_cube) ^ is_max, low, low_cube);
+    high = simd::select((high < high_cube) ^ is_high, high, high_cube);
+  }
+  return {low + low_origin, high + high_origin};
+}
+
+// Four boxes, lane by lane.
 struct FourBoxes {
   simd::Float4 low[3];
   simd::Float4 high[3];
 
-  FourBoxes(const LatticeBox* boxes, std::uint32_t count) {
+  // lanes(c): the BoxLanes of box c; the last of `count` is repeated.
+  template <class Lanes>
+  FourBoxes(std::uint32_t count, Lanes&& lanes) {
     simd::Int4 a[4];
     simd::Int4 b[4];
     for (std::uint32_t c = 0; c < 4; ++c) {
-      const auto* bytes = reinterpret_cast<const std::byte*>(boxes + (c < count ? c : count - 1));
-      a[c] = simd::load<simd::Int4>(bytes);                             // min.x, min.y, min.z, max.x
-      b[c] = simd::load<simd::Int4>(bytes + 2 * sizeof(std::int32_t));  // min.z, max.x, max.y, max.z
+      const BoxLanes box = lanes(c < count ? c : count - 1);
+      a[c] = box.low;
+      b[c] = box.high;
     }
     simd::transpose(a[0], a[1], a[2], a[3]);
     simd::transpose(b[0], b[1], b[2], b[3]);
@@ -83,18 +123,6 @@ struct FourBoxes {
     }
   }
 };
-static_assert(sizeof(LatticeBox) == 6 * sizeof(std::int32_t));
-
-// Box of a patch, and of it undisplaced where it may be met so.
-inline LatticeBox query_box(const QueryWorld& world, PatchId id, bool undisplaced) {
-  LatticeBox box = patch_box(world.surface, world.bounds, id);
-  if (undisplaced) {
-    const glm::ivec3 origin = patch_origin(world.surface.volume_of(id));
-    box.min = glm::min(box.min, origin - kStepsPerHalfVoxel);
-    box.max = glm::max(box.max, origin + kStepsPerHalfVoxel);
-  }
-  return box;
-}
 
 // What a segment meets before t = limit() of a node's children, sorted from far to near on top of a stack.
 struct WalkEntry {
@@ -106,9 +134,9 @@ struct WalkEntry {
 // Calls visit(patch) for all patches whose boxes the segment meets before t = limit(), which may fall:
 // roughly from near to far. node_test is for the tree's nodes, patch_test for patches: they may be grown
 // differently.
-template <class Limit, class Visit>
+template <bool kUndisplaced, class Limit, class Visit>
 void walk_patches(const QueryWorld& world, const SlabTest& node_test, const SlabTest& patch_test,
-                  bool undisplaced, Limit&& limit, Visit&& visit) {
+                  Limit&& limit, Visit&& visit) {
   const BoundsTree& tree = *world.tree;
   if (tree.rows() == 0) return;
   WalkEntry stack[(BoundsTree::kFanOut - 1) * BoundsTree::kMaxRows + BoundsTree::kFanOut];
@@ -124,28 +152,34 @@ void walk_patches(const QueryWorld& world, const SlabTest& node_test, const Slab
     const std::uint32_t first = at.index * BoundsTree::kFanOut;
     const std::uint32_t below = at.row == 0 ? tree.patches() : tree.nodes(at.row - 1);
     const std::uint32_t count = below - first < BoundsTree::kFanOut ? below - first : BoundsTree::kFanOut;
-    LatticeBox room[BoundsTree::kFanOut];
-    const LatticeBox* boxes = room;
-    if (at.row == 0) {
-      for (std::uint32_t c = 0; c < count; ++c) room[c] = query_box(world, first + c, undisplaced);
-    } else {
-      boxes = &tree.node(at.row - 1, first);
-    }
     const int bottom = depth;
     for (std::uint32_t c = 0; c < count; c += 4) {
       const std::uint32_t lanes = count - c < 4 ? count - c : 4;
-      const FourBoxes four(boxes + c, lanes);
+      const FourBoxes four(lanes, [&](std::uint32_t lane) {
+        if (at.row > 0) return node_lanes(tree.node(at.row - 1, first + c + lane));
+        return patch_lanes<kUndisplaced>(world, first + c + lane);
+      });
       simd::Float4 near;
       unsigned met = (at.row == 0 ? patch_test : node_test).meets(four.low, four.high, limit(), near) &
                      ((1u << lanes) - 1);
-      for (std::uint32_t lane = 0; met != 0; ++lane, met >>= 1) {
-        if ((met & 1u) == 0) continue;
+      for (; met != 0; met &= met - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
         const float t = near[lane];
         int to = depth++;
         for (; to > bottom && stack[to - 1].near < t; --to) stack[to] = stack[to - 1];
         stack[to] = {t, first + c + lane, at.row - 1};
       }
     }
+  }
+}
+
+template <class Limit, class Visit>
+void walk_patches(const QueryWorld& world, const SlabTest& node_test, const SlabTest& patch_test,
+                  bool undisplaced, Limit&& limit, Visit&& visit) {
+  if (undisplaced) {
+    walk_patches<true>(world, node_test, patch_test, limit, visit);
+  } else {
+    walk_patches<false>(world, node_test, patch_test, limit, visit);
   }
 }
 
@@ -168,9 +202,9 @@ void walk_tiles(const QueryPatch& patch, const SlabTest& test, Limit&& limit, Vi
     const Entry at = stack[--depth];
     const TileNode& node = patch.nodes[at.node];
     simd::Float4 near;
-    const unsigned met = test.meets(node.min, node.max, limit(), near);
-    for (unsigned c = 0; c < 4; ++c) {
-      if ((met >> c & 1u) == 0) continue;
+    unsigned met = test.meets(node.min, node.max, limit(), near);
+    for (; met != 0; met &= met - 1) {
+      const auto c = static_cast<unsigned>(__builtin_ctz(met));
       const unsigned a = 2u * at.a + (c & 1u);
       const unsigned b = 2u * at.b + (c >> 1);
       if (at.below == 1) {
