@@ -19,6 +19,11 @@ constexpr double kSteps = kStepsPerVoxel;
 // Segments shorter than this have no length: their inverse would not be finite. Lattice steps.
 constexpr double kLeastLength = 1e-30;
 
+// Segments are cut to the world's box grown by this, more than undisplaced patches stand out of it; the same
+// for all questions, so that what is not met at the rim does not change the bits of what is met inside.
+// Lattice steps.
+constexpr double kCutGrowth = kMaxHeight + kStepsPerVoxel;
+
 bool good(glm::dvec3 place) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(std::abs(place[axis]) <= Query::kReach)) return false;
@@ -66,7 +71,7 @@ void walk_line(QueryPatches& patches, glm::dvec3 place, double top, double botto
   Segment segment;
   const glm::dvec3 a(line.x, top, line.z);
   const glm::dvec3 b(line.x, bottom, line.z);
-  if (!(top > bottom) || !segment.cut(a, b, world_box(patches.world()), growth.nodes)) return;
+  if (!(top > bottom) || !segment.cut(a, b, world_box(patches.world()), kCutGrowth)) return;
   if (segment.length < kLeastLength) return;
   const SlabTest node_test(segment, growth.nodes);
   const SlabTest patch_test(segment, growth.patches);
@@ -237,7 +242,7 @@ bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
   if (is_empty() || !good(from) || !good(to)) return false;
   const Growth growth(patches_, wait);
   Segment segment;
-  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), growth.nodes)) return false;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), kCutGrowth)) return false;
   if (!(largest(segment.way) >= kLeastLength)) return false;
   const SlabTest node_test(segment, growth.nodes);
   const SlabTest patch_test(segment, growth.patches);
@@ -276,7 +281,8 @@ bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, Que
   if (is_empty() || !good(from) || !good(to) || !(radius >= 0.0 && radius <= kReach)) return false;
   const Growth growth(patches_, wait, radius * kSteps);
   Segment segment;
-  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), growth.nodes)) return false;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), kCutGrowth + radius * kSteps))
+    return false;
   if (!(largest(segment.way) >= kLeastLength)) segment.way = glm::dvec3(0.0);
   const SlabTest node_test(segment, growth.nodes);
   const SlabTest patch_test(segment, growth.patches);
