@@ -5,7 +5,7 @@
 #include <span>
 
 #include "app/common/arguments.h"
-#include "bench/suites/bench_command.h"
+#include "bench/command/bench_command.h"
 
 int main(int argc, char** argv) {
   using namespace karst;

@@ -16,7 +16,7 @@
 #include "app/options/scene_settings.h"
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
-#include "app/view/camera_ground.h"
+#include "app/motion/camera_ground.h"
 #include "platform/base/clock.h"
 #include "scene/frame_statistics.h"
 #include "scene/scene.h"

@@ -15,12 +15,10 @@
 #include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
-#include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
 #include "app/options/scene_settings.h"
-#include "app/view/camera_ground.h"
+#include "app/view/camera_source.h"
 #include "app/view/frame_scheduler.h"
-#include "app/view/pose_stream.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
 #include "platform/base/clock.h"
@@ -33,9 +31,8 @@ namespace karst::app {
 namespace {
 
 constexpr int kMostPollFds = 16;
-constexpr unsigned kNoReset = 0;     // GL_NO_ERROR
-constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
-constexpr double kGenerateMs = 4;    // time a frame to make vertices, where the options say nothing
+constexpr unsigned kNoReset = 0;   // GL_NO_ERROR
+constexpr double kGenerateMs = 4;  // time a frame to make vertices, where the options say nothing
 
 void say(const std::string& line) {
   print_error("karst view", line);
@@ -75,9 +72,9 @@ class View {
   View(ViewOptions options, ConsoleState& console)
       : options_(std::move(options)),
         console_(console),
+        camera_(options_, say),
         view_(view_settings(options_.scene)),
-        clock_{.fixed = options_.fixed_clock},
-        scheduler_(clock_) {
+        scheduler_(clock()) {
     if (options_.scene.generate_ms < 0) view_.generate_ms = kGenerateMs;
     view_.wait = false;
   }
@@ -88,7 +85,7 @@ class View {
   // Empty when it was told to end, else one line for the user.
   std::string run() {
     began_ = now_ns();
-    if (std::string error = read_path(); !error.empty()) return error;
+    if (std::string error = camera_.open(); !error.empty()) return error;
     if (std::string error = scene_.load(scene_settings(options_.scene, options_.world)); !error.empty())
       return error;
     if (std::string error = open_display(); !error.empty()) return error;
@@ -99,19 +96,15 @@ class View {
   }
 
  private:
-  std::string read_path();
+  FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
   std::string open_display();
   std::string open_inputs();
   std::string loop();
   std::string attach();
   void detach();
-  std::string first_place();
-  std::string stand_on_ground(CameraPlace& place);
   void wait();
   void take_signals();
   void take_inputs();
-  bool take_pose(CameraPlace pose);
-  bool play_path();
   std::string draw();
   std::string draw_scene(const Camera& camera);
   bool context_is_lost();
@@ -126,33 +119,16 @@ class View {
   std::unique_ptr<Display> display_;  // on seat_
   Scene scene_;                       // in display_'s context while attached_
   bool attached_ = false;
-  std::optional<CameraGround> ground_;
-  std::optional<Navigator> navigator_;
-  PoseStream poses_;
-  std::vector<CameraPlace> path_;
-  std::size_t path_frame_ = 0;
+  CameraSource camera_;
   SceneView view_;  // the camera aside, the same for all frames
-  FrameScheduler::Settings clock_;
   FrameScheduler scheduler_;
   ViewStatistics statistics_;
-  CameraPlace place_;
-  bool placed_ = false;
-  bool said_no_ground_ = false;
   bool vertices_lost_ = false;  // by the driver, which happens where the screen's mode changes
   bool seat_was_active_ = true;
   bool quit_ = false;
   std::int64_t began_ = 0;
-  std::int64_t moved_at_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
-
-std::string View::read_path() {
-  if (options_.camera.path_file.empty()) return {};
-  MappedFile file;
-  if (std::string error = file.open(options_.camera.path_file); !error.empty()) return error;
-  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  return parse_camera_path(text, options_.camera.path_file, path_);
-}
 
 std::string View::open_display() {
   std::string error;
@@ -172,9 +148,6 @@ std::string View::open_display() {
 }
 
 std::string View::open_inputs() {
-  if (!options_.poses.empty()) {
-    if (std::string error = poses_.open(options_.poses, say); !error.empty()) return error;
-  }
   if (options_.navigate == NavigatorMode::none || seat_ == nullptr) return {};
   std::string error;
   input_ = open_input(*seat_, say, error);
@@ -214,15 +187,14 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
-  const bool plays = options_.loop ? !path_.empty() : path_frame_ + 1 < path_.size();
-  scheduler_.set_moving(attached_ && (plays || navigator_->moving() || options_.frames > 0));
+  scheduler_.set_moving(attached_ && (camera_.moving() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {
     if (fd >= 0) fds[count++] = {fd, POLLIN, 0};
   };
   add(signals_.fd());
-  add(poses_.fd());
+  add(camera_.fd());
   add(input_ != nullptr ? input_->fd() : -1);
   std::int64_t until =
       std::min(display_->deadline_ns(), scheduler_.wake_at(display_->ready(), display_->refresh_ns()));
@@ -252,35 +224,13 @@ void View::take_inputs() {
     seat_was_active_ = seat_->active();
     input_->set_active(seat_was_active_);
   }
-  CameraPlace pose;
-  bool changed = poses_.dispatch(pose) && take_pose(pose);
-  if (changed) {
-    placed_ = true;
-    if (navigator_) navigator_->set_place(place_);
-  }
+  bool changed = camera_.take_poses();
   if (Input* input = input_ != nullptr ? input_.get() : display_->input(); input != nullptr) {
     input->dispatch([&](const InputEvent& event) {
-      if (!navigator_) return;
-      const bool was_moving = navigator_->moving();
-      if (navigator_->handle(turned(event, options_.kms.quarter_turns))) changed = true;
-      if (!was_moving && navigator_->moving()) moved_at_ = now_ns();
+      changed |= camera_.handle(turned(event, options_.kms.quarter_turns), now_ns());
     });
   }
-  if (changed && !placed_ && navigator_) place_ = navigator_->place();
   if (changed) scheduler_.changed();
-}
-
-// A pose that counts from the ground waits for the world: first_place() comes with it.
-bool View::take_pose(CameraPlace pose) {
-  if (ground_) {
-    if (const std::string error = ground_->stand(pose); !error.empty()) {
-      if (!said_no_ground_) say("--poses: " + error);
-      said_no_ground_ = true;
-      return false;
-    }
-  }
-  place_ = pose;
-  return true;
 }
 
 // --- the scene
@@ -298,7 +248,9 @@ std::string View::attach() {
     reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusEXT"));
   }
   scheduler_.changed();
-  return navigator_ ? std::string() : first_place();
+  if (camera_.has_begun()) return {};
+  set_haze(options_.scene, scene_.terrain().box(), view_.light);
+  return camera_.begin(scene_.terrain(), scene_.frame());
 }
 
 void View::detach() {
@@ -308,70 +260,12 @@ void View::detach() {
   scene_.detach();
 }
 
-// Where the first picture is taken from; an error where that counts from ground that is not there.
-std::string View::first_place() {
-  const WorldFrame frame = scene_.frame();
-  const LatticeBox box = scene_.terrain().box();
-  const glm::dvec3 low = glm::dvec3(box.min) / static_cast<double>(kStepsPerVoxel);
-  const glm::dvec3 high = glm::dvec3(box.max) / static_cast<double>(kStepsPerVoxel);
-  const double size = std::max(high.x - low.x, high.z - low.z);
-  ground_.emplace(scene_.terrain(), frame);
-  for (std::size_t i = 0; i < path_.size(); ++i) {
-    if (const std::string error = ground_->stand(path_[i]); !error.empty())
-      return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error;
-  }
-  // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
-  if (placed_) placed_ = take_pose(place_);
-  const char* what = "--poses";
-  if (!placed_) {
-    what = "--camera";
-    place_ =
-        options_.camera.has_camera ? options_.camera.camera : overview(frame, box, options_.scene.fov_y_deg);
-    if (!path_.empty()) what = options_.camera.path_file.c_str();
-    if (!path_.empty()) place_ = path_.front();
-  }
-  placed_ = false;
-  if (const std::string error = ground_->stand(place_); !error.empty())
-    return std::string(what) + ": " + error;
-  if (const std::string rock = ground_->in_rock(place_); !rock.empty()) say(std::string(what) + ": " + rock);
-  set_haze(options_.scene, box, view_.light);
-  NavigatorSettings settings;
-  settings.mode = options_.navigate;
-  settings.start = place_;
-  settings.centre_m = frame.origin_m + 0.5 * (low + high) * frame.voxel_size_m;
-  settings.speed_m_s = 0.1 * size * frame.voxel_size_m;  // across the world in ten seconds
-  settings.ground_m = [this, frame](const glm::dvec3& place_m) {
-    return ground_->below_m(place_m, kStepVoxels * frame.voxel_size_m, Ground::kFeetLevel);
-  };
-  navigator_.emplace(std::move(settings));
-  place_ = navigator_->place();
-  return {};
-}
-
-bool View::play_path() {
-  if (path_.empty()) return false;
-  const double line = scheduler_.time_s() * options_.path_hz + 1e-6;
-  auto frame = static_cast<std::size_t>(line);
-  if (options_.loop) frame %= path_.size();
-  frame = std::min(frame, path_.size() - 1);
-  path_frame_ = frame;
-  place_ = path_[frame];
-  navigator_->set_place(place_);
-  return true;
-}
-
 std::string View::draw() {
   const std::int64_t start = now_ns();
   display_->begin_frame(start);
   scheduler_.begin(start);
-  if (!play_path() && navigator_->moving()) {
-    const double seconds =
-        clock_.fixed ? static_cast<double>(clock_.step_ns) * 1e-9 : ms_between(moved_at_, start) * 1e-3;
-    navigator_->advance(seconds);
-    moved_at_ = start;
-    place_ = navigator_->place();
-  }
-  placed_ = false;
+  const double step_s = options_.fixed_clock ? static_cast<double>(clock().step_ns) * 1e-9 : -1;
+  const CameraPlace& place = camera_.advance(scheduler_.time_s(), start, step_s);
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
   const bool on_its_side = (display_->quarter_turns() & 1) != 0;
@@ -379,7 +273,7 @@ std::string View::draw() {
                                     : static_cast<double>(size.width) / size.height;
   Camera camera;
   const Status placed =
-      place_camera(place_, scene_.frame(), scene_.terrain().box(), options_.scene.fov_y_deg, aspect, camera);
+      place_camera(place, scene_.frame(), scene_.terrain().box(), options_.scene.fov_y_deg, aspect, camera);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
     say(status_text("camera", placed));
     return {};
@@ -417,7 +311,7 @@ bool View::context_is_lost() {
 
 std::string View::write_statistics() {
   if (options_.stats.empty()) return {};
-  const std::string text = statistics_.json(*display_, scene_, poses_.lines());
+  const std::string text = statistics_.json(*display_, scene_, camera_.poses());
   if (options_.stats == "-") {
     std::fputs(text.c_str(), stdout);
     std::fflush(stdout);

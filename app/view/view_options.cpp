@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/view/view_options.h"
 
-#include "app/view/pose_stream.h"
+#include "app/motion/pose_stream.h"
 
 namespace karst::app {
 namespace {

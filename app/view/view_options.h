@@ -7,8 +7,8 @@
 #include <string>
 
 #include "app/command_line/command_line.h"
+#include "app/motion/navigator.h"
 #include "app/options/scene_options.h"
-#include "app/view/navigator.h"
 #include "platform/kms/kms_display.h"
 
 namespace karst::app {

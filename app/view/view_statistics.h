@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "app/view/pose_stream.h"
+#include "app/motion/pose_stream.h"
 #include "platform/display.h"
 
 namespace karst::app {

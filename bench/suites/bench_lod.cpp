@@ -17,7 +17,7 @@
 #include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "app/common/progress.h"
-#include "bench/suites/bench_view.h"
+#include "bench/frames/bench_view.h"
 
 namespace karst::bench {
 using namespace app;

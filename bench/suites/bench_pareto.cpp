@@ -15,8 +15,8 @@
 #include "app/common/mapped_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
-#include "app/view/camera_ground.h"
-#include "bench/suites/bench_view.h"
+#include "app/motion/camera_ground.h"
+#include "bench/frames/bench_view.h"
 
 namespace karst::bench {
 using namespace app;

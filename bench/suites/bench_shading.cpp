@@ -19,8 +19,8 @@
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
 #include "app/options/skips.h"
+#include "bench/frames/bench_view.h"
 #include "bench/measure/picture_error.h"
-#include "bench/suites/bench_view.h"
 #include "platform/headless/headless_display.h"
 
 namespace karst::bench {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/common/arguments.h"
-#include "bench/suites/bench_view.h"
+#include "bench/frames/bench_view.h"
 
 namespace karst::bench {
 using namespace app;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Keys, mouse and fingers as movements of the camera.
-#include "app/view/navigator.h"
+#include "app/motion/navigator.h"
 
 #include <linux/input-event-codes.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Poses from other programs: pieces of lines, nonsense, floods.
-#include "app/view/pose_stream.h"
+#include "app/motion/pose_stream.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/pose_stream.h"
+#include "app/motion/pose_stream.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/ground.h"
+#include "app/motion/ground.h"
 
 #include <algorithm>
 

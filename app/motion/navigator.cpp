@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/navigator.h"
+#include "app/motion/navigator.h"
 
 #include <linux/input-event-codes.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/suites/bench_view.h"
+#include "bench/frames/bench_view.h"
 
 #include <ctime>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // karst-bench: what a world costs.
-#include "bench/suites/bench_command.h"
+#include "bench/command/bench_command.h"
 
 #include <cstdio>
 #include <string>
@@ -11,9 +11,9 @@
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
 #include "app/options/scene_settings.h"
+#include "bench/command/bench_options.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_lod.h"
-#include "bench/suites/bench_options.h"
 #include "bench/suites/bench_pareto.h"
 #include "bench/suites/bench_queries.h"
 #include "bench/suites/bench_shading.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/camera_ground.h"
+#include "app/motion/camera_ground.h"
 
 #include <cstdio>
 #include <limits>

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/common/camera_path.h"
-#include "app/view/ground.h"
+#include "app/motion/ground.h"
 
 namespace karst::app {
 

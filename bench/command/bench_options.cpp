@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/suites/bench_options.h"
+#include "bench/command/bench_options.h"
 
 #include "app/common/arguments.h"
 #include "app/options/scene_ranges.h"

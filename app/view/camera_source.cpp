@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "app/view/camera_source.h"
+
+#include <algorithm>
+
+#include "app/common/mapped_file.h"
+#include "platform/base/clock.h"
+
+namespace karst::app {
+namespace {
+
+constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
+
+}  // namespace
+
+std::string CameraSource::open() {
+  if (!options_.poses.empty()) {
+    if (std::string error = poses_.open(options_.poses, log_); !error.empty()) return error;
+  }
+  if (options_.camera.path_file.empty()) return {};
+  MappedFile file;
+  if (std::string error = file.open(options_.camera.path_file); !error.empty()) return error;
+  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  return parse_camera_path(text, options_.camera.path_file, path_);
+}
+
+std::string CameraSource::begin(Terrain& terrain, const WorldFrame& frame) {
+  const LatticeBox box = terrain.box();
+  const glm::dvec3 low = glm::dvec3(box.min) / static_cast<double>(kStepsPerVoxel);
+  const glm::dvec3 high = glm::dvec3(box.max) / static_cast<double>(kStepsPerVoxel);
+  ground_.emplace(terrain, frame);
+  for (std::size_t i = 0; i < path_.size(); ++i) {
+    if (const std::string error = ground_->stand(path_[i]); !error.empty())
+      return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error;
+  }
+  // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
+  if (posed_) posed_ = take(place_);
+  std::string what = "--poses";
+  if (!posed_) {
+    what = path_.empty() ? "--camera" : options_.camera.path_file;
+    place_ =
+        options_.camera.has_camera ? options_.camera.camera : overview(frame, box, options_.scene.fov_y_deg);
+    if (!path_.empty()) place_ = path_.front();
+    if (const std::string error = ground_->stand(place_); !error.empty()) return what + ": " + error;
+  }
+  posed_ = false;
+  if (const std::string rock = ground_->in_rock(place_); !rock.empty()) log_(what + ": " + rock);
+  NavigatorSettings settings;
+  settings.mode = options_.navigate;
+  settings.start = place_;
+  settings.centre_m = frame.origin_m + 0.5 * (low + high) * frame.voxel_size_m;
+  // Across the world in ten seconds.
+  settings.speed_m_s = 0.1 * std::max(high.x - low.x, high.z - low.z) * frame.voxel_size_m;
+  settings.ground_m = [this, frame](const glm::dvec3& place_m) {
+    return ground_->below_m(place_m, kStepVoxels * frame.voxel_size_m, Ground::kFeetLevel);
+  };
+  navigator_.emplace(std::move(settings));
+  place_ = navigator_->place();
+  return {};
+}
+
+bool CameraSource::take_poses() {
+  CameraPlace pose;
+  if (!poses_.dispatch(pose) || !take(pose)) return false;
+  posed_ = true;
+  if (navigator_) navigator_->set_place(place_);
+  return true;
+}
+
+// A pose that counts from the ground waits for the world: begin() comes with it.
+bool CameraSource::take(CameraPlace pose) {
+  if (ground_) {
+    if (const std::string error = ground_->stand(pose); !error.empty()) {
+      if (!said_no_ground_) log_("--poses: " + error);
+      said_no_ground_ = true;
+      return false;
+    }
+  }
+  place_ = pose;
+  return true;
+}
+
+bool CameraSource::handle(const InputEvent& event, std::int64_t now) {
+  if (!navigator_) return false;
+  const bool was_moving = navigator_->moving();
+  const bool changed = navigator_->handle(event);
+  if (!was_moving && navigator_->moving()) moved_at_ = now;
+  if (changed && !posed_) place_ = navigator_->place();
+  return changed;
+}
+
+bool CameraSource::moving() const {
+  const bool plays = options_.loop ? !path_.empty() : path_frame_ + 1 < path_.size();
+  return plays || navigator_->moving();
+}
+
+const CameraPlace& CameraSource::advance(double world_s, std::int64_t now, double fixed_s) {
+  if (!play_path(world_s) && navigator_->moving()) {
+    navigator_->advance(fixed_s >= 0 ? fixed_s : ms_between(moved_at_, now) * 1e-3);
+    moved_at_ = now;
+    place_ = navigator_->place();
+  }
+  posed_ = false;
+  return place_;
+}
+
+bool CameraSource::play_path(double world_s) {
+  if (path_.empty()) return false;
+  const double line = world_s * options_.path_hz + 1e-6;
+  auto frame = static_cast<std::size_t>(line);
+  if (options_.loop) frame %= path_.size();
+  path_frame_ = std::min(frame, path_.size() - 1);
+  place_ = path_[path_frame_];
+  navigator_->set_place(place_);
+  return true;
+}
+
+}  // namespace karst::app

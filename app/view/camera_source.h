@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Where the pictures of karst view are taken from: a stated camera, a path, poses of another program, or
+// hands.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/motion/camera_ground.h"
+#include "app/motion/navigator.h"
+#include "app/motion/pose_stream.h"
+#include "app/view/view_options.h"
+
+namespace karst::app {
+
+class CameraSource {
+ public:
+  using Log = PoseLines::Report;
+
+  // options and what log refers to must outlive this object.
+  CameraSource(const ViewOptions& options, Log log) : options_(options), log_(std::move(log)) {}
+
+  // Reads the path and opens the poses. Empty on success, as begin().
+  [[nodiscard]] std::string open();
+  // The world is there: finds the first place, on the ground where it is asked for, and tells once of a
+  // camera in rock. Places count from here on. To be called once; terrain outlives this object.
+  [[nodiscard]] std::string begin(Terrain& terrain, const WorldFrame& frame);
+  bool has_begun() const { return navigator_.has_value(); }
+
+  int fd() const { return poses_.fd(); }  // -1: no poses to wait for
+  const PoseLines& poses() const { return poses_.lines(); }
+  // Takes the poses that came; whether the place is another one.
+  bool take_poses();
+  // An event of a device at a time; whether the place changed at once.
+  bool handle(const InputEvent& event, std::int64_t now_ns);
+
+  // Whether it goes on by itself.
+  bool moving() const;
+  // The place of a frame that begins now: world_s into the path; fixed_s: time since the last one, below 0:
+  // by the clock.
+  const CameraPlace& advance(double world_s, std::int64_t now_ns, double fixed_s);
+
+ private:
+  bool take(CameraPlace pose);
+  bool play_path(double world_s);
+
+  const ViewOptions& options_;
+  Log log_;
+  std::optional<CameraGround> ground_;
+  std::optional<Navigator> navigator_;
+  PoseStream poses_;
+  std::vector<CameraPlace> path_;
+  std::size_t path_frame_ = 0;
+  CameraPlace place_;
+  bool posed_ = false;  // place_ is a pose that no frame has shown yet
+  bool said_no_ground_ = false;
+  std::int64_t moved_at_ = 0;  // ns
+};
+
+}  // namespace karst::app
