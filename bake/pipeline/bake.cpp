@@ -11,9 +11,7 @@
 #include "terrain/base/config.h"
 #include "terrain/field/voxelize.h"
 #include "terrain/file/world_writer.h"
-#include "terrain/measure/level_error.h"
-#include "terrain/measure/normal_cone.h"
-#include "terrain/measure/shading_cone.h"
+#include "terrain/measure/measure_patches.h"
 #include "terrain/patch/fit_heights.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/surface/bezier/extract_surface.h"
@@ -350,67 +348,48 @@ class Baker {
     report_.fit = measure.run();
   }
 
-  std::vector<std::uint16_t> level_errors() const {
-    std::vector<BorderErrors> borders(patches_.size());
-    std::vector<std::uint16_t> values(patches_.size() * level_error_values(level_));
-    const MeasureLevelErrors errors{{volumes_, patches_}, {level_, heights_}, borders, values};
-    check(errors.validate(), "level errors");
-    const auto in_parallel = [&](void (MeasureLevelErrors::*stage)(PatchId, PatchId) const) {
-      parallel_chunks(patches_.size(), kFitChunk, job_.threads,
-                      [&](std::size_t first, std::size_t last, int) {
-                        (errors.*stage)(static_cast<PatchId>(first), static_cast<PatchId>(last));
-                      });
-    };
-    in_parallel(&MeasureLevelErrors::measure);
-    in_parallel(&MeasureLevelErrors::join);
-    return values;
-  }
+  struct Measures {
+    std::vector<std::uint16_t> level_errors;
+    std::vector<PatchBounds> bounds;
+    std::vector<NormalCone> cones, shading_cones;
+  };
 
-  // memory: patch_scratch_bytes() and room to align them, borrowed.
-  GenerateVertices generator(std::span<std::byte> memory) const {
-    const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
-    const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
-    GenerateVertices generate;
-    generate.surface = {volumes_, patches_};
-    generate.heights = {level_, heights_};
-    generate.level = level_;
-    generate.emit_level = level_;
-    generate.scratch = make_patch_scratch(memory.subspan(skip));
-    return generate;
-  }
+  // Of one thread.
+  struct MeasureRoom {
+    std::vector<std::byte> memory;
+    std::vector<GpuVertex> vertices;
+    PatchScratch* scratch = nullptr;
 
-  std::vector<PatchBounds> bounds() const {
-    std::vector<PatchBounds> boxes(patches_.size());
-    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
-      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
-      const GenerateVertices generate = generator(memory);
-      for (std::size_t p = first; p < last; ++p) boxes[p] = generate.bounds(static_cast<PatchId>(p));
+    explicit MeasureRoom(int level)
+        : memory(patch_scratch_bytes() + Arena::kAlignment),
+          vertices(static_cast<std::size_t>(patch_vertices(level))) {
+      const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
+      const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
+      scratch = make_patch_scratch(std::span(memory).subspan(skip));
+    }
+  };
+
+  Measures measure_patches() const {
+    const std::size_t count = patches_.size();
+    Measures made{std::vector<std::uint16_t>(count * level_error_values(level_)),
+                  std::vector<PatchBounds>(count), std::vector<NormalCone>(count),
+                  std::vector<NormalCone>(count)};
+    std::vector<BorderErrors> borders(count);
+    MeasurePatches measure;
+    measure.surface = {volumes_, patches_};
+    measure.heights = {level_, heights_};
+    measure.borders = borders;
+    measure.out = {made.level_errors, made.bounds, made.cones, made.shading_cones};
+    check(measure.validate(), "measures");
+    std::vector<std::unique_ptr<MeasureRoom>> rooms;
+    for (int t = 0; t < job_.threads; ++t) rooms.push_back(std::make_unique<MeasureRoom>(level_));
+    parallel_chunks(count, kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int worker) {
+      const std::unique_ptr<MeasureRoom>& room = rooms[static_cast<std::size_t>(worker)];
+      measure.measure(first, last, {room->scratch, room->vertices});
     });
-    return boxes;
-  }
-
-  std::vector<NormalCone> normal_cones() const {
-    std::vector<NormalCone> cones(patches_.size());
-    const MeasureNormalCones measure{{volumes_, patches_}, {level_, heights_}, cones};
-    check(measure.validate(), "normal cones");
-    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
-      measure.run(static_cast<PatchId>(first), static_cast<PatchId>(last));
-    });
-    return cones;
-  }
-
-  std::vector<NormalCone> shading_cones() const {
-    std::vector<NormalCone> cones(patches_.size());
-    parallel_chunks(patches_.size(), kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int) {
-      std::vector<std::byte> memory(patch_scratch_bytes() + Arena::kAlignment);
-      std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level_)));
-      const GenerateVertices generate = generator(memory);
-      for (std::size_t p = first; p < last; ++p) {
-        generate.run(static_cast<PatchId>(p), vertices, nullptr);
-        cones[p] = measure_shading_cone(vertices);
-      }
-    });
-    return cones;
+    parallel_chunks(count, kFitChunk, job_.threads,
+                    [&](std::size_t first, std::size_t last, int) { measure.join(first, last); });
+    return made;
   }
 
   std::vector<std::byte> write() {
@@ -428,16 +407,14 @@ class Baker {
 
     std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
-    const std::vector<std::uint16_t> errors = level_errors();
-    const std::vector<PatchBounds> boxes = bounds();
-    const std::vector<NormalCone> cones = normal_cones();
-    const std::vector<NormalCone> shading = shading_cones();
+    const Measures measures = measure_patches();
     std::vector<PatchKey> keys;
     for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(Surface{volumes_, patches_}, p));
-    report_.materials = materials(boxes);
+    report_.materials = materials(measures.bounds);
     const WorldWriter writer{info,
                              &voxels_.octree,
-                             {keys, mask, heights_, errors, boxes, cones, shading},
+                             {keys, mask, heights_, measures.level_errors, measures.bounds, measures.cones,
+                              measures.shading_cones},
                              report_.materials.view()};
     std::vector<std::byte> file;
     file.reserve(static_cast<std::size_t>(writer.file_bytes()));

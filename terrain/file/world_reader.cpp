@@ -6,7 +6,6 @@
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/octree_section.h"
-#include "terrain/file/section_check.h"
 #include "terrain/file/world_layout.h"
 
 namespace karst::core {
@@ -128,7 +127,7 @@ Status WorldReader::verify() const {
 Status WorldReader::verify_section(WorldSection section) const {
   const SectionPlace& place = place_of(section);
   SectionCheck check(section, info_, materials_.count);
-  SectionCheck::Fault fault;
+  SectionFault fault;
   const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
     fault = check.feed(piece);
     return fault.what == nullptr;
@@ -212,7 +211,7 @@ Status WorldReader::read_section(WorldSection section, std::span<std::byte> out)
 Status WorldReader::read_checked(WorldSection section, std::span<std::byte> out) const {
   if (const Status status = read_section(section, out); !status.ok()) return status;
   SectionCheck check(section, info_, materials_.count);
-  SectionCheck::Fault fault = check.feed(out);
+  SectionFault fault = check.feed(out);
   if (fault.what == nullptr) fault = check.finish();
   return fault.what == nullptr ? Status() : corrupt_section(section, fault.what, fault.offset);
 }
@@ -241,7 +240,7 @@ Status WorldReader::match_keys(const Surface& surface) const {
   const SectionPlace& place = place_of(WorldSection::keys);
   constexpr const char* kOthers = "the world's patches are not those that its voxels make";
   SectionCheck check(WorldSection::keys, info_, 0);
-  SectionCheck::Fault fault;
+  SectionFault fault;
   std::uint32_t crc = 0;
   std::size_t patch = 0;
   const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
@@ -299,7 +298,7 @@ Status WorldReader::read_heights(std::uint32_t group, std::uint32_t crc, std::sp
   if (crc32c(bytes) != crc)
     return corrupt_section(WorldSection::samples, "a group of heights does not match its checksum", first);
   SectionCheck check(WorldSection::samples, info_, 0);
-  const SectionCheck::Fault fault = check.feed(bytes);
+  const SectionFault fault = check.feed(bytes);
   if (fault.what == nullptr) return {};
   return corrupt_section(WorldSection::samples, fault.what, first + fault.offset);
 }

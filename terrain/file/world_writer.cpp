@@ -4,7 +4,6 @@
 #include "terrain/base/checksum.h"
 #include "terrain/file/material_section.h"
 #include "terrain/file/octree_section.h"
-#include "terrain/file/section_check.h"
 #include "terrain/file/world_layout.h"
 
 #include <algorithm>
@@ -134,7 +133,7 @@ Status check_patches(const WorldInfo& info, const WorldPatches& patches) {
     if (!unknown && bytes.size() != kind_of(named.section).bytes(info))
       return invalid("not as long as the counts of the world say", named.field);
     SectionCheck check(named.section, info, 0);
-    SectionCheck::Fault fault = check.feed(bytes);
+    SectionFault fault = check.feed(bytes);
     if (fault.what == nullptr) fault = check.finish();
     if (fault.what != nullptr) return invalid(fault.what, named.field);
   }
@@ -151,8 +150,7 @@ Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
   if (!materials.overrides.empty() && materials.overrides.size() != info.patches)
     return invalid("the overrides do not fit the patches", "overrides");
   SectionCheck overrides(WorldSection::overrides, info, materials.set.count);
-  if (const SectionCheck::Fault fault = overrides.feed(std::as_bytes(materials.overrides));
-      fault.what != nullptr)
+  if (const SectionFault fault = overrides.feed(std::as_bytes(materials.overrides)); fault.what != nullptr)
     return invalid(fault.what, "overrides");
   if (const auto fault = material_section::check_lights(materials.lights); fault.what != nullptr)
     return invalid(fault.what, "lights");

@@ -91,58 +91,70 @@ Status MeasureLevelErrors::validate() const {
   return {};
 }
 
-void MeasureLevelErrors::measure(PatchId first, PatchId last) const {
+void measure_own_errors(const Surface& surface, const Heights& heights, PatchId patch, BorderErrors& own,
+                        std::span<std::uint16_t> values) {
   const int level = heights.level;
   LevelGrid grid;
   grid.side = patch_side(level);
-  for (PatchId p = first; p < last; ++p) {
-    displaced_positions(surface, heights, level, p, grid.position);
-    std::uint16_t* const error = values.data() + p * level_error_values(level);
-    std::uint16_t* const reach = error + level - 1;
-    BorderErrors& own = borders[p];
-    own = {};
-    for (int m = 2; m <= level; ++m) {
-      const int size = 1 << (level - m);
-      Extremes inside;
-      Extremes edge[4];
-      for_each_level_triangle(grid, level, m, [&](const LevelTriangle& t, int e) {
-        const Extremes x = measure_triangle(grid, t, size);
-        inside.any = std::max(inside.any, x.any);
-        inside.reach = std::max(inside.reach, x.reach);
-        if (e < 0) return;
-        edge[e].border = std::max(edge[e].border, x.border);
-        edge[e].reach = std::max(edge[e].reach, x.reach);
-      });
-      error[m - 2] = round_up(inside.any, size);
-      reach[m - 2] = round_up(inside.reach, 1);
-      for (int e = 0; e < 4; ++e) {
-        own.error[e][m - 2] = round_up(edge[e].border, size);
-        own.reach[e][m - 2] = round_up(edge[e].reach, 1);
-      }
+  displaced_positions(surface, heights, level, patch, grid.position);
+  std::uint16_t* const error = values.data();
+  std::uint16_t* const reach = error + level - 1;
+  own = {};
+  for (int m = 2; m <= level; ++m) {
+    const int size = 1 << (level - m);
+    Extremes inside;
+    Extremes edge[4];
+    for_each_level_triangle(grid, level, m, [&](const LevelTriangle& t, int e) {
+      const Extremes x = measure_triangle(grid, t, size);
+      inside.any = std::max(inside.any, x.any);
+      inside.reach = std::max(inside.reach, x.reach);
+      if (e < 0) return;
+      edge[e].border = std::max(edge[e].border, x.border);
+      edge[e].reach = std::max(edge[e].reach, x.reach);
+    });
+    error[m - 2] = round_up(inside.any, size);
+    reach[m - 2] = round_up(inside.reach, 1);
+    for (int e = 0; e < 4; ++e) {
+      own.error[e][m - 2] = round_up(edge[e].border, size);
+      own.reach[e][m - 2] = round_up(edge[e].reach, 1);
     }
   }
 }
 
+void join_errors(const Surface& surface, int level, PatchId patch, const BorderErrors& own,
+                 const BorderErrors* const (&theirs)[4], std::span<std::uint16_t> values) {
+  std::uint16_t* const error = values.data();
+  std::uint16_t* const reach = error + level - 1;
+  for (int e = 0; e < 4; ++e) {
+    const PatchEdge other = surface.patches[patch].neighbour[e];
+    if (!other.exists()) continue;
+    for (int j = 1; j < level; ++j) {
+      raise(error[j - 1], round_up(own.error[e][j - 1] / (1.0 - double{kMorphShare})));
+      raise(error[j - 1], theirs[e]->error[other.edge()][j - 1]);
+      raise(reach[j - 1], theirs[e]->reach[other.edge()][j - 1]);
+    }
+  }
+  for (int j = level - 2; j >= 1; --j) {
+    raise(error[j - 1], error[j]);
+    raise(reach[j - 1], reach[j]);
+  }
+}
+
+void MeasureLevelErrors::measure(PatchId first, PatchId last) const {
+  const std::size_t row = level_error_values(heights.level);
+  for (PatchId p = first; p < last; ++p)
+    measure_own_errors(surface, heights, p, borders[p], values.subspan(p * row, row));
+}
+
 void MeasureLevelErrors::join(PatchId first, PatchId last) const {
-  const int level = heights.level;
+  const std::size_t row = level_error_values(heights.level);
   for (PatchId p = first; p < last; ++p) {
-    std::uint16_t* const error = values.data() + p * level_error_values(level);
-    std::uint16_t* const reach = error + level - 1;
+    const BorderErrors* theirs[4] = {};
     for (int e = 0; e < 4; ++e) {
       const PatchEdge other = surface.patches[p].neighbour[e];
-      if (!other.exists()) continue;
-      const BorderErrors& own = borders[p];
-      const BorderErrors& theirs = borders[other.patch()];
-      for (int j = 1; j < level; ++j) {
-        raise(error[j - 1], round_up(own.error[e][j - 1] / (1.0 - double{kMorphShare})));
-        raise(error[j - 1], theirs.error[other.edge()][j - 1]);
-        raise(reach[j - 1], theirs.reach[other.edge()][j - 1]);
-      }
+      if (other.exists()) theirs[e] = &borders[other.patch()];
     }
-    for (int j = level - 2; j >= 1; --j) {
-      raise(error[j - 1], error[j]);
-      raise(reach[j - 1], reach[j]);
-    }
+    join_errors(surface, heights.level, p, borders[p], theirs, values.subspan(p * row, row));
   }
 }
 

@@ -67,6 +67,15 @@ struct BorderErrors {
   std::uint16_t reach[4][kMaxLevel - 1];
 };
 
+// Of one patch at the heights' level: values of its own triangles alone (as LevelErrors has them,
+// level_error_values() of them), and what its neighbours need.
+void measure_own_errors(const Surface& surface, const Heights& heights, PatchId patch, BorderErrors& own,
+                        std::span<std::uint16_t> values);
+// Adds what comes over its edges. theirs: by edge, what measure_own_errors() made of the neighbour there; not
+// read where there is none.
+void join_errors(const Surface& surface, int level, PatchId patch, const BorderErrors& own,
+                 const BorderErrors* const (&theirs)[4], std::span<std::uint16_t> values);
+
 // measure() every patch, then join() every patch; ranges of each may run on several threads.
 struct MeasureLevelErrors {
   // Inputs, borrowed.
