@@ -14,6 +14,7 @@
 
 #include "terrain/draw/index_batches.h"
 #include "tests/property/morph_scene.h"
+#include "tests/support/any_camera.h"
 
 namespace karst::core {
 namespace {
@@ -51,9 +52,9 @@ const std::vector<SurfaceSample>& samples_inside(int level) {
 
 // Of what is seen: one of the points at equal (u, v) is in the picture, the other one at least not behind the
 // near plane.
-void measure(const Scene& scene, const Camera& camera, const Pose& pose, double bound_px, Deviation& most) {
+void measure(const Scene& scene, const Camera& camera, glm::ivec2 size_px, double bound_px, Deviation& most) {
   const Frustum frustum = make_frustum(camera);
-  const Projection projection(camera, pose.size_px);
+  const Projection projection(camera, size_px);
   const double near = camera.near_voxels * kStepsPerVoxel;
   std::vector<glm::dvec3> points;
   std::vector<glm::dvec3> full;
@@ -111,7 +112,7 @@ TEST(ErrorBound, TheStatedBoundHolds) {
         const SelectLod::Result selected =
             scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
         ASSERT_EQ(selected.bound_px, static_cast<float>(pose.error_px));
-        measure(scene, camera, pose, selected.bound_px, most);
+        measure(scene, camera, pose.size_px, selected.bound_px, most);
         ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
       }
     }
@@ -121,6 +122,58 @@ TEST(ErrorBound, TheStatedBoundHolds) {
     EXPECT_GT(most.samples, 100'000u);
     EXPECT_GT(most.moving, 10'000u);
     EXPECT_GT(most.of_bound, 0.3);  // else the test looks in the wrong places, or the bound is far too loose
+  }
+}
+
+// Looks at a random vertex, from any side and in any way.
+Camera any_camera(Random& random, const Scene& scene, test::AnyProjection kind) {
+  const PatchId patch = static_cast<PatchId>(random.below(static_cast<int>(scene.drawn.patches())));
+  const GpuVertex& v = scene.drawn.vertices(patch)[0];
+  const glm::dvec3 target = (glm::dvec3(patch_origin(scene.drawn.surface().volume_of(patch))) +
+                             glm::dvec3(v.position[0], v.position[1], v.position[2])) /
+                            double{kStepsPerVoxel};
+  const double distance = std::exp2(between(random, -3, 5));
+  CameraMatrices matrices = test::any_matrices(random, kind, distance * std::exp2(between(random, -6, -2)),
+                                               std::exp2(between(random, -2, 6)));
+  test::show(random, target, distance, matrices);
+  return test::camera_of(matrices);
+}
+
+// Rolled, mirrored, off the axis, with oblique planes, parallel; pixels of any shape. With all levels, and
+// with those alone that the bound says something about without morphing.
+TEST(ErrorBound, TheStatedBoundHoldsForAnyProjection) {
+  Random random{110};
+  for (const test::AnyProjection kind : test::kAnyProjections) {
+    Deviation most;
+    Deviation most_still;
+    for (int round = 0; round < 6; ++round) {
+      Scene scene(random, 3 + round % 3, kAllRoughness[static_cast<std::size_t>(1 + round % 4)]);
+      for (int n = 0; n < 40; ++n) {
+        const Camera camera = any_camera(random, scene, kind);
+        const glm::ivec2 size_px(200 + random.below(2000), 200 + random.below(2000));
+        const double error_px = std::exp2(between(random, -2, 6));
+        const SelectLod::Result selected = scene.select(camera, size_px, error_px, scene.drawn.level());
+        ASSERT_EQ(selected.bound_px, static_cast<float>(error_px));
+        measure(scene, camera, size_px, selected.bound_px, most);
+        ASSERT_LE(most.of_bound, 1.0) << "camera " << n << " of round " << round;
+
+        LodSettings settings;
+        settings.mode = LodMode::distance;
+        settings.max_level = 1 + random.below(scene.drawn.level());
+        settings.distance_voxels = std::exp2(between(random, 0, 6));
+        const Frustum frustum = make_frustum(camera);
+        measure(scene, camera, size_px, scene.select_still(settings, camera, size_px, &frustum).bound_px,
+                most_still);
+        ASSERT_LE(most_still.of_bound, 1.0) << "camera " << n << " of round " << round;
+      }
+    }
+    std::printf(
+        "kind %d: %zu points off, %zu vertices moving: at most %.3f of the bound, %.2f px; %.3f still\n",
+        static_cast<int>(kind), most.samples, most.moving, most.of_bound, most.most_px, most_still.of_bound);
+    EXPECT_GT(most.samples, 20'000u);
+    EXPECT_GT(most.moving, 1'000u);
+    EXPECT_GT(most.of_bound, 0.3);
+    EXPECT_GT(most_still.of_bound, 0.1);
   }
 }
 
@@ -142,7 +195,7 @@ TEST(ErrorBound, TheBoundHoldsWithoutTheFinestLevels) {
       ASSERT_GE(selected.bound_px, static_cast<float>(pose.error_px));
       if (selected.bound_px > static_cast<float>(pose.error_px)) ++risen;
       for (const int level : scene.levels) ASSERT_LE(level, top);
-      measure(scene, camera, pose, selected.bound_px, most);
+      measure(scene, camera, pose.size_px, selected.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
     }
   }
@@ -165,7 +218,7 @@ TEST(ErrorBound, DistanceAndFullStateTheirBoundsToo) {
       settings.distance_voxels = std::exp2(between(random, 0, 6));
       const SelectLod::Result selected = scene.select_still(settings, camera, pose.size_px, &frustum);
       const std::size_t before = most.samples;
-      measure(scene, camera, pose, selected.bound_px, most);
+      measure(scene, camera, pose.size_px, selected.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
       if (settings.mode == LodMode::full && settings.max_level == 4) {
         ASSERT_EQ(selected.bound_px, 0.0f);
@@ -256,7 +309,7 @@ TEST(ErrorBound, TheBoundHoldsForWhatIsHeld) {
       capped += cut;
       lowered += result.lowered;
       risen += result.bound_px > free.bound_px ? 1u : 0u;
-      measure(scene, camera, pose, result.bound_px, most);
+      measure(scene, camera, pose.size_px, result.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
     }
   }

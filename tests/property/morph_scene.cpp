@@ -8,10 +8,6 @@
 
 namespace karst::core {
 
-double between(Random& random, double low, double high) {
-  return low + (high - low) * random.unit();
-}
-
 glm::dvec3 direction(Random& random) {
   for (;;) {
     const glm::dvec3 d(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));

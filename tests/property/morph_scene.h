@@ -11,16 +11,17 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/lod/select_lod.h"
+#include "tests/support/any_camera.h"
 #include "tests/support/morphed_surface.h"
 
 namespace karst::core {
 
+using test::between;
 using test::MorphedSurface;
 using test::Projection;
 using test::Random;
 using test::TestWorld;
 
-double between(Random& random, double low, double high);
 glm::dvec3 direction(Random& random);  // unit length, uniform
 
 enum class Roughness { flat, smooth, mixed, rough, canyon };

@@ -148,6 +148,41 @@ TEST(NormalCone, ABoxIsCulledOnlyWhenAllOfItFacesAway) {
   EXPECT_GT(culled, away * 2 / 3);
 }
 
+TEST(NormalCone, AConeIsCulledFromAfarOnlyWhenAllOfItFacesAway) {
+  Random random{203};
+  std::size_t culled = 0;
+  std::size_t away = 0;
+  for (int n = 0; n < 400'000; ++n) {
+    const auto any = [&] {
+      return glm::normalize(glm::dvec3(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5));
+    };
+    const glm::dvec3 axis = any();
+    NormalCone cone;
+    for (int k = 0; k < 3; ++k) cone.axis[k] = static_cast<std::int8_t>(std::lround(127.0 * axis[k]));
+    cone.sine = static_cast<std::uint8_t>(random.below(250));
+    const glm::dvec3 a(cone.axis[0], cone.axis[1], cone.axis[2]);
+    const double sine = 0.5 * cone.sine / glm::length(a);
+    if (sine >= 1.0) continue;
+    const glm::vec3 forward(any());
+    const double along = glm::dot(glm::dvec3(forward), a) / glm::length(a);
+    const double across = std::sqrt(std::max(1.0 - along * along, 0.0));
+    const bool all_away = along * std::sqrt(1.0 - sine * sine) - across * sine > 0.0;
+    const bool is_culled = is_back_facing(cone, forward);
+    culled += is_culled ? 1u : 0u;
+    away += all_away ? 1u : 0u;
+    ASSERT_FALSE(is_culled && !all_away) << n;
+    // The same as from an eye far away, or more.
+    const glm::vec3 from(glm::dvec3(forward) * 0x1p32);
+    ASSERT_TRUE(is_culled || !is_back_facing(cone, from, glm::vec3(1.0f), 16.0f));
+  }
+  EXPECT_GT(culled, away * 98 / 100);
+  NormalCone none;
+  none.sine = NormalCone::kNone;
+  EXPECT_FALSE(is_back_facing(none, {0, 1, 0}));
+  EXPECT_TRUE(is_back_facing(NormalCone{{0, 127, 0}, 20}, {0, 1, 0}));
+  EXPECT_FALSE(is_back_facing(NormalCone{{0, 127, 0}, 20}, {0, 1, 0}, 1.0f));
+}
+
 TEST(NormalCone, FlatGroundIsSeenFromAboveAlone) {
   TestWorld world({4, 4, 4}, [](glm::ivec3 v) { return v.y < 2; });
   world.set_heights(3, [](glm::dvec3) { return 0.0; });
