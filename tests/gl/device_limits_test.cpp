@@ -158,7 +158,7 @@ TEST(DeviceLimits, WorksWithoutExtensions) {
   EXPECT_FALSE(renderer.caps().timer_query);
   FrameCounts counts;
   FrameInput input;
-  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
   EXPECT_TRUE(renderer.draw(input, counts).ok());
   EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());  // NaN
 }
@@ -170,7 +170,7 @@ TEST(DeviceLimits, TimerReportsTheGpusTime) {
   EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());
   FrameCounts counts;
   FrameInput input;
-  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
   ASSERT_TRUE(renderer.draw(input, counts).ok());
   EXPECT_EQ(renderer.terrain_gpu_ms(), 1.5);
 }
@@ -230,7 +230,7 @@ TEST(DeviceLimits, LostVerticesAreTold) {
   ASSERT_TRUE(build_index_tables(1, table).ok());
   const DrawItem item{0, 1, 0, 0};
   FrameInput input;
-  ASSERT_TRUE(make_camera({}, input.camera).ok());
+  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
   input.items = {&item, 1};
   input.pages = pages.table();
   input.index_table = table;

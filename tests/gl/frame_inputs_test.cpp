@@ -8,10 +8,13 @@
 #include <gtest/gtest.h>
 
 #include "renderer/passes/frame_block.h"
+#include "renderer/passes/present.h"
 #include "renderer/resources/variation_texture.h"
 #include "terrain/base/checksum.h"
 #include "terrain/field/sky_line.h"
+#include "terrain/view/projection.h"
 #include "tests/gl/gl_fixture.h"
+#include "tests/support/any_camera.h"
 
 namespace karst::core {
 namespace {
@@ -115,6 +118,37 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
       << "360 pixels are half the picture";
   EXPECT_EQ(block.sky_line_scale.x, 0.1f);
   EXPECT_EQ(block.sky_line_scale.y, 0.025f);
+}
+
+// Where a picture's point is drawn, its ray leads; on screens that stand on their side as well.
+TEST(FrameBlock, RaysOfAnyCameraLeadToWhatIsDrawnThere) {
+  test::Random random{77};
+  for (const test::AnyProjection kind : test::kAnyProjections) {
+    for (int n = 0; n < 100; ++n) {
+      const CameraMatrices matrices = test::any_matrices(random, kind, 0.1, 40);
+      const Camera camera = test::camera_of(matrices);
+      shader::FrameBlock block = make_frame_block(camera, 0.25f, {}, {10, 20, 40}, 720);
+      EXPECT_EQ(block.view_scale.w, camera.reversed_depth ? -1.0f : 1.0f);
+      EXPECT_EQ(block.view_scale.z, camera.parallel ? 1.0f : 0.0f);
+      const double upwards = vertical_scale(camera);
+      EXPECT_NEAR(block.view_scale.y * 360 * upwards, 1, 1e-5) << "a pixel's size";
+      turn_frame_block(block, n);
+      const glm::vec3 forward(block.ray_forward);
+      if (camera.parallel) {
+        EXPECT_EQ(block.ray_right, glm::vec4(0));
+        EXPECT_EQ(block.ray_up, glm::vec4(0));
+        EXPECT_EQ(forward, glm::vec3(camera.forward));
+        continue;
+      }
+      const glm::vec2 ndc(test::between(random, -1, 1), test::between(random, -1, 1));
+      const glm::vec3 ray = forward + ndc.x * glm::vec3(block.ray_right) + ndc.y * glm::vec3(block.ray_up);
+      const glm::vec4 clip =
+          block.clip_from_lattice * glm::vec4(camera.fine + ray * (10.0f * kStepsPerVoxel), 1.0f);
+      EXPECT_NEAR(clip.w, 10, 1e-2);
+      EXPECT_NEAR(clip.x / clip.w, ndc.x, 1e-3);
+      EXPECT_NEAR(clip.y / clip.w, ndc.y, 1e-3);
+    }
+  }
 }
 
 TEST(FrameLight, NamesTheFieldThatIsWrong) {

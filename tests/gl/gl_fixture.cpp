@@ -79,7 +79,7 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSe
 
 void DrawnWorld::upload_first(bool all) {
   Camera camera;
-  EXPECT_TRUE(make_camera({}, camera).ok());
+  EXPECT_TRUE(make_camera(CameraSettings{}, camera).ok());
   TerrainView view;
   view.camera = &camera;
   view.lod.mode = LodMode::full;

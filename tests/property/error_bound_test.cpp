@@ -146,9 +146,9 @@ TEST(ErrorBound, TheStatedBoundHoldsForAnyProjection) {
   for (const test::AnyProjection kind : test::kAnyProjections) {
     Deviation most;
     Deviation most_still;
-    for (int round = 0; round < 6; ++round) {
+    for (int round = 0; round < 4; ++round) {
       Scene scene(random, 3 + round % 3, kAllRoughness[static_cast<std::size_t>(1 + round % 4)]);
-      for (int n = 0; n < 40; ++n) {
+      for (int n = 0; n < 25; ++n) {
         const Camera camera = any_camera(random, scene, kind);
         const glm::ivec2 size_px(200 + random.below(2000), 200 + random.below(2000));
         const double error_px = std::exp2(between(random, -2, 6));
@@ -170,7 +170,7 @@ TEST(ErrorBound, TheStatedBoundHoldsForAnyProjection) {
     std::printf(
         "kind %d: %zu points off, %zu vertices moving: at most %.3f of the bound, %.2f px; %.3f still\n",
         static_cast<int>(kind), most.samples, most.moving, most.of_bound, most.most_px, most_still.of_bound);
-    EXPECT_GT(most.samples, 20'000u);
+    EXPECT_GT(most.samples, 10'000u);
     EXPECT_GT(most.moving, 1'000u);
     EXPECT_GT(most.of_bound, 0.3);
     EXPECT_GT(most_still.of_bound, 0.1);

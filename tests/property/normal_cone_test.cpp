@@ -171,9 +171,6 @@ TEST(NormalCone, AConeIsCulledFromAfarOnlyWhenAllOfItFacesAway) {
     culled += is_culled ? 1u : 0u;
     away += all_away ? 1u : 0u;
     ASSERT_FALSE(is_culled && !all_away) << n;
-    // The same as from an eye far away, or more.
-    const glm::vec3 from(glm::dvec3(forward) * 0x1p32);
-    ASSERT_TRUE(is_culled || !is_back_facing(cone, from, glm::vec3(1.0f), 16.0f));
   }
   EXPECT_GT(culled, away * 98 / 100);
   NormalCone none;
