@@ -2,6 +2,7 @@
 #include "tests/support/query_world.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -106,18 +107,61 @@ TestQuery::TestQuery(const QueryWorld& world, int level, std::uint32_t patches)
   require(query_.set_world(world));
 }
 
+TestWorld rolling_world() {
+  TestWorld world({24, 10, 24}, [](glm::ivec3 v) {
+    return v.y < 4.0 + 3.0 * value_noise(5, glm::dvec3(v.x, 0, v.z) / 6.0) || v.y == 0;
+  });
+  world.set_heights(4, [](glm::dvec3 p) { return 2500.0 * value_noise(6, 2.0 * p); });
+  return world;
+}
+
+std::vector<QueryHit> ask_all(Query& query, Wait wait, std::uint64_t seed, int count) {
+  Random random{seed};
+  std::vector<QueryHit> answers;
+  const auto place = [&] {
+    const double x = random.unit();
+    const double y = random.unit();
+    return glm::dvec3(24.0 * x, 10.0 * y, 24.0 * random.unit());
+  };
+  for (int n = 0; n < count; ++n) {
+    const glm::dvec3 a = place();
+    const glm::dvec3 b = place();
+    std::array<QueryHit, 8> hits;
+    query.ray(a, b, wait, hits[0]);
+    query.ground(a, 1.0, wait, hits[1]);
+    query.sphere(a, a + 0.2 * (b - a), 0.3, wait, hits[2]);
+    hits[3].level = query.inside(b, wait) ? 1 : 0;
+    query.column(b, wait, std::span(hits).subspan(4));
+    answers.insert(answers.end(), hits.begin(), hits.end());
+  }
+  return answers;
+}
+
+std::size_t first_difference(std::span<const QueryHit> a, std::span<const QueryHit> b) {
+  const auto same = [](const QueryHit& x, const QueryHit& y) {
+    return x.place == y.place && x.normal == y.normal && x.distance == y.distance && x.patch == y.patch &&
+           x.level == y.level && x.coarse == y.coarse;
+  };
+  std::size_t n = 0;
+  while (n < a.size() && n < b.size() && same(a[n], b[n])) ++n;
+  return n;
+}
+
 glm::dvec3 SoupTriangle::normal() const {
   return glm::normalize(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
 }
 
-TriangleSoup::TriangleSoup(const TestWorld& world, int level, bool displaced) {
+TriangleSoup::TriangleSoup(const TestWorld& world, int level, bool displaced)
+    : TriangleSoup(world.surface(), displaced ? world.heights() : Heights{world.heights().level, {}}, level) {
+}
+
+TriangleSoup::TriangleSoup(const Surface& surface, const Heights& heights, int level) {
   std::vector<std::uint16_t> table(index_count(kMaxLevel));
   require(build_index_tables(kMaxLevel, table));
-  const Surface surface = world.surface();
   const TestScratch scratch;
   GenerateVertices generate;
   generate.surface = surface;
-  generate.heights = displaced ? world.heights() : Heights{world.heights().level, {}};
+  generate.heights = heights;
   generate.level = level;
   generate.scratch = scratch.get();
   require(generate.validate());

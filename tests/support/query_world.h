@@ -47,6 +47,16 @@ class TestQuery {
   Query query_;
 };
 
+// Hills under rough heights, 24 x 10 x 24 voxels, level 4.
+TestWorld rolling_world();
+
+// Answers of all kinds to `count` groups of questions about places in the box of rolling_world(), eight a
+// group.
+std::vector<QueryHit> ask_all(Query& query, Wait wait, std::uint64_t seed, int count);
+
+// The first answer that differs in any bit of its values; a.size() where none does.
+std::size_t first_difference(std::span<const QueryHit> a, std::span<const QueryHit> b);
+
 // Triangles in voxels, counter-clockwise from outside; those without area are left out.
 struct SoupTriangle {
   glm::dvec3 corner[3];
@@ -59,6 +69,7 @@ class TriangleSoup {
  public:
   // displaced: else the patches as they are without heights.
   TriangleSoup(const TestWorld& world, int level, bool displaced = true);
+  TriangleSoup(const Surface& surface, const Heights& heights, int level);
 
   std::span<const SoupTriangle> triangles() const { return triangles_; }
 
