@@ -79,21 +79,25 @@ TEST_P(QueryOnSample, MeetsTheTrianglesOfItsLevel) {
       return c.at <= from.y + 0.5 && c.triangle->normal().y > 0;
     });
     ASSERT_EQ(query->ground(from, 0.5, Wait::for_file, hit), under != crossings.end());
-    if (hit.found()) EXPECT_NEAR(hit.place.y, under->at, kStep);
+    if (hit.found()) {
+      EXPECT_NEAR(hit.place.y, under->at, kStep);
+    }
     ASSERT_EQ(query->inside(from, Wait::for_file), soup.winding(from) > 0);
     // Every tenth: a moving sphere costs brute force a search for each triangle.
     if (n % 10 != 0) continue;
     const glm::dvec3 end = from + 0.05 * (to - from);
     const TriangleSoup::Crossing contact = soup.sphere(from, end, 0.2);
     ASSERT_EQ(query->sphere(from, end, 0.2, Wait::for_file, hit), contact.triangle != nullptr) << n;
-    if (hit.found()) EXPECT_NEAR(hit.distance, contact.at, kStep);
+    if (hit.found()) {
+      EXPECT_NEAR(hit.distance, contact.at, kStep);
+    }
   }
   EXPECT_GT(met, 20);
   std::printf("%s: %u patches, columns of up to %zu surfaces\n", GetParam(), terrain.patch_count(), deepest);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, QueryOnSample, testing::Values("canyon", "caves", "arches", "hills"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& sample) { return std::string(sample.param); });
 
 }  // namespace
 }  // namespace karst::core
