@@ -276,6 +276,7 @@ packages() {
     lists $package "/usr/share/bash-completion/completions/$package$"
   done
   for package in view render info budget; do lists karst "/man1/karst-$package\.1\.gz$"; done
+  (($(dpkg-deb -c "$work"/debs/karst_*.deb | grep -c /man1/karst) == 5)) || fail "karst has other manuals too"
   [[ $(field karst Depends) == *libegl1* && $(field karst Depends) == *libdrm2* ]] || fail "karst: no libegl1"
   [[ $(field karst Depends) != *libopenimageio* ]] || fail "karst depends on OpenImageIO"
   [[ $(field karst-bake Depends) == *libopenimageio* ]] || fail "karst-bake: no OpenImageIO"
