@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Light, haze and output for fragment shaders that are not karst's: karst::Renderer::air_glsl(). All names begin
-// with karst_; inside, the terrain's own functions are used under other names.
+// Light, haze and output for fragment shaders that are not karst's: karst::Renderer::air_glsl(). All names
+// begin with karst_; inside, the terrain's own functions are used under other names.
 #define KARST_BLOCK(name) layout(std140) uniform name
 #include "air_interface.glsl"
 #undef KARST_BLOCK

@@ -76,7 +76,10 @@ precision highp int;
 ${air}
 out vec4 colour;
 in vec3 from_eye;
-void main() { colour = karst_display(karst_haze(karst_light(from_eye, vec3(0.0, 1.0, 0.0), vec3(0.5)), from_eye)); }
+void main() {
+  vec3 light = karst_light(from_eye, vec3(0.0, 1.0, 0.0), vec3(0.5));
+  colour = karst_display(karst_haze(light, from_eye));
+}
 ")
 file(WRITE ${EMBEDDED} "// SPDX-License-Identifier: MIT
 // Made by gles_shaders/embed_shaders.cmake.

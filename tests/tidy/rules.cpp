@@ -134,6 +134,7 @@ bool may_include(const Floor& floor, string_view header) {
 // Why a header in angle brackets must not be included from a file; empty where it may.
 string_view angle_problem(string_view path, string_view header) {
   const bool standard = header.find_first_of("./") == string_view::npos;
+  if (inside(path, "include") && !standard) return "public headers need the standard library only";
   if (inside(path, "terrain")) {
     if (one_of(header, {"cstdio", "filesystem", "fstream", "iostream", "ostream", "istream", "sstream"})) {
       return "the core does no I/O";

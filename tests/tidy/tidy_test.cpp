@@ -179,6 +179,9 @@ TEST(RuleTest, LibrariesStayWhereTheyBelong) {
   EXPECT_EQ(includes("renderer/a.cpp", "GLES3/gl3.h"), 0);
   EXPECT_EQ(includes("platform/a.cpp", "EGL/egl.h"), 0);
 
+  EXPECT_EQ(includes("include/karst/a.h", "span"), 0);
+  EXPECT_EQ(includes("include/karst/a.h", "glm/vec3.hpp"), 1);
+  EXPECT_EQ(includes("include/karst/a.h", "GLES3/gl3.h"), 1);
   EXPECT_EQ(includes("terrain/view/a.h", "GLES3/gl3.h"), 1);
   EXPECT_EQ(includes("terrain/view/a.h", "unistd.h"), 1);
   EXPECT_EQ(includes("terrain/view/a.h", "nlohmann/json.hpp"), 1);
