@@ -50,8 +50,8 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   json.field("submit", median_of(frames, [](const FrameRecord& f) { return f.submit_ms; })).end_object();
   json.key("gpu_ms").begin_object();
   json.field("shadow", median_of(frames, [](const FrameRecord& f) { return f.gpu_shadow_ms; }));
-  json.field("terrain", median_of(frames, [](const FrameRecord& f) { return f.gpu_terrain_ms; }));
-  json.key("present").null().end_object();
+  json.field("terrain", median_of(frames, [](const FrameRecord& f) { return f.gpu_terrain_ms; }))
+      .end_object();
 }
 
 void write_patches(JsonWriter& json, Scene& scene, const std::vector<FrameRecord>& frames) {
@@ -118,12 +118,11 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.key("skips").begin_object();
   json.field("material", mean_of(frames, [](const FrameRecord& f) { return f.blend_skipped; }));
   json.field("cave", mean_of(frames, [](const FrameRecord& f) { return f.cave_skipped; }));
-  json.field("cascades", mean_of(frames, [](const FrameRecord& f) { return f.cascades_skipped; }));
-  json.field("frames", 0).field("uploads_bytes", 0).end_object();
+  json.field("cascades", mean_of(frames, [](const FrameRecord& f) { return f.cascades_skipped; }))
+      .end_object();
   json.key("bytes").begin_object().field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});
   json.field("cpu_used", std::uint64_t{scene.terrain().arena().used()});
-  json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()});
-  json.field("gpu_used", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
+  json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
   std::uint64_t heap_calls = 0;
   for (const FrameRecord& frame : frames) heap_calls += frame.heap_calls;
   json.field("heap_calls_after_init", heap_calls).field("gl_objects_after_init", frames.back().gl_objects);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What frames cost and drew, summarised as one JSON object (docs/formats.md).
+// What frames cost and drew, summarised as one JSON object (docs/formats.md, "Statistics").
 #pragma once
 
 #include <cstdint>

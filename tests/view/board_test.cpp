@@ -60,11 +60,20 @@ TEST(Board, WrongProfilesAreTold) {
   for (const char* wrong : {"size = 320 # x\n", "size = 1x1 # x\n", "size = 320x240x2 # x\n"}) {
     EXPECT_NE(error(with("size", wrong)).find("size is not"), std::string::npos) << wrong;
   }
-  for (const char* wrong : {"cascades = 4x1024 # x\n", "cascades = 1x1000 # x\n", "cascades = 2 # x\n"}) {
+  for (const char* wrong : {"cascades = 4x1024 # x\n", "cascades = 1x1000 # x\n", "cascades = 2 # x\n",
+                            "cascades = 1x256 # x\n", "cascades = 1x4096 # x\n"}) {
     EXPECT_NE(error(with("cascades", wrong)).find("cascades is not"), std::string::npos) << wrong;
   }
   BoardProfile profile;
   EXPECT_NE(find_board("pdp-11", profile).find("'pdp-11' is not one of am625, "), std::string::npos);
+}
+
+// What the renderer would refuse is no profile: budget and view agree.
+TEST(Board, ShadowMapsAreThoseThatTheRendererTakes) {
+  for (const char* right : {"cascades = 1x512 # x\n", "cascades = 3x2048 # x\n", "cascades = 2x1040 # x\n"}) {
+    BoardProfile profile;
+    EXPECT_EQ(parse_board(with("cascades", right), "x.board", profile), "") << right;
+  }
 }
 
 class BoardProgram : public testing::Test {
