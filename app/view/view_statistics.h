@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What karst view did, as one JSON object (docs/formats.md, "Statistics"). Sizes are fixed: a kiosk runs for months.
+// What karst view did, as one JSON object (docs/formats.md, "Statistics"). Sizes are fixed: a kiosk runs for
+// months.
 #pragma once
 
 #include <cstdint>
