@@ -109,8 +109,8 @@ class Query {
   // First crossing of a segment, its ends included; both sides of the surface count. False: it is free.
   bool ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit);
 
-  // Many of them, as if asked one by one in some order of place. All spans are equally long; what is free has
-  // found() false.
+  // Many of them, as if asked one by one. All spans are equally long; what is free has found() false. Faster
+  // where rays that follow each other lie close together.
   void rays(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to, Wait wait,
             std::span<QueryHit> hits);
 
