@@ -6,7 +6,6 @@
 #include "app/common/atomic_file.h"
 #include "app/common/progress.h"
 #include "bake/bake_options.h"
-#include "bake/base/bake_error.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>
@@ -19,20 +18,12 @@ namespace karst::bake {
 using namespace core;
 namespace {
 
-void write_file(const std::string& path, std::span<const std::byte> bytes) {
-  const std::string error = app::write_file_atomic(path, bytes);
-  if (!error.empty()) throw BakeError(error);
-}
-
-void check_output(const std::string& path) {
-  const std::string error = app::check_writable(path);
-  if (!error.empty()) throw BakeError(error);
-}
-
-void run(const BakeOptions& options) {
+Error run(const BakeOptions& options) {
   // Before any work: a bake that cannot be written is a minute lost.
-  check_output(options.output);
-  if (!options.stats.empty()) check_output(options.stats);
+  if (Error error = app::check_writable(options.output); !error.ok()) return error;
+  if (!options.stats.empty()) {
+    if (Error error = app::check_writable(options.stats); !error.ok()) return error;
+  }
 
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<app::Progress> bar;
@@ -44,19 +35,24 @@ void run(const BakeOptions& options) {
     };
   }
   Bake::Report report;
-  const std::vector<std::byte> world = options.job.run(report, progress);
+  std::vector<std::byte> world;
+  if (Error error = options.job.run(report, progress, world); !error.ok()) return error;
   if (bar != nullptr) bar->finish();
-  write_file(options.output, world);
+  if (Error error = app::write_file_atomic(options.output, world); !error.ok()) return error;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   const std::string json = report_json(options.job, report, world.size(), seconds);
-  if (!options.stats.empty()) write_file(options.stats, std::as_bytes(std::span(json)));
+  if (!options.stats.empty()) {
+    Error error = app::write_file_atomic(options.stats, std::as_bytes(std::span(json)));
+    if (!error.ok()) return error;
+  }
   if (options.json) {
     std::fputs(json.c_str(), stdout);
   } else if (!options.quiet) {
     std::fputs(report_text(options.job, report, world.size(), seconds).c_str(), stdout);
   }
-  if (std::fflush(stdout) != 0) throw BakeError("standard output: cannot be written");
+  if (std::fflush(stdout) != 0) return "standard output: cannot be written";
+  return {};
 }
 
 int run_main(std::span<const char* const> words) {
@@ -75,8 +71,9 @@ int run_main(std::span<const char* const> words) {
       std::fputs(app::help_text(kBakeSpec).c_str(), stdout);
     } else if (line.has("version")) {
       std::puts("karst-bake " KARST_VERSION);
-    } else {
-      run(options);
+    } else if (const Error error = run(options); !error.ok()) {
+      app::print_error("karst-bake", error.text());
+      return app::kExitFailure;
     }
     return app::kExitOk;
   } catch (const std::bad_alloc&) {

@@ -13,7 +13,7 @@
 namespace karst::app {
 namespace {
 
-std::string failure(const std::string& path, const char* action, int error) {
+Error failure(const std::string& path, const char* action, int error) {
   return path + ": cannot " + action + ": " + std::strerror(error);
 }
 
@@ -24,7 +24,7 @@ struct Target {
   bool direct = false;  // a device or pipe: a rename would replace it by a file
 };
 
-std::string find_target(const std::string& path, Target& target) {
+Error find_target(const std::string& path, Target& target) {
   if (path.empty()) return "output file name is empty";
   target.path = path;
   char resolved[PATH_MAX];
@@ -63,12 +63,12 @@ int write_all(int file, std::span<const std::byte> bytes) {
   return 0;
 }
 
-std::string write_direct(const std::string& path, const Target& target, std::span<const std::byte> bytes) {
+Error write_direct(const std::string& path, const Target& target, std::span<const std::byte> bytes) {
   const int file = open(target.path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
   if (file < 0) return failure(path, "write", errno);
   const int error = write_all(file, bytes);
   close(file);
-  return error == 0 ? std::string() : failure(path, "write", error);
+  return error == 0 ? Error() : failure(path, "write", error);
 }
 
 // Makes the rename itself durable. Some file systems refuse fsync on a folder; the file is complete all the
@@ -82,11 +82,10 @@ void sync_folder(const std::string& folder) {
 
 }  // namespace
 
-std::string check_writable(const std::string& path) {
+Error check_writable(const std::string& path) {
   Target target;
-  if (std::string error = find_target(path, target); !error.empty()) return error;
-  if (target.direct)
-    return access(target.path.c_str(), W_OK) == 0 ? std::string() : failure(path, "write", errno);
+  if (Error error = find_target(path, target); !error.ok()) return error;
+  if (target.direct) return access(target.path.c_str(), W_OK) == 0 ? Error() : failure(path, "write", errno);
   std::string name;
   const int file = create_temporary(target, name);
   if (file < 0) return failure(path, "write", errno);
@@ -95,9 +94,9 @@ std::string check_writable(const std::string& path) {
   return {};
 }
 
-std::string write_file_atomic(const std::string& path, std::span<const std::byte> bytes) {
+Error write_file_atomic(const std::string& path, std::span<const std::byte> bytes) {
   Target target;
-  if (std::string error = find_target(path, target); !error.empty()) return error;
+  if (Error error = find_target(path, target); !error.ok()) return error;
   if (target.direct) return write_direct(path, target, bytes);
   std::string name;
   const int file = create_temporary(target, name);

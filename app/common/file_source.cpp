@@ -27,9 +27,9 @@ FileSource::~FileSource() {
   if (file_ >= 0) ::close(file_);
 }
 
-std::string FileSource::open(const std::string& path) {
+Error FileSource::open(const std::string& path) {
   int file = -1;
-  if (std::string error = open_regular_file(path, file, bytes_); !error.empty()) return error;
+  if (Error error = open_regular_file(path, file, bytes_); !error.ok()) return error;
   if (file_ >= 0) ::close(file_);
   file_ = file;
   return {};

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "platform/base/error.h"
 #include "terrain/file/byte_source.h"
 
 namespace karst::app {
@@ -16,9 +17,9 @@ class FileSource {
   FileSource& operator=(const FileSource&) = delete;
   ~FileSource();
 
-  // Returns an empty string on success, else one line that names the file and the cause. Only regular files
+  // The error names the file and the cause. Only regular files
   // can be opened.
-  [[nodiscard]] std::string open(const std::string& path);
+  Error open(const std::string& path);
 
   // Borrows this object. Reading fails where the file has become shorter.
   ByteSource source() const;

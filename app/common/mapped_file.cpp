@@ -15,10 +15,10 @@ MappedFile::~MappedFile() {
   if (!bytes_.empty()) munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
-std::string MappedFile::open(const std::string& path) {
+Error MappedFile::open(const std::string& path) {
   int file = -1;
   std::uint64_t bytes = 0;
-  if (std::string error = open_regular_file(path, file, bytes); !error.empty()) return error;
+  if (Error error = open_regular_file(path, file, bytes); !error.ok()) return error;
   const auto size = static_cast<std::size_t>(bytes);
   void* mapped = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
   const int error = errno;

@@ -6,6 +6,8 @@
 #include <span>
 #include <string>
 
+#include "platform/base/error.h"
+
 namespace karst::app {
 
 class MappedFile {
@@ -15,10 +17,10 @@ class MappedFile {
   MappedFile& operator=(const MappedFile&) = delete;
   ~MappedFile();
 
-  // Returns an empty string on success, else one line that names the file and the cause. Only regular files
+  // The error names the file and the cause. Only regular files
   // can be opened. A file that somebody cuts short while it is mapped ends the program: replace files, do not
   // rewrite them.
-  [[nodiscard]] std::string open(const std::string& path);
+  Error open(const std::string& path);
 
   std::span<const std::byte> bytes() const { return bytes_; }
 

@@ -49,8 +49,7 @@ bool write(png_structp png, png_infop info, std::span<const std::uint8_t> rgba, 
 
 }  // namespace
 
-std::string encode_png(std::span<const std::uint8_t> rgba, int width, int height,
-                       std::vector<std::byte>& png) {
+Error encode_png(std::span<const std::uint8_t> rgba, int width, int height, std::vector<std::byte>& png) {
   png.clear();
   Sink sink{&png, {}};
   png_structp writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, on_error, on_warning);
@@ -67,7 +66,7 @@ std::string encode_png(std::span<const std::uint8_t> rgba, int width, int height
   return "libpng: " + (sink.error.empty() ? std::string("no memory") : sink.error);
 }
 
-std::string decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture) {
+Error decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture) {
   picture = {};
   png_image image{};
   image.version = PNG_IMAGE_VERSION;

@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "platform/base/error.h"
+
 namespace karst::app {
 
-// rgba: width x height x 4 bytes, row 0 at the top; alpha is left out. Returns an empty string on success,
-// else libpng's reason; png is then empty.
-[[nodiscard]] std::string encode_png(std::span<const std::uint8_t> rgba, int width, int height,
-                                     std::vector<std::byte>& png);
+// rgba: width x height x 4 bytes, row 0 at the top; alpha is left out. The error is libpng's reason;
+// png is then empty.
+Error encode_png(std::span<const std::uint8_t> rgba, int width, int height, std::vector<std::byte>& png);
 
 struct PngPicture {
   int width = 0;
@@ -21,7 +22,7 @@ struct PngPicture {
   std::vector<std::uint8_t> rgba;  // row 0 at the top
 };
 // Any PNG as 8 bits a channel, sRGB. most_side: larger pictures are refused before memory is taken for them.
-// Returns an empty string on success, else what is wrong with the bytes; picture is then empty.
-[[nodiscard]] std::string decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture);
+// The error tells what is wrong with the bytes; picture is then empty.
+Error decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture);
 
 }  // namespace karst::app

@@ -14,11 +14,11 @@ std::string read_failure(const std::string& path, int error) {
   return path + ": cannot read: " + std::strerror(error);
 }
 
-std::string open_regular_file(const std::string& path, int& file, std::uint64_t& bytes) {
+Error open_regular_file(const std::string& path, int& file, std::uint64_t& bytes) {
   // Without O_NONBLOCK, opening a pipe would wait for a writer.
   const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (opened < 0) return read_failure(path, errno);
-  std::string error;
+  Error error;
   struct stat info {};
   if (fstat(opened, &info) != 0) {
     error = read_failure(path, errno);
@@ -29,7 +29,7 @@ std::string open_regular_file(const std::string& path, int& file, std::uint64_t&
   } else if (info.st_size == 0) {
     error = path + ": the file is empty";
   }
-  if (!error.empty()) {
+  if (!error.ok()) {
     ::close(opened);
     return error;
   }

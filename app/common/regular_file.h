@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <string>
 
+#include "platform/base/error.h"
+
 namespace karst::app {
 
-// Opens a regular file that is not empty. Returns an empty string and a descriptor that the caller closes,
-// else one line that names the file and the cause.
-[[nodiscard]] std::string open_regular_file(const std::string& path, int& file, std::uint64_t& bytes);
+// Opens a regular file that is not empty. file: a descriptor that the caller closes. The
+// error names the file and the cause.
+Error open_regular_file(const std::string& path, int& file, std::uint64_t& bytes);
 
 // path: cannot read: what errno says.
 std::string read_failure(const std::string& path, int error);

@@ -65,7 +65,8 @@ class Render {
       if (std::string error = output_.parse(options_.output); !error.empty()) return error;
       if (std::string error = check_writable(output_.frame(0, several_)); !error.empty()) return error;
     }
-    return options_.stats.empty() || options_.stats == "-" ? std::string() : check_writable(options_.stats);
+    return options_.stats.empty() || options_.stats == "-" ? std::string()
+                                                           : check_writable(options_.stats).text();
   }
 
   std::string place_cameras() {

@@ -4,7 +4,6 @@
 // form). Distances of the primitives: Quilez, "Distance functions", 2008.
 #include "bake/carve/carve.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/samples/noise.h"
 
 #include <glm/common.hpp>
@@ -46,37 +45,40 @@ CarvedSolid::CarvedSolid(const Solid& base, const std::vector<CarveShape>& shape
     : base_(base),
       shapes_(shapes),
       grid_(grid),
-      columns_(static_cast<std::size_t>(grid.extent.x) * static_cast<std::size_t>(grid.extent.z)) {
-  for (std::uint32_t s = 0; s < shapes.size(); ++s) {
-    const CarveShape& shape = shapes[s];
-    const double reach_m = shape.blend_m + kReachVoxels * grid.voxel_m;
-    if (shape.kind != CarveShape::Kind::capsule) {
-      add({s, 0}, shape.bounds(), reach_m);
-      continue;
-    }
-    for (std::uint32_t k = 0; k + 1 < shape.points_m.size(); ++k) {
+      columns_(static_cast<std::size_t>(grid.extent.x) * static_cast<std::size_t>(grid.extent.z)) {}
+
+Error CarvedSolid::build() {
+  for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
+    const CarveShape& shape = shapes_[s];
+    const double reach_m = shape.blend_m + kReachVoxels * grid_.voxel_m;
+    bool fits = true;
+    if (shape.kind != CarveShape::Kind::capsule) fits = add({s, 0}, shape.bounds(), reach_m);
+    for (std::uint32_t k = 0; fits && k + 1 < shape.points_m.size(); ++k) {
       const glm::dvec3 a = shape.points_m[k], b = shape.points_m[k + 1];
-      add({s, k}, {glm::min(a, b) - shape.radius_m, glm::max(a, b) + shape.radius_m}, reach_m);
+      fits = add({s, k}, {glm::min(a, b) - shape.radius_m, glm::max(a, b) + shape.radius_m}, reach_m);
+    }
+    if (!fits) {
+      return "--carve: shape " + std::to_string(s) +
+             ": the shapes up to this one reach too many voxel columns together; carve with fewer or smaller "
+             "ones";
     }
   }
+  return {};
 }
 
-void CarvedSolid::add(Piece piece, const Box& bounds, double reach_m) {
+// False where there are too many.
+bool CarvedSolid::add(Piece piece, const Box& bounds, double reach_m) {
   const glm::dvec3 low = (bounds.min - reach_m - grid_.origin_m) / grid_.voxel_m;
   const glm::dvec3 high = (bounds.max + reach_m - grid_.origin_m) / grid_.voxel_m;
   const auto first = [](double v) { return static_cast<int>(std::floor(std::max(v, 0.0))); };
   const auto last = [](double v, int extent) {
     return static_cast<int>(std::floor(std::min(v, static_cast<double>(extent - 1))));
   };
-  if (high.x < 0 || high.z < 0 || low.x > grid_.extent.x || low.z > grid_.extent.z) return;
+  if (high.x < 0 || high.z < 0 || low.x > grid_.extent.x || low.z > grid_.extent.z) return true;
   const auto wide = [](int from, int to) { return static_cast<std::size_t>(std::max(to - from + 1, 0)); };
   entries_ +=
       wide(first(low.x), last(high.x, grid_.extent.x)) * wide(first(low.z), last(high.z, grid_.extent.z));
-  if (entries_ > kMostColumnEntries) {
-    throw BakeError("--carve: shape " + std::to_string(piece.shape) +
-                    ": the shapes up to this one reach too many voxel columns together; carve with fewer or "
-                    "smaller ones");
-  }
+  if (entries_ > kMostColumnEntries) return false;
   for (int z = first(low.z); z <= last(high.z, grid_.extent.z); ++z) {
     for (int x = first(low.x); x <= last(high.x, grid_.extent.x); ++x) {
       columns_[static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.extent.x) +
@@ -84,6 +86,7 @@ void CarvedSolid::add(Piece piece, const Box& bounds, double reach_m) {
           .push_back(piece);
     }
   }
+  return true;
 }
 
 const std::vector<CarvedSolid::Piece>& CarvedSolid::column(double x_m, double z_m) const {

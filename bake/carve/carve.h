@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/samples/solid.h"
+#include "platform/base/error.h"
 
 #include <cstdint>
 #include <string>
@@ -31,19 +32,19 @@ struct CarveShape {
   Box bounds() const;
 };
 
-// text: the JSON; name: the file, for messages. Throws BakeError naming file, shape and field.
-std::vector<CarveShape> parse_carve(std::string_view text, const std::string& name);
+// text: the JSON; name: the file, for messages. The error names file, shape and field.
+Error parse_carve(std::string_view text, const std::string& name, std::vector<CarveShape>& shapes);
 // Reads at most 64 MiB.
-std::vector<CarveShape> read_carve(const std::string& path);
+Error read_carve(const std::string& path, std::vector<CarveShape>& shapes);
 
 // A solid with shapes applied. Shapes are looked up in a grid of columns: far from all of them the value is
 // the base's.
 class CarvedSolid final : public Solid {
  public:
-  // base and shapes outlive the solid.
-
-  // Throws BakeError when the shapes reach more columns than are sensible.
+  // base and shapes outlive the solid. build() comes before all else.
   CarvedSolid(const Solid& base, const std::vector<CarveShape>& shapes, const WorldGrid& grid);
+  // An error where the shapes reach more columns than are sensible.
+  Error build();
   double value_m(glm::dvec3 position_m) const override;
 
   // Whether a shape is within reach somewhere in the column of voxels that holds the place.
@@ -55,7 +56,7 @@ class CarvedSolid final : public Solid {
     std::uint32_t segment;
   };
   const std::vector<Piece>& column(double x_m, double z_m) const;
-  void add(Piece piece, const Box& bounds, double reach_m);
+  bool add(Piece piece, const Box& bounds, double reach_m);
   double distance_m(Piece piece, glm::dvec3 p) const;
 
   const Solid& base_;

@@ -30,32 +30,43 @@ CarveShape parse_shape(const JsonFields& fields, std::size_t& points) {
     shape.kind = CarveShape::Kind::capsule;
     shape.radius_m = fields.number("radius", kSmall, kRadius);
     const nlohmann::json& list = fields.get("points");
-    if (!list.is_array() || list.size() < 2) fields.fail("points", "not a list of two or more points");
+    if (!list.is_array() || list.size() < 2) {
+      fields.fail("points", "not a list of two or more points");
+      return shape;
+    }
     points += list.size();
     if (points > CarveShape::kMostPoints) fields.fail("points", "more than 100000 points together");
-    for (const nlohmann::json& point : list)
+    for (const nlohmann::json& point : list) {
+      if (!fields.error().ok()) break;
       shape.points_m.push_back(fields.vector("points", point, -kFar, kFar));
+    }
   }
   return shape;
 }
 
 }  // namespace
 
-std::vector<CarveShape> parse_carve(std::string_view text, const std::string& name) {
-  const nlohmann::json root = parse_json(text, name, 8, "a list of shapes");
-  if (!root.is_array()) throw BakeError(name + ": not a list of shapes");
+Error parse_carve(std::string_view text, const std::string& name, std::vector<CarveShape>& shapes) {
+  shapes.clear();
+  nlohmann::json root;
+  if (Error error = parse_json(text, name, 8, "a list of shapes", root); !error.ok()) return error;
+  if (!root.is_array()) return name + ": not a list of shapes";
   if (root.size() > CarveShape::kMostShapes) {
-    throw BakeError(name + ": " + std::to_string(root.size()) + " shapes; the most is 10000");
+    return name + ": " + std::to_string(root.size()) + " shapes; the most is 10000";
   }
-  std::vector<CarveShape> shapes;
   std::size_t points = 0;
-  for (std::size_t k = 0; k < root.size(); ++k)
-    shapes.push_back(parse_shape(JsonFields(root[k], name + ": shape " + std::to_string(k)), points));
-  return shapes;
+  for (std::size_t k = 0; k < root.size(); ++k) {
+    const JsonFields fields(root[k], name + ": shape " + std::to_string(k));
+    shapes.push_back(parse_shape(fields, points));
+    if (!fields.error().ok()) return fields.error();
+  }
+  return {};
 }
 
-std::vector<CarveShape> read_carve(const std::string& path) {
-  return parse_carve(read_json_text(path), path);
+Error read_carve(const std::string& path, std::vector<CarveShape>& shapes) {
+  std::string text;
+  if (Error error = read_json_text(path, text); !error.ok()) return error;
+  return parse_carve(text, path, shapes);
 }
 
 }  // namespace karst::bake

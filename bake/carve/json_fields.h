@@ -3,7 +3,7 @@
 // that names the file, the place in it and the field. For sources that read JSON alone.
 #pragma once
 
-#include "bake/base/bake_error.h"
+#include "platform/base/error.h"
 
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,9 @@
 
 namespace karst::bake {
 
-// One object with its place in the file for messages, as "file.json: shape 3".
+// One object with its place in the file for messages, as "file.json: shape 3". Reading goes on after an
+// error, with values that are in range but mean nothing; the first error is kept, and to be looked at in the
+// end.
 class JsonFields {
  public:
   using json = nlohmann::json;
@@ -22,10 +24,11 @@ class JsonFields {
   // object outlives this.
   JsonFields(const json& object, std::string place);
 
-  [[noreturn]] void fail(const std::string& field, const std::string& what) const;
+  const Error& error() const { return error_; }
+  void fail(const std::string& field, const std::string& what) const;
   bool has(const char* field) const { return object_.contains(field); }
   const json& get(const char* field) const;
-  // One of the words.
+  // One of the words; the first on an error.
   std::string word(const char* field, std::initializer_list<const char*> allowed) const;
   // Text of 1 to `most` bytes.
   std::string text(const char* field, std::size_t most) const;
@@ -37,19 +40,21 @@ class JsonFields {
   glm::dvec3 vector(const char* field, double low, double high) const {
     return vector(field, get(field), low, high);
   }
-  // A list of at most `most`.
+  // A list of at most `most`; empty on an error.
   const json& list(const char* field, std::size_t most) const;
   void only(std::initializer_list<const char*> allowed) const;
 
  private:
   const json& object_;
   std::string place_;
+  mutable Error error_;  // the first
 };
 
 // Parses text that is nested at most `depth` deep. what: of what it should be, for messages.
-nlohmann::json parse_json(std::string_view text, const std::string& name, int depth, const char* what);
+Error parse_json(std::string_view text, const std::string& name, int depth, const char* what,
+                 nlohmann::json& root);
 
 // The whole file, at most 64 MiB.
-std::string read_json_text(const std::string& path);
+Error read_json_text(const std::string& path, std::string& text);
 
 }  // namespace karst::bake

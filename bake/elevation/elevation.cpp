@@ -5,7 +5,6 @@
 // fails before it costs anything.
 #include "bake/elevation/elevation.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/elevation/envi.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/geo_scale.h"
@@ -32,8 +31,8 @@ constexpr int kMaxTileSide = 4'096;               // samples; a tile is read who
 constexpr std::size_t kMaxHeaderBytes = 1 << 16;  // of an ENVI header; real ones have a few hundred
 constexpr double kSrtmVoid = -32'768;             // SRTM marks voids so, and seldom says it in a tag
 
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw BakeError(path + ": " + what);
+Error failure(const std::string& path, const std::string& what) {
+  return path + ": " + what;
 }
 
 // What a file says about its samples, whichever kind it is.
@@ -48,45 +47,53 @@ struct Format {
   std::optional<double> nodata;
 };
 
-void check_size(const std::string& path, std::int64_t width, std::int64_t height) {
+Error check_size(const std::string& path, std::int64_t width, std::int64_t height) {
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
-  if (width < 2 || height < 2) fail(path, "size: " + size + " samples; each side needs 2 or more");
+  if (width < 2 || height < 2) return failure(path, "size: " + size + " samples; each side needs 2 or more");
   if (width > kMaxElevationSide || height > kMaxElevationSide || width * height > kMaxElevationSamples) {
-    fail(path, "size: " + size + " samples; the most is " + std::to_string(kMaxElevationSide) +
-                   " a side and " + std::to_string(kMaxElevationSamples) + " together");
+    return failure(path, "size: " + size + " samples; the most is " + std::to_string(kMaxElevationSide) +
+                             " a side and " + std::to_string(kMaxElevationSamples) + " together");
   }
+  return {};
 }
 
 // Turns samples of a file into heights and voids, and counts and checks them.
 class SampleSink {
  public:
-  SampleSink(const ReadElevation& settings, const Format& format) : settings_(settings), format_(format) {
-    if (format.nodata) nodata_.push_back(*format.nodata);
-    if (format.is_signed_16bit) nodata_.push_back(kSrtmVoid);
-    nodata_.insert(nodata_.end(), settings.nodata.begin(), settings.nodata.end());
+  // All outlive the sink.
+  SampleSink(const ReadElevation& settings, const Format& format, Elevation& result)
+      : settings_(settings), format_(format), result_(result) {}
+
+  Error start() {
+    if (format_.nodata) nodata_.push_back(*format_.nodata);
+    if (format_.is_signed_16bit) nodata_.push_back(kSrtmVoid);
+    nodata_.insert(nodata_.end(), settings_.nodata.begin(), settings_.nodata.end());
     // A float file holds its nodata value rounded to float.
-    if (format.is_float) {
+    if (format_.is_float) {
       for (double& v : nodata_) v = double{static_cast<float>(v)};
     }
-    const int* crop = settings.crop;
+    const int* crop = settings_.crop;
     const bool whole = crop[2] == 0 && crop[3] == 0;
     first_column_ = whole ? 0 : crop[0];
     first_row_ = whole ? 0 : crop[1];
-    result_.width = whole ? format.width : crop[2];
-    result_.height = whole ? format.height : crop[3];
+    result_ = {};
+    result_.width = whole ? format_.width : crop[2];
+    result_.height = whole ? format_.height : crop[3];
     if (first_column_ < 0 || first_row_ < 0 || result_.width < 2 || result_.height < 2 ||
-        first_column_ > format.width - result_.width || first_row_ > format.height - result_.height) {
-      fail(settings.path, "--crop: not inside the image of " + std::to_string(format.width) + " x " +
-                              std::to_string(format.height) + " samples, or less than 2 x 2");
+        first_column_ > format_.width - result_.width || first_row_ > format_.height - result_.height) {
+      return failure(settings_.path, "--crop: not inside the image of " + std::to_string(format_.width) +
+                                         " x " + std::to_string(format_.height) +
+                                         " samples, or less than 2 x 2");
     }
+    return {};
   }
 
   int end_row() const { return first_row_ + result_.height; }
 
   // row: format.width samples. Rows come in order from 0.
   template <class T>
-  void take_row(int row, const T* samples) {
-    if (row < first_row_ || row >= end_row()) return;
+  Error take_row(int row, const T* samples) {
+    if (row < first_row_ || row >= end_row()) return {};
     for (int i = first_column_; i < first_column_ + result_.width; ++i) {
       const double raw = static_cast<double>(samples[i]);
       if (!std::isfinite(raw) || std::find(nodata_.begin(), nodata_.end(), raw) != nodata_.end()) {
@@ -95,18 +102,21 @@ class SampleSink {
       }
       const double height_m = raw * format_.metres_per_unit * settings_.z_scale;
       if (!(std::abs(height_m) <= kMaxElevationM)) {
-        fail(settings_.path, "height " + std::to_string(raw) + " at column " + std::to_string(i) + ", row " +
-                                 std::to_string(row) + " is not within 100000 m; is it a void (--nodata V)?");
+        return failure(settings_.path, "height " + std::to_string(raw) + " at column " + std::to_string(i) +
+                                           ", row " + std::to_string(row) +
+                                           " is not within 100000 m; is it a void (--nodata V)?");
       }
       push(static_cast<float>(height_m), true);
     }
+    return {};
   }
 
-  Elevation finish() {
-    if (result_.voids == result_.samples()) fail(settings_.path, "no sample is valid: all are void");
-    set_spacing();
+  Error finish() {
+    if (result_.voids == result_.samples()) {
+      return failure(settings_.path, "no sample is valid: all are void");
+    }
     result_.source = format_.kind;
-    return std::move(result_);
+    return set_spacing();
   }
 
  private:
@@ -116,39 +126,44 @@ class SampleSink {
     result_.voids += valid ? 0 : 1;
   }
 
-  void set_spacing() {
+  Error set_spacing() {
     const double given = settings_.pixel_size_m;
     if (given <= 0 && (!format_.spacing_x_m || !format_.spacing_z_m)) {
-      fail(settings_.path, "pixel size: the file does not say how large a sample is; give --pixel-size M");
+      return failure(settings_.path,
+                     "pixel size: the file does not say how large a sample is; give --pixel-size M");
     }
     result_.spacing_x_m = given > 0 ? given : *format_.spacing_x_m;
     result_.spacing_z_m = given > 0 ? given : *format_.spacing_z_m;
     for (const double spacing : {result_.spacing_x_m, result_.spacing_z_m}) {
       if (!(spacing >= kMinSpacingM && spacing <= kMaxSpacingM)) {
-        fail(settings_.path, "pixel size: " + std::to_string(spacing) + " m is not in 0.0001 to 1000000 m");
+        return failure(settings_.path,
+                       "pixel size: " + std::to_string(spacing) + " m is not in 0.0001 to 1000000 m");
       }
     }
+    return {};
   }
 
   const ReadElevation& settings_;
   const Format& format_;
   std::vector<double> nodata_;
   int first_column_ = 0, first_row_ = 0;
-  Elevation result_;
+  Elevation& result_;
 };
 
-void check_8bit(const ReadElevation& settings, const Format& format) {
+Error check_8bit(const ReadElevation& settings, const Format& format) {
   if (format.is_8bit && !settings.allow_8bit) {
-    fail(settings.path, "sample type: 8 bits give steps, not slopes; --allow-8bit takes it all the same");
+    return failure(settings.path,
+                   "sample type: 8 bits give steps, not slopes; --allow-8bit takes it all the same");
   }
+  return {};
 }
 
 using InputFile = std::unique_ptr<OIIO::ImageInput>;
 
-[[noreturn]] void fail_reading(const std::string& path, OIIO::ImageInput& input) {
+Error reading_failure(const std::string& path, OIIO::ImageInput& input) {
   std::string why = input.geterror();
   std::replace(why.begin(), why.end(), '\n', ' ');
-  fail(path, "unreadable image: " + (why.empty() ? "truncated or damaged" : why));
+  return failure(path, "unreadable image: " + (why.empty() ? "truncated or damaged" : why));
 }
 
 // Rows [row, last) into band. Scanlines are read one by one: OpenImageIO 2.4's read_scanlines returns success
@@ -171,7 +186,7 @@ bool read_band(OIIO::ImageInput& input, OIIO::TypeDesc type, int row, int last, 
 }
 
 template <class T>
-void read_bands(const std::string& path, OIIO::ImageInput& input, OIIO::TypeDesc type, SampleSink& sink) {
+Error read_bands(const std::string& path, OIIO::ImageInput& input, OIIO::TypeDesc type, SampleSink& sink) {
   const OIIO::ImageSpec& spec = input.spec();
   const int rows = spec.tile_width > 0 ? spec.tile_height : kBandRows;
   const auto width = static_cast<std::size_t>(spec.width);
@@ -179,58 +194,63 @@ void read_bands(const std::string& path, OIIO::ImageInput& input, OIIO::TypeDesc
   const int end = sink.end_row();
   for (int row = 0; row < end; row += rows) {
     const int last = std::min(row + rows, spec.height);
-    if (!read_band(input, type, row, last, band)) fail_reading(path, input);
-    for (int k = row; k < last; ++k)
-      sink.take_row(k, band.data() + static_cast<std::size_t>(k - row) * width);
+    if (!read_band(input, type, row, last, band)) return reading_failure(path, input);
+    for (int k = row; k < last; ++k) {
+      const T* samples = band.data() + static_cast<std::size_t>(k - row) * width;
+      if (Error error = sink.take_row(k, samples); !error.ok()) return error;
+    }
   }
+  return {};
 }
 
-Elevation read_pixels(const ReadElevation& settings, OIIO::ImageInput& input, const Format& format) {
-  SampleSink sink(settings, format);
+Error read_pixels(const ReadElevation& settings, OIIO::ImageInput& input, SampleSink& sink) {
   const OIIO::TypeDesc type = input.spec().format;
   switch (type.basetype) {
     // Native types: OpenImageIO would scale integers to 0..1 when asked for float.
     case OIIO::TypeDesc::UINT8:
-      read_bands<std::uint8_t>(settings.path, input, type, sink);
-      break;
+      return read_bands<std::uint8_t>(settings.path, input, type, sink);
     case OIIO::TypeDesc::INT8:
-      read_bands<std::int8_t>(settings.path, input, type, sink);
-      break;
+      return read_bands<std::int8_t>(settings.path, input, type, sink);
     case OIIO::TypeDesc::UINT16:
-      read_bands<std::uint16_t>(settings.path, input, type, sink);
-      break;
+      return read_bands<std::uint16_t>(settings.path, input, type, sink);
     case OIIO::TypeDesc::INT16:
-      read_bands<std::int16_t>(settings.path, input, type, sink);
-      break;
+      return read_bands<std::int16_t>(settings.path, input, type, sink);
     case OIIO::TypeDesc::DOUBLE:
-      read_bands<double>(settings.path, input, type, sink);
-      break;
+      return read_bands<double>(settings.path, input, type, sink);
     case OIIO::TypeDesc::HALF:
     case OIIO::TypeDesc::FLOAT:
-      read_bands<float>(settings.path, input, OIIO::TypeDesc::FLOAT, sink);
-      break;
+      return read_bands<float>(settings.path, input, OIIO::TypeDesc::FLOAT, sink);
     default:
-      fail(settings.path, std::string("sample type: ") + type.c_str() + " is not 16-bit or float");
+      return failure(settings.path, std::string("sample type: ") + type.c_str() + " is not 16-bit or float");
   }
-  return sink.finish();
 }
 
-Elevation read_image(const ReadElevation& settings, const char* reader) {
-  if (std::string_view(reader) == "openexr") check_exr_header(settings.path, kMaxTileSide);
-  const QuietStderr quiet;
-  InputFile input = OIIO::ImageInput::create(reader);
-  if (input == nullptr) fail(settings.path, std::string("OpenImageIO has no reader for ") + reader);
-  OIIO::ImageSpec spec;
-  if (!input->open(settings.path, spec)) fail_reading(settings.path, *input);
-  check_size(settings.path, spec.width, spec.height);
-  if (spec.depth > 1) fail(settings.path, "depth: a volume, not an image");
+// What an image must be before any of its pixels is looked at.
+Error check_spec(const std::string& path, const OIIO::ImageSpec& spec) {
+  if (Error error = check_size(path, spec.width, spec.height); !error.ok()) return error;
+  if (spec.depth > 1) return failure(path, "depth: a volume, not an image");
   if (spec.nchannels != 1) {
-    fail(settings.path, "channels: " + std::to_string(spec.nchannels) + "; elevation has one");
+    return failure(path, "channels: " + std::to_string(spec.nchannels) + "; elevation has one");
   }
   if (spec.tile_width < 0 || spec.tile_height < 0 || spec.tile_width > kMaxTileSide ||
       spec.tile_height > kMaxTileSide) {
-    fail(settings.path, "tiles: larger than " + std::to_string(kMaxTileSide) + " a side");
+    return failure(path, "tiles: larger than " + std::to_string(kMaxTileSide) + " a side");
   }
+  return {};
+}
+
+Error read_image(const ReadElevation& settings, const char* reader, Elevation& result) {
+  if (std::string_view(reader) == "openexr") {
+    if (Error error = check_exr_header(settings.path, kMaxTileSide); !error.ok()) return error;
+  }
+  const QuietStderr quiet;
+  InputFile input = OIIO::ImageInput::create(reader);
+  if (input == nullptr) {
+    return failure(settings.path, std::string("OpenImageIO has no reader for ") + reader);
+  }
+  OIIO::ImageSpec spec;
+  if (!input->open(settings.path, spec)) return reading_failure(settings.path, *input);
+  if (Error error = check_spec(settings.path, spec); !error.ok()) return error;
   Format format;
   format.width = spec.width;
   format.height = spec.height;
@@ -239,9 +259,11 @@ Elevation read_image(const ReadElevation& settings, const char* reader) {
   format.is_float = spec.format.is_floating_point() && spec.format.basetype != OIIO::TypeDesc::DOUBLE;
   format.kind =
       std::string(std::string_view(reader) == "openexr" ? "EXR" : reader) + " " + spec.format.c_str();
-  check_8bit(settings, format);
+  if (Error error = check_8bit(settings, format); !error.ok()) return error;
   if (std::string_view(reader) == "tiff") {
-    const GeoTiffTags tags = read_geotiff_tags(settings.path, spec.height, settings.pixel_size_m <= 0);
+    GeoTiffTags tags;
+    Error error = read_geotiff_tags(settings.path, spec.height, settings.pixel_size_m <= 0, tags);
+    if (!error.ok()) return error;
     format.spacing_x_m = tags.spacing_x_m;
     format.spacing_z_m = tags.spacing_z_m;
     format.nodata = tags.nodata;
@@ -249,7 +271,10 @@ Elevation read_image(const ReadElevation& settings, const char* reader) {
     format.kind = std::string(tags.spacing_x_m ? "GeoTIFF " : "TIFF ") + spec.format.c_str() +
                   (tags.geographic ? ", geographic" : "");
   }
-  return read_pixels(settings, *input, format);
+  SampleSink sink(settings, format, result);
+  if (Error error = sink.start(); !error.ok()) return error;
+  if (Error error = read_pixels(settings, *input, sink); !error.ok()) return error;
+  return sink.finish();
 }
 
 // One sample of an ENVI file: its bytes in the file's order.
@@ -264,32 +289,41 @@ T decode(const std::byte* bytes, bool big_endian) {
 }
 
 template <class T>
-void read_envi_rows(const std::string& path, std::istream& file, const EnviHeader& header, SampleSink& sink) {
+Error read_envi_rows(const std::string& path, std::istream& file, const EnviHeader& header,
+                     SampleSink& sink) {
   const auto width = static_cast<std::size_t>(header.width);
   std::vector<std::byte> bytes(width * sizeof(T));
   std::vector<T> row(width);
   file.seekg(static_cast<std::streamoff>(header.offset));
   for (int j = 0; j < sink.end_row(); ++j) {
     if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) {
-      fail(path, "truncated in row " + std::to_string(j));
+      return failure(path, "truncated in row " + std::to_string(j));
     }
     for (std::size_t i = 0; i < width; ++i)
       row[i] = decode<T>(bytes.data() + i * sizeof(T), header.big_endian);
-    sink.take_row(j, row.data());
+    if (Error error = sink.take_row(j, row.data()); !error.ok()) return error;
   }
+  return {};
 }
 
-Elevation read_envi(const ReadElevation& settings, std::istream& file, const std::string& header_path) {
+Error read_envi_header(const std::string& header_path, bool need_scale, EnviHeader& header) {
   std::ifstream text_file(header_path, std::ios::binary);
   std::string text(kMaxHeaderBytes, '\0');
   text_file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (text_file.gcount() == static_cast<std::streamsize>(kMaxHeaderBytes)) {
-    fail(header_path, "longer than " + std::to_string(kMaxHeaderBytes) + " bytes: not an ENVI header");
+    return failure(header_path,
+                   "longer than " + std::to_string(kMaxHeaderBytes) + " bytes: not an ENVI header");
   }
   text.resize(static_cast<std::size_t>(text_file.gcount()));
-  const EnviHeader header = parse_envi_header(text, header_path, settings.pixel_size_m <= 0);
-  check_size(header_path, header.width, header.height);
+  if (Error error = parse_envi_header(text, header_path, need_scale, header); !error.ok()) return error;
+  return check_size(header_path, header.width, header.height);
+}
 
+Error read_envi(const ReadElevation& settings, std::istream& file, const std::string& header_path,
+                Elevation& result) {
+  EnviHeader header;
+  Error error = read_envi_header(header_path, settings.pixel_size_m <= 0, header);
+  if (!error.ok()) return error;
   Format format;
   format.width = header.width;
   format.height = header.height;
@@ -299,26 +333,28 @@ Elevation read_envi(const ReadElevation& settings, std::istream& file, const std
   format.spacing_x_m = header.spacing_x_m;
   format.spacing_z_m = header.spacing_z_m;
   format.nodata = header.nodata;
-  check_8bit(settings, format);
-  SampleSink sink(settings, format);
+  if (error = check_8bit(settings, format); !error.ok()) return error;
+  SampleSink sink(settings, format, result);
+  if (error = sink.start(); !error.ok()) return error;
   switch (header.type) {
     case EnviType::u8:
       format.kind = "ENVI uint8";
-      read_envi_rows<std::uint8_t>(settings.path, file, header, sink);
+      error = read_envi_rows<std::uint8_t>(settings.path, file, header, sink);
       break;
     case EnviType::i16:
       format.kind = "ENVI int16";
-      read_envi_rows<std::int16_t>(settings.path, file, header, sink);
+      error = read_envi_rows<std::int16_t>(settings.path, file, header, sink);
       break;
     case EnviType::u16:
       format.kind = "ENVI uint16";
-      read_envi_rows<std::uint16_t>(settings.path, file, header, sink);
+      error = read_envi_rows<std::uint16_t>(settings.path, file, header, sink);
       break;
     case EnviType::f32:
       format.kind = "ENVI float";
-      read_envi_rows<float>(settings.path, file, header, sink);
+      error = read_envi_rows<float>(settings.path, file, header, sink);
       break;
   }
+  if (!error.ok()) return error;
   if (header.geographic) format.kind += ", geographic";
   return sink.finish();
 }
@@ -336,21 +372,22 @@ const char* reader_for(std::string_view first_bytes) {
 
 }  // namespace
 
-Elevation ReadElevation::run() const {
+Error ReadElevation::run(Elevation& result) const {
   std::ifstream file(path, std::ios::binary);
-  if (!file) fail(path, "cannot be opened");
+  if (!file) return failure(path, "cannot be opened");
   char first_bytes[8] = {};
   file.read(first_bytes, sizeof first_bytes);
-  if (file.bad()) fail(path, "cannot be read");
+  if (file.bad()) return failure(path, "cannot be read");
   const auto count = static_cast<std::size_t>(file.gcount());
   file.clear();
   if (const char* reader = reader_for({first_bytes, count})) {
     file.close();
-    return read_image(*this, reader);
+    return read_image(*this, reader, result);
   }
   const std::string header = find_envi_header(path);
-  if (header.empty()) fail(path, "not a TIFF, PNG, EXR or ENVI file (raw samples with a .hdr beside them)");
-  return read_envi(*this, file, header);
+  if (header.empty())
+    return failure(path, "not a TIFF, PNG, EXR or ENVI file (raw samples with a .hdr beside them)");
+  return read_envi(*this, file, header, result);
 }
 
 }  // namespace karst::bake

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "platform/base/error.h"
+
 namespace karst::bake {
 
 // Limits on what a file may claim, checked before anything is allocated.
@@ -45,9 +47,9 @@ struct ReadElevation {
   int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image
 
   // Reads TIFF, PNG, OpenEXR (told apart by their first bytes) or ENVI (a raw file with a .hdr beside it),
-  // one channel. Throws BakeError. Samples that are NaN, infinite, equal to a nodata value or, in signed
+  // one channel. Samples that are NaN, infinite, equal to a nodata value or, in signed
   // 16-bit files, -32768 (SRTM's void) are void. At least one sample is valid.
-  Elevation run() const;
+  Error run(Elevation& result) const;
 };
 
 // Fills voids smoothly from the samples around them and marks all samples valid. `voids` keeps its count.

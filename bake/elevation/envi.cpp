@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bake/elevation/envi.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/elevation/elevation.h"
 #include "bake/elevation/geo_scale.h"
 
@@ -32,18 +31,21 @@ std::string lower(std::string_view s) {
   return result;
 }
 
+// Reading goes on after an error, with values that mean nothing; the first error is kept.
 class Header {
  public:
   Header(std::string_view text, const std::string& name) : name_(name) {
     if (!text.starts_with("ENVI") || !trim(text.substr(4, text.find('\n') - 4)).empty()) {
-      throw BakeError(name_ + ": the first line is not ENVI");
+      error_ = name_ + ": the first line is not ENVI";
+      return;
     }
     text.remove_prefix(std::min(text.size(), text.find('\n')));
-    while (!(text = trim(text)).empty()) take_entry(text);
+    while (error_.ok() && !(text = trim(text)).empty()) take_entry(text);
   }
 
-  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
-    throw BakeError(name_ + ": " + key + ": " + what);
+  const Error& error() const { return error_; }
+  void fail(const std::string& key, const std::string& what) const {
+    if (error_.ok()) error_ = name_ + ": " + key + ": " + what;
   }
 
   const std::string* find(const std::string& key) const {
@@ -55,13 +57,14 @@ class Header {
                         std::optional<std::uint64_t> otherwise = {}) const {
     const std::string* text = find(key);
     if (text == nullptr) {
-      if (otherwise) return *otherwise;
-      fail(key, "missing");
+      if (!otherwise) fail(key, "missing");
+      return otherwise.value_or(low);
     }
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
     if (error != std::errc() || end != text->data() + text->size() || value < low || value > high) {
       fail(key, "'" + *text + "' is not in " + std::to_string(low) + " to " + std::to_string(high));
+      return low;
     }
     return value;
   }
@@ -71,7 +74,9 @@ class Header {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size()) {
-      fail(key, "'" + std::string(text) + "' is not a number");
+      std::string what = "'";
+      what.append(text).append("' is not a number");
+      fail(key, what);
     }
     return value;
   }
@@ -85,14 +90,19 @@ class Header {
     }
     const std::size_t line = std::min(text.size(), text.find('\n'));
     const std::size_t equals = text.find('=');
-    if (equals >= line)
+    if (equals >= line) {
       fail(std::string(trim(text.substr(0, std::min<std::size_t>(line, 40)))), "a line without '='");
+      return;
+    }
     const std::string key = lower(trim(text.substr(0, equals)));
     std::string_view value = text.substr(equals + 1);
     const std::size_t start = value.find_first_not_of(" \t");
     if (start != std::string_view::npos && value[start] == '{') {
       const std::size_t end = value.find('}');
-      if (end == std::string_view::npos) fail(key, "'{' is not closed");
+      if (end == std::string_view::npos) {
+        fail(key, "'{' is not closed");
+        return;
+      }
       text = value.substr(end + 1);
       value = value.substr(start + 1, end - start - 1);
     } else {
@@ -104,6 +114,7 @@ class Header {
 
   std::string name_;
   std::map<std::string, std::string> values_;
+  mutable Error error_;
 };
 
 std::vector<std::string_view> split_list(std::string_view list) {
@@ -123,7 +134,10 @@ void read_map_info(const Header& header, EnviHeader& result) {
   const std::string* text = header.find(key);
   if (text == nullptr) return;
   const auto parts = split_list(*text);
-  if (parts.size() < 7) header.fail(key, "fewer than seven values");
+  if (parts.size() < 7) {
+    header.fail(key, "fewer than seven values");
+    return;
+  }
   const double size_x = header.real(key, parts[5]);
   const double size_y = header.real(key, parts[6]);
   std::string unit;
@@ -146,7 +160,10 @@ void read_map_info(const Header& header, EnviHeader& result) {
   const double row = header.real(key, parts[2]);
   const double north = header.real(key, parts[4]) + (row - 1) * size_y;
   const double latitude = north - 0.5 * size_y * result.height;
-  if (!(std::abs(latitude) <= 89)) header.fail(key, "the mean latitude is not within 89 degrees");
+  if (!(std::abs(latitude) <= 89)) {
+    header.fail(key, "the mean latitude is not within 89 degrees");
+    return;
+  }
   const DegreeM degree = metres_per_degree(latitude);
   result.spacing_x_m = size_x * degree.x;
   result.spacing_z_m = size_y * degree.y;
@@ -154,9 +171,9 @@ void read_map_info(const Header& header, EnviHeader& result) {
 
 }  // namespace
 
-EnviHeader parse_envi_header(std::string_view text, const std::string& name, bool need_scale) {
+Error parse_envi_header(std::string_view text, const std::string& name, bool need_scale, EnviHeader& result) {
   const Header header(text, name);
-  EnviHeader result;
+  result = {};
   result.width = static_cast<int>(header.integer("samples", 2, kMaxElevationSide));
   result.height = static_cast<int>(header.integer("lines", 2, kMaxElevationSide));
   header.integer("bands", 1, 1, 1);
@@ -178,7 +195,7 @@ EnviHeader parse_envi_header(std::string_view text, const std::string& name, boo
     result.nodata = header.real("data ignore value", *value);
   }
   if (need_scale) read_map_info(header, result);
-  return result;
+  return header.error();
 }
 
 std::string find_envi_header(const std::string& path) {

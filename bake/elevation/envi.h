@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "platform/base/error.h"
+
 namespace karst::bake {
 
 enum class EnviType : std::uint8_t { u8 = 1, i16 = 2, f32 = 4, u16 = 12 };  // ENVI's own numbers
@@ -26,8 +28,8 @@ struct EnviHeader {
 };
 
 // text: the header's bytes. name: the file, for messages. Sizes are checked against the limits of
-// elevation.h, spacings are not. Throws BakeError. need_scale false: map info is not looked at.
-EnviHeader parse_envi_header(std::string_view text, const std::string& name, bool need_scale);
+// elevation.h, spacings are not. need_scale false: map info is not looked at.
+Error parse_envi_header(std::string_view text, const std::string& name, bool need_scale, EnviHeader& header);
 
 // The header beside a raw file, "dem.hdr" or "dem.bil.hdr" for "dem.bil"; empty where there is none.
 std::string find_envi_header(const std::string& path);

@@ -6,10 +6,12 @@
 
 #include <string>
 
+#include "platform/base/error.h"
+
 namespace karst::bake {
 
-// Throws BakeError unless path is a single-part flat OpenEXR file whose data window is within the limits of
+// An error unless path is a single-part flat OpenEXR file whose data window is within the limits of
 // elevation.h and whose tiles, if it has any, are neither tiny nor larger than max_tile_side samples.
-void check_exr_header(const std::string& path, int max_tile_side);
+Error check_exr_header(const std::string& path, int max_tile_side);
 
 }  // namespace karst::bake

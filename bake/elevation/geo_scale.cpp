@@ -3,8 +3,6 @@
 // tag (GDAL documentation, "GTiff -- GeoTIFF File Format": TIFFTAG_GDAL_NODATA).
 #include "bake/elevation/geo_scale.h"
 
-#include "bake/base/bake_error.h"
-
 #include <tiffio.h>
 
 #include <charconv>
@@ -106,20 +104,24 @@ class GeoKeys {
   std::span<const double> doubles_;
 };
 
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw BakeError(path + ": " + what);
+Error failure(const std::string& path, const std::string& what) {
+  return path + ": " + what;
 }
 
-double metres_of_unit(const std::string& path, const char* field, int unit) {
+Error metres_of_unit(const std::string& path, const char* field, int unit, double& metres) {
   switch (unit) {
     case kMetre:
-      return 1.0;
+      metres = 1.0;
+      return {};
     case kFoot:
-      return 0.3048;
+      metres = 0.3048;
+      return {};
     case kUsSurveyFoot:
-      return 1200.0 / 3937.0;
+      metres = 1200.0 / 3937.0;
+      return {};
     default:
-      fail(path, std::string(field) + ": unit " + std::to_string(unit) + " is not known; use --pixel-size M");
+      return failure(
+          path, std::string(field) + ": unit " + std::to_string(unit) + " is not known; use --pixel-size M");
   }
 }
 
@@ -129,50 +131,55 @@ struct ModelScale {
   std::optional<double> north;
 };
 
-std::optional<ModelScale> model_scale(TIFF* tiff, const std::string& path) {
+// result stays empty where the file says nothing.
+Error model_scale(TIFF* tiff, const std::string& path, std::optional<ModelScale>& result) {
   const auto scale = tag_values<double>(tiff, kModelPixelScaleTag, TIFF_DOUBLE);
   if (!scale.empty()) {
-    if (scale.size() < 2) fail(path, "ModelPixelScaleTag: fewer than two values");
-    ModelScale result{scale[0], scale[1], {}};
+    if (scale.size() < 2) return failure(path, "ModelPixelScaleTag: fewer than two values");
+    result = ModelScale{scale[0], scale[1], {}};
     const auto tie = tag_values<double>(tiff, kModelTiepointTag, TIFF_DOUBLE);
-    if (tie.size() >= 6) result.north = tie[4] + tie[1] * scale[1];
-    return result;
+    if (tie.size() >= 6) result->north = tie[4] + tie[1] * scale[1];
+    return {};
   }
   const auto matrix = tag_values<double>(tiff, kModelTransformationTag, TIFF_DOUBLE);
   if (matrix.empty()) return {};
-  if (matrix.size() != 16) fail(path, "ModelTransformationTag: not 16 values");
-  if (matrix[1] != 0 || matrix[4] != 0) fail(path, "ModelTransformationTag: the image is rotated");
-  return ModelScale{matrix[0], -matrix[5], matrix[7]};
+  if (matrix.size() != 16) return failure(path, "ModelTransformationTag: not 16 values");
+  if (matrix[1] != 0 || matrix[4] != 0) return failure(path, "ModelTransformationTag: the image is rotated");
+  result = ModelScale{matrix[0], -matrix[5], matrix[7]};
+  return {};
 }
 
-void apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, const std::string& path,
-                 GeoTiffTags& tags) {
+Error apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, const std::string& path,
+                  GeoTiffTags& tags) {
   const int model = keys.number(kModelTypeKey).value_or(0);
   tags.geographic = model == 2;
   if (tags.geographic) {
     if (const int unit = keys.number(kGeogAngularUnitsKey).value_or(kDegree); unit != kDegree) {
-      fail(path,
-           "GeogAngularUnitsGeoKey: unit " + std::to_string(unit) + " is not degrees; use --pixel-size M");
+      return failure(path, "GeogAngularUnitsGeoKey: unit " + std::to_string(unit) +
+                               " is not degrees; use --pixel-size M");
     }
     if (!scale.north)
-      fail(path, "ModelTiepointTag: absent, so the latitude is not known; use --pixel-size M");
+      return failure(path, "ModelTiepointTag: absent, so the latitude is not known; use --pixel-size M");
     const double latitude = *scale.north - 0.5 * scale.y * height;
     if (!(std::abs(latitude) <= 89))
-      fail(path, "ModelTiepointTag: the mean latitude is not within 89 degrees");
+      return failure(path, "ModelTiepointTag: the mean latitude is not within 89 degrees");
     const DegreeM degree = metres_per_degree(latitude);
     tags.spacing_x_m = scale.x * degree.x;
     tags.spacing_z_m = scale.y * degree.y;
-    return;
+    return {};
   }
-  if (model == 3) fail(path, "GTModelTypeGeoKey: geocentric coordinates; use --pixel-size M");
+  if (model == 3) return failure(path, "GTModelTypeGeoKey: geocentric coordinates; use --pixel-size M");
   const int unit = keys.number(kProjLinearUnitsKey).value_or(kMetre);
-  const double metres = unit == kUserDefined ? keys.real(kProjLinearUnitSizeKey).value_or(0)
-                                             : metres_of_unit(path, "ProjLinearUnitsGeoKey", unit);
+  double metres = keys.real(kProjLinearUnitSizeKey).value_or(0);
+  if (unit != kUserDefined) {
+    if (Error error = metres_of_unit(path, "ProjLinearUnitsGeoKey", unit, metres); !error.ok()) return error;
+  }
   tags.spacing_x_m = scale.x * metres;
   tags.spacing_z_m = scale.y * metres;
+  return {};
 }
 
-std::optional<double> read_nodata(TIFF* tiff, const std::string& path) {
+Error read_nodata(TIFF* tiff, const std::string& path, std::optional<double>& nodata) {
   const auto text = tag_values<char>(tiff, kGdalNodataTag, TIFF_ASCII);
   if (text.empty()) return {};
   std::string_view digits(text.data(), text.size());
@@ -182,8 +189,10 @@ std::optional<double> read_nodata(TIFF* tiff, const std::string& path) {
   if (digits.empty()) return {};
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) fail(path, "GDAL_NODATA: not a number");
-  return value;
+  if (error != std::errc() || end != digits.data() + digits.size())
+    return failure(path, "GDAL_NODATA: not a number");
+  nodata = value;
+  return {};
 }
 
 }  // namespace
@@ -200,21 +209,23 @@ DegreeM metres_per_degree(double latitude_deg) {
   return {prime_vertical_m * std::cos(latitude_deg * kRadians) * kRadians, meridian_m * kRadians};
 }
 
-GeoTiffTags read_geotiff_tags(const std::string& path, int height, bool need_scale) {
+Error read_geotiff_tags(const std::string& path, int height, bool need_scale, GeoTiffTags& tags) {
+  tags = {};
   bool truncated = false;
   const TiffFile tiff = open_tiff(path, truncated);
-  if (truncated) fail(path, "truncated: a tag lies beyond the end of the file");
-  if (tiff == nullptr) fail(path, "not a readable TIFF file");
+  if (truncated) return failure(path, "truncated: a tag lies beyond the end of the file");
+  if (tiff == nullptr) return failure(path, "not a readable TIFF file");
   const GeoKeys keys(tiff.get());
-  GeoTiffTags tags;
-  tags.nodata = read_nodata(tiff.get(), path);
+  if (Error error = read_nodata(tiff.get(), path, tags.nodata); !error.ok()) return error;
   if (const auto unit = keys.number(kVerticalUnitsKey); unit && *unit != kUserDefined) {
-    tags.metres_per_unit = metres_of_unit(path, "VerticalUnitsGeoKey", *unit);
+    Error error = metres_of_unit(path, "VerticalUnitsGeoKey", *unit, tags.metres_per_unit);
+    if (!error.ok()) return error;
   }
   tags.geographic = keys.number(kModelTypeKey) == 2;
-  if (!need_scale) return tags;
-  if (const auto scale = model_scale(tiff.get(), path)) apply_scale(*scale, keys, height, path, tags);
-  return tags;
+  if (!need_scale) return {};
+  std::optional<ModelScale> scale;
+  if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
+  return scale ? apply_scale(*scale, keys, height, path, tags) : Error();
 }
 
 }  // namespace karst::bake

@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "platform/base/error.h"
+
 namespace karst::bake {
 
 // Metres of a degree of longitude (x) and latitude (y) on the WGS84 ellipsoid at a latitude in degrees,
@@ -24,9 +26,9 @@ struct GeoTiffTags {
   bool geographic = false;
 };
 
-// height: rows of the image, for the mean latitude of a geographic one. Throws BakeError naming path and tag;
+// height: rows of the image, for the mean latitude of a geographic one. The error names path and tag;
 // spacings are not range-checked here. need_scale false: tags that say nothing usable about the scale are no
 // error.
-GeoTiffTags read_geotiff_tags(const std::string& path, int height, bool need_scale);
+Error read_geotiff_tags(const std::string& path, int height, bool need_scale, GeoTiffTags& tags);
 
 }  // namespace karst::bake

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bake/materials/bake_materials.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/base/parallel.h"
 #include "bake/carve/cave_lights.h"
 #include "bake/materials/material_files.h"
@@ -66,24 +65,22 @@ Material BakeMaterials::resolve(const MaterialSpec& spec) const {
   return material;
 }
 
-void BakeMaterials::load() {
-  if (options.none || options.path.empty()) return;
-  file_ = read_material_file(options.path);
+Error BakeMaterials::load() {
+  if (options.none || options.path.empty()) return {};
+  if (Error error = read_material_file(options.path, file_); !error.ok()) return error;
   const std::string folder = folder_of(options.path);
   for (std::size_t k = 0; k < file_.materials.size(); ++k) {
     images_.emplace_back();
     if (!file_.materials[k].sample.empty()) continue;
-    try {
-      images_[k] = read_material_image(file_.materials[k], folder, side());
-    } catch (const BakeError& e) {
-      throw BakeError(options.path + ": material " + std::to_string(k) + ": " + e.what());
-    }
+    const Error error = read_material_image(file_.materials[k], folder, side(), images_[k]);
+    if (!error.ok()) return options.path + ": material " + std::to_string(k) + ": " + error.text();
   }
+  return {};
 }
 
 // A patch has the material of the last box that its middle lies in.
-void BakeMaterials::paint(BakedMaterials& baked) const {
-  if (file_.paint.empty()) return;
+Error BakeMaterials::paint(BakedMaterials& baked) const {
+  if (file_.paint.empty()) return {};
   baked.overrides.assign(surface.patches.size(), 0);
   for (std::size_t b = 0; b < file_.paint.size(); ++b) {
     const PaintBox& box = file_.paint[b];
@@ -91,8 +88,7 @@ void BakeMaterials::paint(BakedMaterials& baked) const {
     const Material* const found = std::find_if(static_cast<const Material*>(baked.set.materials), end,
                                                [&](const Material& m) { return box.material == m.name; });
     if (found == end) {
-      throw BakeError(options.path + ": paint " + std::to_string(b) + ": material: there is no '" +
-                      box.material + "'");
+      return options.path + ": paint " + std::to_string(b) + ": material: there is no '" + box.material + "'";
     }
     const auto number = static_cast<std::uint8_t>(found - baked.set.materials + 1);
     const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);
@@ -110,6 +106,7 @@ void BakeMaterials::paint(BakedMaterials& baked) const {
   }
   baked.painted = static_cast<std::size_t>(
       std::count_if(baked.overrides.begin(), baked.overrides.end(), [](std::uint8_t m) { return m != 0; }));
+  return {};
 }
 
 void BakeMaterials::light(BakedMaterials& baked) const {
@@ -142,13 +139,13 @@ std::vector<MaterialSpec> BakeMaterials::list(MaterialSet& set) const {
   return specs;
 }
 
-BakedMaterials BakeMaterials::run() const {
-  BakedMaterials baked;
-  if (options.none) return baked;
+Error BakeMaterials::run(BakedMaterials& baked) const {
+  baked = BakedMaterials();
+  if (options.none) return {};
   const std::vector<MaterialSpec> specs = list(baked.set);
   baked.set.side = static_cast<std::uint32_t>(side());
   baked.set.format = options.format.value_or(file_.format.value_or(kDefaultTextureFormat));
-  paint(baked);
+  if (Error error = paint(baked); !error.ok()) return error;
   light(baked);
   std::vector<MaterialImage> images = images_;
   images.resize(specs.size());
@@ -156,7 +153,7 @@ BakedMaterials BakeMaterials::run() const {
     if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side());
   });
   baked.textures = MakeTextures{images, threads}.run(baked.set, baked.loss);
-  return baked;
+  return {};
 }
 
 }  // namespace karst::bake

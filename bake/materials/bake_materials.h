@@ -7,6 +7,7 @@
 #include "bake/samples/solid.h"
 #include "bake/textures/material_image.h"
 #include "bake/textures/texture_pyramid.h"
+#include "platform/base/error.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/world_file.h"
 #include "terrain/surface/patch.h"
@@ -49,8 +50,8 @@ class BakeMaterials {
   MaterialOptions options;
   int threads = 1;
 
-  // Throws BakeError naming the material file or the image, and the field.
-  void load();
+  // The error names the material file or the image, and the field.
+  Error load();
 
   std::string sample;  // of the world; empty: an elevation image
   WorldGrid grid;
@@ -58,14 +59,14 @@ class BakeMaterials {
   Surface surface;
   std::span<const PatchBounds> bounds;
 
-  // Throws BakeError where the file paints with a material that is not there.
-  BakedMaterials run() const;
+  // An error where the file paints with a material that is not there.
+  Error run(BakedMaterials& baked) const;
 
  private:
   WorldRelief relief() const;
   Material resolve(const MaterialSpec& spec) const;
   std::vector<MaterialSpec> list(MaterialSet& set) const;
-  void paint(BakedMaterials& baked) const;
+  Error paint(BakedMaterials& baked) const;
   void light(BakedMaterials& baked) const;
   int side() const { return options.side.value_or(file_.side.value_or(kDefaultMaterialSide)); }
   glm::dvec3 to_voxels(glm::dvec3 position_m) const { return (position_m - grid.origin_m) / grid.voxel_m; }

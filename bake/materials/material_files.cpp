@@ -2,7 +2,6 @@
 #include "bake/materials/material_files.h"
 
 #include "app/common/regular_file.h"
-#include "bake/base/bake_error.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/quiet_stderr.h"
 
@@ -22,8 +21,8 @@ namespace {
 
 constexpr int kMostChannels = 16;
 
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw BakeError(path + ": " + what);
+Error failure(const std::string& path, const std::string& what) {
+  return path + ": " + what;
 }
 
 // Texels of a file, three channels (of one: three times the same), row 0 at the image's top.
@@ -34,41 +33,43 @@ struct Pixels {
 };
 
 // The OpenImageIO reader for a file, by its first bytes: a file is never handed to any other.
-const char* reader_for(const std::string& path) {
+Error reader_for(const std::string& path, const char*& reader) {
   int descriptor = -1;
   std::uint64_t bytes = 0;
-  if (const std::string error = app::open_regular_file(path, descriptor, bytes); !error.empty())
-    throw BakeError(error);
+  if (Error error = app::open_regular_file(path, descriptor, bytes); !error.ok()) return error;
   close(descriptor);
   char first[8] = {};
   std::ifstream(path, std::ios::binary).read(first, sizeof first);
   const std::string_view start(first, sizeof first);
-  if (start == std::string_view("\x89PNG\r\n\x1a\n", 8)) return "png";
-  if (start.substr(0, 3) == "\xff\xd8\xff") return "jpeg";
+  reader = nullptr;
+  if (start == std::string_view("\x89PNG\r\n\x1a\n", 8)) reader = "png";
+  if (start.substr(0, 3) == "\xff\xd8\xff") reader = "jpeg";
   for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4)}) {
-    if (start.substr(0, 4) == tiff) return "tiff";
+    if (start.substr(0, 4) == tiff) reader = "tiff";
   }
-  if (start.substr(0, 4) == "v/1\x01") return "openexr";
-  fail(path, "not a PNG, JPEG, TIFF or OpenEXR image");
+  if (start.substr(0, 4) == "v/1\x01") reader = "openexr";
+  if (reader == nullptr) return failure(path, "not a PNG, JPEG, TIFF or OpenEXR image");
+  return {};
 }
 
-void check_spec(const std::string& path, const OIIO::ImageSpec& spec) {
+Error check_spec(const std::string& path, const OIIO::ImageSpec& spec) {
   if (spec.width < 1 || spec.height < 1 || spec.width > kMostImageSide || spec.height > kMostImageSide) {
-    fail(path, "size: " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                   " texels; the most is " + std::to_string(kMostImageSide) + " a side");
+    return failure(path, "size: " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                             " texels; the most is " + std::to_string(kMostImageSide) + " a side");
   }
-  if (spec.depth > 1) fail(path, "depth: a volume, not an image");
+  if (spec.depth > 1) return failure(path, "depth: a volume, not an image");
   if (spec.nchannels < 1 || spec.nchannels > kMostChannels)
-    fail(path, "channels: " + std::to_string(spec.nchannels) + "; an image has 1 to 4");
+    return failure(path, "channels: " + std::to_string(spec.nchannels) + "; an image has 1 to 4");
   if (spec.tile_width < 0 || spec.tile_height < 0 || spec.tile_width > kMostImageSide ||
       spec.tile_height > kMostImageSide)
-    fail(path, "tiles: larger than any image");
+    return failure(path, "tiles: larger than any image");
+  return {};
 }
 
-[[noreturn]] void fail_reading(const std::string& path, OIIO::ImageInput& input) {
+Error reading_failure(const std::string& path, OIIO::ImageInput& input) {
   std::string why = input.geterror();
   std::replace(why.begin(), why.end(), '\n', ' ');
-  fail(path, "unreadable image: " + (why.empty() ? "truncated or damaged" : why));
+  return failure(path, "unreadable image: " + (why.empty() ? "truncated or damaged" : why));
 }
 
 // Rows [row, last). Scanlines one by one: elevation.cpp says why.
@@ -87,31 +88,35 @@ bool read_rows(OIIO::ImageInput& input, int row, int last, std::vector<float>& r
   return true;
 }
 
-Pixels read_pixels(const std::string& path) {
-  const char* reader = reader_for(path);
-  if (std::string_view(reader) == "openexr") check_exr_header(path, kMostImageSide);
+Error read_pixels(const std::string& path, Pixels& pixels) {
+  const char* reader = nullptr;
+  if (Error error = reader_for(path, reader); !error.ok()) return error;
+  if (std::string_view(reader) == "openexr") {
+    if (Error error = check_exr_header(path, kMostImageSide); !error.ok()) return error;
+  }
   const QuietStderr quiet;
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
-  if (input == nullptr) fail(path, std::string("OpenImageIO has no reader for ") + reader);
+  if (input == nullptr) return failure(path, std::string("OpenImageIO has no reader for ") + reader);
   OIIO::ImageSpec spec;
-  if (!input->open(path, spec)) fail_reading(path, *input);
-  check_spec(path, spec);
-  Pixels pixels{spec.width, spec.height, {}, spec.format.is_floating_point()};
+  if (!input->open(path, spec)) return reading_failure(path, *input);
+  if (Error error = check_spec(path, spec); !error.ok()) return error;
+  pixels = {spec.width, spec.height, {}, spec.format.is_floating_point()};
   const int band = spec.tile_width > 0 ? spec.tile_height : 64;
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   std::vector<float> rows;
   // Memory grows with what was read: a short file that claims to be large fails early.
   for (int row = 0; row < spec.height; row += band) {
-    if (!read_rows(*input, row, std::min(row + band, spec.height), rows)) fail_reading(path, *input);
+    if (!read_rows(*input, row, std::min(row + band, spec.height), rows))
+      return reading_failure(path, *input);
     for (std::size_t k = 0; k < rows.size(); k += channels) {
       for (std::size_t c = 0; c < 3; ++c) {
         const float value = rows[k + (channels < 3 ? 0 : c)];
-        if (!std::isfinite(value)) fail(path, "a texel is not a number");
+        if (!std::isfinite(value)) return failure(path, "a texel is not a number");
         pixels.rgb.push_back(value);
       }
     }
   }
-  return pixels;
+  return {};
 }
 
 void make_linear(Pixels& pixels) {
@@ -121,7 +126,7 @@ void make_linear(Pixels& pixels) {
 
 // To side x side texels. The image is repeated around its borders, so that the filter sees what tiling shows
 // there. Row 0 of the result is the image's lowest.
-std::vector<float> resized(const Pixels& pixels, const std::string& path, int side) {
+Error resize(const Pixels& pixels, const std::string& path, int side, std::vector<float>& texels) {
   const auto reach = [side](int size) { return 4 * std::max(1, (size + side - 1) / side) + 4; };
   const int pad_x = reach(pixels.width), pad_y = reach(pixels.height);
   OIIO::ImageSpec spec(pixels.width + 2 * pad_x, pixels.height + 2 * pad_y, 3, OIIO::TypeDesc::FLOAT);
@@ -142,15 +147,16 @@ std::vector<float> resized(const Pixels& pixels, const std::string& path, int si
   }
   const OIIO::ImageBuf source(spec, padded.data());
   OIIO::ImageBuf target(OIIO::ImageSpec(side, side, 3, OIIO::TypeDesc::FLOAT));
-  if (!OIIO::ImageBufAlgo::resize(target, source)) fail(path, "cannot be resized: " + target.geterror());
-  std::vector<float> texels(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 3);
+  if (!OIIO::ImageBufAlgo::resize(target, source))
+    return failure(path, "cannot be resized: " + target.geterror());
+  texels.assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 3, 0.0f);
   const auto stride = static_cast<std::size_t>(side) * 3 * sizeof(float);
   // From the last row up.
   float* last = texels.data() + static_cast<std::size_t>(side - 1) * static_cast<std::size_t>(side) * 3;
   if (!target.get_pixels(OIIO::ROI(0, side, 0, side, 0, 1, 0, 3), OIIO::TypeDesc::FLOAT, last,
                          OIIO::AutoStride, -static_cast<OIIO::stride_t>(stride)))
-    fail(path, "cannot be resized: " + target.geterror());
-  return texels;
+    return failure(path, "cannot be resized: " + target.geterror());
+  return {};
 }
 
 // Normals of the image as slopes, in place.
@@ -181,39 +187,42 @@ std::string path_in(const std::string& folder, const std::string& path) {
 
 }  // namespace
 
-MaterialImage read_material_image(const MaterialSpec& spec, const std::string& folder, int side) {
-  MaterialImage image(side);
-  const auto read = [&](const std::string& name, auto&& change) {
+Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side,
+                          MaterialImage& image) {
+  image = MaterialImage(side);
+  std::vector<float> texels;
+  const auto read = [&](const std::string& name, auto&& change) -> Error {
     const std::string path = path_in(folder, name);
-    Pixels pixels = read_pixels(path);
+    Pixels pixels;
+    if (Error error = read_pixels(path, pixels); !error.ok()) return error;
     change(pixels);
-    return resized(pixels, path, side);
+    return resize(pixels, path, side, texels);
   };
   const auto as_it_is = [](Pixels&) {};
   const auto clamped = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
 
-  const std::vector<float> albedo = read(spec.albedo, make_linear);
+  if (Error error = read(spec.albedo, make_linear); !error.ok()) return error;
   for (std::size_t k = 0; k < image.count(); ++k) {
-    for (int c = 0; c < 3; ++c) image.albedo[k][c] = clamped(albedo[3 * k + static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 3; ++c) image.albedo[k][c] = clamped(texels[3 * k + static_cast<std::size_t>(c)]);
   }
   if (spec.height.empty()) {
-    brightness_as_height(image, albedo);
+    brightness_as_height(image, texels);
   } else {
-    const std::vector<float> height = read(spec.height, as_it_is);
-    for (std::size_t k = 0; k < image.count(); ++k) image.height[k] = clamped(height[3 * k]);
+    if (Error error = read(spec.height, as_it_is); !error.ok()) return error;
+    for (std::size_t k = 0; k < image.count(); ++k) image.height[k] = clamped(texels[3 * k]);
   }
   if (spec.normal.empty()) {
     image.derive_slopes(static_cast<float>(spec.relief));
   } else {
-    const std::vector<float> slopes = read(spec.normal, make_slopes);
-    for (std::size_t k = 0; k < image.count(); ++k) image.slope[k] = {slopes[3 * k], slopes[3 * k + 1]};
+    if (Error error = read(spec.normal, make_slopes); !error.ok()) return error;
+    for (std::size_t k = 0; k < image.count(); ++k) image.slope[k] = {texels[3 * k], texels[3 * k + 1]};
   }
   std::fill(image.roughness.begin(), image.roughness.end(), static_cast<float>(spec.roughness_value));
   if (!spec.roughness.empty()) {
-    const std::vector<float> roughness = read(spec.roughness, as_it_is);
-    for (std::size_t k = 0; k < image.count(); ++k) image.roughness[k] = clamped(roughness[3 * k]);
+    if (Error error = read(spec.roughness, as_it_is); !error.ok()) return error;
+    for (std::size_t k = 0; k < image.count(); ++k) image.roughness[k] = clamped(texels[3 * k]);
   }
-  return image;
+  return {};
 }
 
 }  // namespace karst::bake

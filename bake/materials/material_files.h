@@ -5,6 +5,7 @@
 
 #include "bake/materials/material_json.h"
 #include "bake/textures/material_image.h"
+#include "platform/base/error.h"
 
 #include <string>
 
@@ -14,7 +15,8 @@ inline constexpr int kMostImageSide = 8'192;  // texels
 
 // Paths are relative to `folder`. Albedo of integer samples is sRGB, of floats linear. Without a height
 // image, the albedo's brightness is the height; without a normal image (OpenGL's way: green is up), normals
-// are the height's. Throws BakeError that names the image's path.
-MaterialImage read_material_image(const MaterialSpec& spec, const std::string& folder, int side);
+// are the height's. The error names the image's path.
+Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side,
+                          MaterialImage& image);
 
 }  // namespace karst::bake

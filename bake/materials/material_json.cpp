@@ -18,8 +18,11 @@ constexpr std::size_t kMostPathBytes = 4'096;
 // [low, high]; null is no limit.
 Limits limits(const JsonFields& fields, const char* field, double low, double high) {
   const json& value = fields.get(field);
-  if (!value.is_array() || value.size() != 2) fields.fail(field, "not two limits");
   Limits result;
+  if (!value.is_array() || value.size() != 2) {
+    fields.fail(field, "not two limits");
+    return result;
+  }
   for (std::size_t k = 0; k < 2; ++k) {
     if (!value[k].is_null()) result[k] = fields.number(field, value[k], low, high);
   }
@@ -91,34 +94,39 @@ LightSpec parse_light(const JsonFields& fields) {
 
 // One of T for each object in a list.
 template <class T>
-std::vector<T> parse_list(const JsonFields& file, const std::string& name, const char* field, const char* one,
-                          std::size_t most, T (*parse)(const JsonFields&)) {
-  std::vector<T> result;
-  if (!file.has(field)) return result;
+Error parse_list(const JsonFields& file, const std::string& name, const char* field, const char* one,
+                 std::size_t most, T (*parse)(const JsonFields&), std::vector<T>& result) {
+  if (!file.has(field)) return file.error();
   const json& list = file.list(field, most);
-  for (std::size_t k = 0; k < list.size(); ++k)
-    result.push_back(parse(JsonFields(list[k], name + ": " + one + " " + std::to_string(k))));
-  return result;
+  if (!file.error().ok()) return file.error();
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    const JsonFields fields(list[k], name + ": " + one + " " + std::to_string(k));
+    result.push_back(parse(fields));
+    if (!fields.error().ok()) return fields.error();
+  }
+  return {};
 }
 
-void check_names(const std::vector<MaterialSpec>& materials, const std::string& name) {
+Error check_names(const std::vector<MaterialSpec>& materials, const std::string& name) {
   for (std::size_t k = 0; k < materials.size(); ++k) {
     for (std::size_t other = 0; other < k; ++other) {
       if (materials[other].name == materials[k].name) {
-        throw BakeError(name + ": material " + std::to_string(k) + ": name: the same as of material " +
-                        std::to_string(other));
+        return name + ": material " + std::to_string(k) + ": name: the same as of material " +
+               std::to_string(other);
       }
     }
   }
+  return {};
 }
 
 }  // namespace
 
-MaterialFile parse_material_file(std::string_view text, const std::string& name) {
-  const json root = parse_json(text, name, 8, "a material file");
+Error parse_material_file(std::string_view text, const std::string& name, MaterialFile& file) {
+  file = {};
+  json root;
+  if (Error error = parse_json(text, name, 8, "a material file", root); !error.ok()) return error;
   const JsonFields fields(root, name);
   fields.only({"side", "format", "materials", "paint", "lights"});
-  MaterialFile file;
   if (fields.has("side")) {
     const double side = fields.number("side", kLeastTextureSide, kMostTextureSide);
     if (side != static_cast<int>(side) || !std::has_single_bit(static_cast<unsigned>(side)))
@@ -129,18 +137,21 @@ MaterialFile parse_material_file(std::string_view text, const std::string& name)
     file.format =
         fields.word("format", {"etc2", "rgba8"}) == "etc2" ? TextureFormat::etc2 : TextureFormat::rgba8;
   }
-  file.materials =
-      parse_list<MaterialSpec>(fields, name, "materials", "material", kMostMaterials, parse_material);
+  Error error =
+      parse_list(fields, name, "materials", "material", kMostMaterials, parse_material, file.materials);
+  if (!error.ok()) return error;
   if (fields.has("materials") && file.materials.empty()) fields.fail("materials", "an empty list");
-  check_names(file.materials, name);
-  file.paint = parse_list<PaintBox>(fields, name, "paint", "paint", MaterialFile::kMostBoxes, parse_box);
-  if (fields.has("lights"))
-    file.lights = parse_list<LightSpec>(fields, name, "lights", "light", kMostLights, parse_light);
-  return file;
+  if (!fields.error().ok()) return fields.error();
+  if (error = check_names(file.materials, name); !error.ok()) return error;
+  error = parse_list(fields, name, "paint", "paint", MaterialFile::kMostBoxes, parse_box, file.paint);
+  if (!error.ok() || !fields.has("lights")) return error;
+  return parse_list(fields, name, "lights", "light", kMostLights, parse_light, file.lights.emplace());
 }
 
-MaterialFile read_material_file(const std::string& path) {
-  return parse_material_file(read_json_text(path), path);
+Error read_material_file(const std::string& path, MaterialFile& file) {
+  std::string text;
+  if (Error error = read_json_text(path, text); !error.ok()) return error;
+  return parse_material_file(text, path, file);
 }
 
 }  // namespace karst::bake

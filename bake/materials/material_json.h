@@ -2,6 +2,7 @@
 // A material file: what the ground of a world is made of, in JSON (docs/materials.md). Distances are metres.
 #pragma once
 
+#include "platform/base/error.h"
 #include "terrain/shading/materials.h"
 
 #include <glm/vec3.hpp>
@@ -54,8 +55,8 @@ struct MaterialFile {
   static constexpr std::size_t kMostBoxes = 10'000;
 };
 
-// text: the JSON; name: the file, for messages. Throws BakeError naming file, entry and field.
-MaterialFile parse_material_file(std::string_view text, const std::string& name);
-MaterialFile read_material_file(const std::string& path);
+// text: the JSON; name: the file, for messages. The error names file, entry and field.
+Error parse_material_file(std::string_view text, const std::string& name, MaterialFile& file);
+Error read_material_file(const std::string& path, MaterialFile& file);
 
 }  // namespace karst::bake

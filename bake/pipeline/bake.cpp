@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "bake/pipeline/bake.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/base/parallel.h"
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation_solid.h"
 #include "bake/pipeline/repair_folds.h"
 #include "bake/pipeline/settle_voxels.h"
 #include "bake/samples/samples.h"
+#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/field/voxelize.h"
 #include "terrain/file/world_writer.h"
@@ -46,9 +46,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-void check(const Status& status, const char* stage) {
-  if (status.ok()) return;
-  throw BakeError(std::string(stage) + ": " + status.field() + ": " + status.what());
+Error failure(const Status& status, const char* stage) {
+  if (status.ok()) return {};
+  return std::string(stage) + ": " + status.field() + ": " + status.what();
 }
 
 // Two significant digits, so that the default voxel size is a number one can say.
@@ -67,7 +67,7 @@ struct Voxels {
   std::unique_ptr<std::byte[]> memory;
   Octree octree;
 
-  void create(int depth, std::uint32_t max_octets) {
+  Error create(int depth, std::uint32_t max_octets) {
     // Uninitialised: pages are touched as octets are used.
     const std::size_t bytes = Octree::bytes_for(max_octets) + Arena::kAlignment;
     memory.reset(new std::byte[bytes]);
@@ -76,7 +76,7 @@ struct Voxels {
     std::align(Arena::kAlignment, bytes - Arena::kAlignment, aligned, space);
     Arena arena({static_cast<std::byte*>(aligned), bytes - Arena::kAlignment});
     octree = Octree();
-    check(octree.create(arena, depth, max_octets), "octree");
+    return failure(octree.create(arena, depth, max_octets), "octree");
   }
 };
 
@@ -85,43 +85,49 @@ class Baker {
   Baker(const Bake& job, Bake::Report& report, const ReportProgress& progress)
       : job_(job), report_(report), progress_(progress) {}
 
-  std::vector<std::byte> run() {
+  Error run(std::vector<std::byte>& file) {
     Stopwatch watch;
-    read();
+    if (Error error = read(); !error.ok()) return error;
     report_.seconds_read = watch.lap();
-    make_voxels();
-    extract();
+    if (Error error = make_voxels(); !error.ok()) return error;
+    if (Error error = extract(); !error.ok()) return error;
     report_.seconds_voxels = watch.lap();
     fit();
     report_.seconds_fit = watch.lap();
     measure();
     report_.seconds_measure = watch.lap();
-    return write();
+    return write(file);
   }
 
  private:
   // The solid, the grid, and for an image the column tops.
-  void read() {
+  Error read() {
     bake_materials_.options = job_.materials;
     bake_materials_.threads = job_.threads;
-    bake_materials_.load();
-    if (!job_.carve_path.empty()) shapes_ = read_carve(job_.carve_path);
-    report_.carve_shapes = shapes_.size();
-    if (job_.sample.empty()) {
-      read_image();
-    } else {
-      Sample sample = make_sample(job_.sample, job_.threads);
-      if (sample.solid == nullptr) throw BakeError("--sample: there is no sample '" + job_.sample + "'");
-      grid_ = grid_for(sample.content_m, job_.voxel_m > 0 ? job_.voxel_m : sample.voxel_m);
-      level_ = job_.level > 0 ? job_.level : sample.level;
-      base_ = std::move(sample.solid);
+    if (Error error = bake_materials_.load(); !error.ok()) return error;
+    if (!job_.carve_path.empty()) {
+      if (Error error = read_carve(job_.carve_path, shapes_); !error.ok()) return error;
     }
-    if (!shapes_.empty()) carved_ = std::make_unique<CarvedSolid>(*base_, shapes_, grid_);
+    report_.carve_shapes = shapes_.size();
+    if (Error error = job_.sample.empty() ? read_image() : read_sample(); !error.ok()) return error;
+    if (!shapes_.empty()) {
+      carved_ = std::make_unique<CarvedSolid>(*base_, shapes_, grid_);
+      if (Error error = carved_->build(); !error.ok()) return error;
+    }
     report_.quantisation_m = grid_.voxel_m * kVertexStep / kStepsPerVoxel;
+    return {};
   }
 
-  void read_image() {
-    elevation_ = job_.read.run();
+  Error read_sample() {
+    Sample sample = make_sample(job_.sample, job_.threads);
+    if (sample.solid == nullptr) return "--sample: there is no sample '" + job_.sample + "'";
+    base_ = std::move(sample.solid);
+    level_ = job_.level > 0 ? job_.level : sample.level;
+    return choose_grid(sample.content_m, job_.voxel_m > 0 ? job_.voxel_m : sample.voxel_m);
+  }
+
+  Error read_image() {
+    if (Error error = job_.read.run(elevation_); !error.ok()) return error;
     report_.width = elevation_.width;
     report_.height = elevation_.height;
     report_.spacing_x_m = elevation_.spacing_x_m;
@@ -150,16 +156,16 @@ class Baker {
       voxel_m =
           std::max(voxel_m, std::min(round_to_two_digits(2 * spacing_m), 0.5 * std::min(size.x, size.z)));
     }
-    grid_ = grid_for(content, voxel_m);
     level_ = job_.level;
     if (level_ <= 0) {
-      const double wanted = std::log2(grid_.voxel_m / (kSamplesPerVertex * spacing_m));
+      const double wanted = std::log2(voxel_m / (kSamplesPerVertex * spacing_m));
       level_ = std::clamp(static_cast<int>(std::lround(wanted)), 1, kMaxLevel);
     }
+    return choose_grid(content, voxel_m);
   }
 
-  // The content's height range, widened by the shapes over it.
-  WorldGrid grid_for(Box content, double voxel_m) const {
+  // For the content's height range, widened by the shapes over it.
+  Error choose_grid(Box content, double voxel_m) {
     const Box plan = content;
     for (const CarveShape& shape : shapes_) {
       const Box box = shape.bounds();
@@ -172,31 +178,29 @@ class Baker {
         content.min.y = std::min(content.min.y, box.min.y - shape.blend_m);
       }
     }
-    return WorldGrid::around(content, voxel_m);
+    return WorldGrid::around(content, voxel_m, grid_);
   }
 
   const Solid& solid() const { return carved_ != nullptr ? static_cast<const Solid&>(*carved_) : *base_; }
   bool is_height_field() const { return ground_ != nullptr && carved_ == nullptr && !has_holes(); }
   bool has_holes() const { return job_.leave_holes && elevation_.voids > 0; }
 
-  void make_voxels() {
-    if (ground_ == nullptr) {
-      fill_by(solid());
-      return;
-    }
+  Error make_voxels() {
+    if (ground_ == nullptr) return fill_by(solid());
     tops_ = column_tops(*ground_, elevation_, grid_, job_.threads);
     if (carved_ != nullptr) {
       const ColumnSolid columns(tops_, grid_);
-      fill_by(CarvedSolid(columns, shapes_, grid_));
-      return;
+      CarvedSolid carved(columns, shapes_, grid_);
+      if (Error error = carved.build(); !error.ok()) return error;
+      return fill_by(carved);
     }
     const VoxelizeHeights voxelize{grid_.extent, tops_};
-    voxels_.create(grid_.depth, std::max(1u, voxelize.count_octets(grid_.depth)));
-    check(voxelize.run(voxels_.octree), "voxels");
+    Error error = voxels_.create(grid_.depth, std::max(1u, voxelize.count_octets(grid_.depth)));
+    return error.ok() ? failure(voxelize.run(voxels_.octree), "voxels") : error;
   }
 
   // Voxels whose centre is in the solid, settled. The topmost layer stays air.
-  void fill_by(const Solid& solid) {
+  Error fill_by(const Solid& solid) {
     const glm::ivec3 extent = grid_.extent;
     const auto row = static_cast<std::size_t>(extent.x), slice = row * static_cast<std::size_t>(extent.y);
     std::vector<float> values(slice * static_cast<std::size_t>(extent.z), -1.0f);
@@ -216,27 +220,26 @@ class Baker {
     const VoxelizePredicate voxelize{extent, VoxelFunction(is_filled)};
     const std::uint32_t full_tree = ((1u << (3 * grid_.depth)) - 1) / 7;
     for (std::uint32_t octets = std::min(1u << 16, full_tree);; octets = std::min(4 * octets, full_tree)) {
-      voxels_.create(grid_.depth, octets);
+      if (Error error = voxels_.create(grid_.depth, octets); !error.ok()) return error;
       const Status status = voxelize.run(voxels_.octree);
       if (status.code() == StatusCode::limit_reached && octets < full_tree) continue;
-      check(status, "voxels");
-      return;
+      return failure(status, "voxels");
     }
   }
 
-  void extract() {
+  Error extract() {
     report_.filled_voxels = voxels_.octree.count_filled();
     ExtractSurface extract;
     extract.octree = &voxels_.octree;
     extract.extent = grid_.extent;
     ExtractSurface::Result counts;
-    check(extract.count(counts), "surface");
-    if (counts.patches == 0) throw BakeError("the world has no surface: nothing, or everything, is filled");
+    if (Error error = failure(extract.count(counts), "surface"); !error.ok()) return error;
+    if (counts.patches == 0) return "the world has no surface: nothing, or everything, is filled";
     while (job_.level <= 0 && level_ > 1 && counts.patches > kMostPages / pages_of(level_)) --level_;
     const std::size_t samples = counts.patches * static_cast<std::size_t>(patch_vertices(level_));
     if (counts.patches > kMostPatches || samples * sizeof(std::int16_t) > kMaxHeightBytes) {
-      throw BakeError("--levels: " + std::to_string(counts.patches) + " patches at level " +
-                      std::to_string(level_) + " take more than 4 GiB; use a lower level or larger voxels");
+      return "--levels: " + std::to_string(counts.patches) + " patches at level " + std::to_string(level_) +
+             " take more than 4 GiB; use a lower level or larger voxels";
     }
     volumes_.resize(counts.volumes);
     patches_.resize(counts.patches);
@@ -244,9 +247,10 @@ class Baker {
     extract.volumes = volumes_;
     extract.patches = patches_;
     extract.scratch = scratch;
-    check(extract.run(counts), "surface");
+    if (Error error = failure(extract.run(counts), "surface"); !error.ok()) return error;
     for (std::uint32_t p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
     heights_.resize(samples);
+    return {};
   }
 
   struct FieldContext {
@@ -265,7 +269,7 @@ class Baker {
     fit.field = {field_value, &context};
     fit.level = level_;
     fit.heights = heights_;
-    check(fit.validate(), "heights");
+    KARST_ASSERT(fit.validate().ok());
     std::vector<FitHeights::Result> results(static_cast<std::size_t>(job_.threads));
     std::atomic<std::uint64_t> done = 0;
     parallel_chunks(patches_.size(), kFitChunk, job_.threads,
@@ -284,7 +288,7 @@ class Baker {
     repair.level = level_;
     repair.heights = heights_;
     repair.height_field = is_height_field();
-    check(repair.validate(), "folds");
+    KARST_ASSERT(repair.validate().ok());
     const RepairFolds::Result folds = repair.run();
     report_.folds_repaired = folds.folded_before - std::min(folds.folded_before, folds.folded_after);
     report_.folds_left = folds.folded_after;
@@ -380,7 +384,7 @@ class Baker {
     measure.heights = {level_, heights_};
     measure.borders = borders;
     measure.out = {made.level_errors, made.bounds, made.cones, made.shading_cones};
-    check(measure.validate(), "measures");
+    KARST_ASSERT(measure.validate().ok());
     std::vector<std::unique_ptr<MeasureRoom>> rooms;
     for (int t = 0; t < job_.threads; ++t) rooms.push_back(std::make_unique<MeasureRoom>(level_));
     parallel_chunks(count, kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int worker) {
@@ -392,7 +396,7 @@ class Baker {
     return made;
   }
 
-  std::vector<std::byte> write() {
+  Error write(std::vector<std::byte>& file) {
     WorldInfo& info = report_.info;
     info.voxel_size_m = grid_.voxel_m;
     for (int k = 0; k < 3; ++k) info.origin_m[k] = grid_.origin_m[k];
@@ -403,37 +407,36 @@ class Baker {
     info.volumes = static_cast<std::uint32_t>(volumes_.size());
     info.patches = info.height_blocks = static_cast<std::uint32_t>(patches_.size());
     set_name(job_.sample.empty() ? job_.read.path.substr(job_.read.path.find_last_of('/') + 1) : job_.sample);
-    check(validate_world_info(info), "world");
+    if (Error error = failure(validate_world_info(info), "world"); !error.ok()) return error;
 
     std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
     for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
     const Measures measures = measure_patches();
     std::vector<PatchKey> keys;
     for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(Surface{volumes_, patches_}, p));
-    report_.materials = materials(measures.bounds);
+    if (Error error = bake_materials(measures.bounds); !error.ok()) return error;
     const WorldWriter writer{info,
                              &voxels_.octree,
                              {keys, mask, heights_, measures.level_errors, measures.bounds, measures.cones,
                               measures.shading_cones},
                              report_.materials.view()};
-    std::vector<std::byte> file;
+    file.clear();
     file.reserve(static_cast<std::size_t>(writer.file_bytes()));
     const auto append = [&](std::span<const std::byte> bytes) {
       file.insert(file.end(), bytes.begin(), bytes.end());
       return true;
     };
-    check(writer.run(ByteSink::to(append)), "world");
-    return file;
+    return failure(writer.run(ByteSink::to(append)), "world");
   }
 
-  BakedMaterials materials(std::span<const PatchBounds> boxes) const {
+  Error bake_materials(std::span<const PatchBounds> boxes) {
     BakeMaterials bake = bake_materials_;
     bake.sample = job_.sample;
     bake.grid = grid_;
     bake.octree = &voxels_.octree;
     bake.surface = {volumes_, patches_};
     bake.bounds = boxes;
-    return bake.run();
+    return bake.run(report_.materials);
   }
 
   void set_name(const std::string& name) {
@@ -463,9 +466,9 @@ class Baker {
 
 }  // namespace
 
-std::vector<std::byte> Bake::run(Report& report, const ReportProgress& progress) const {
+Error Bake::run(Report& report, const ReportProgress& progress, std::vector<std::byte>& file) const {
   report = Report();
-  return Baker(*this, report, progress).run();
+  return Baker(*this, report, progress).run(file);
 }
 
 }  // namespace karst::bake

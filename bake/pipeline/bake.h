@@ -6,6 +6,7 @@
 #include "bake/elevation/elevation.h"
 #include "bake/materials/bake_materials.h"
 #include "bake/pipeline/measure_fit.h"
+#include "platform/base/error.h"
 #include "terrain/file/world_file.h"
 
 #include <cstddef>
@@ -53,8 +54,8 @@ struct Bake {
     double seconds_read = 0, seconds_voxels = 0, seconds_fit = 0, seconds_measure = 0;
   };
 
-  // Returns the bytes of the world file. Throws BakeError; writes nothing.
-  std::vector<std::byte> run(Report& report, const ReportProgress& progress) const;
+  // file: the bytes of the world file; nothing is written.
+  Error run(Report& report, const ReportProgress& progress, std::vector<std::byte>& file) const;
 };
 
 }  // namespace karst::bake

@@ -4,6 +4,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "platform/base/error.h"
+
 namespace karst::bake {
 
 // A solid as a continuous function of the place. Stateless after construction; called from several threads,
@@ -30,9 +32,8 @@ struct WorldGrid {
   static constexpr int kLayersBelow = 2;
 
   // The grid whose content is centred in the box in x and z, and as large as fits: its sides are cut to whole
-  // voxels. Throws BakeError naming --voxel when the box takes more voxels than an octree has, or less than
-  // one.
-  static WorldGrid around(const Box& content_m, double voxel_m);
+  // voxels. An error that names --voxel where the box takes more voxels than an octree has, or less than one.
+  static Error around(const Box& content_m, double voxel_m, WorldGrid& grid);
 
   glm::dvec3 to_m(glm::dvec3 position_voxels) const { return origin_m + voxel_m * position_voxels; }
 };

@@ -186,7 +186,7 @@ std::string run_suite(const LodSuiteOptions& options) {
   }
   print_text(all);
   return options.json.empty() ? std::string()
-                              : write_file_atomic(options.json, std::as_bytes(std::span(text)));
+                              : write_file_atomic(options.json, std::as_bytes(std::span(text))).text();
 }
 
 }  // namespace

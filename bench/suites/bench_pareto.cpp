@@ -298,7 +298,7 @@ class Measure {
 };
 
 std::string write_text(const std::string& path, const std::string& text) {
-  return path.empty() ? std::string() : write_file_atomic(path, std::as_bytes(std::span(text)));
+  return path.empty() ? std::string() : write_file_atomic(path, std::as_bytes(std::span(text))).text();
 }
 
 std::string run_suite(const ParetoOptions& options) {

@@ -292,7 +292,7 @@ std::string run_suite(const ShadingSuiteOptions& options) {
   }
   print_shading(report);
   return options.json.empty() ? std::string()
-                              : write_file_atomic(options.json, std::as_bytes(std::span(text)));
+                              : write_file_atomic(options.json, std::as_bytes(std::span(text))).text();
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Materials, painted patches and lights on their way into a world file.
-#include "bake/base/bake_error.h"
 #include "bake/carve/cave_lights.h"
 #include "bake/pipeline/bake.h"
 #include "terrain/field/voxelize.h"
 #include "tests/bake/bake_files.h"
+#include "tests/bake/bake_jobs.h"
 #include "tests/support/process.h"
 #include "tests/support/tree_memory.h"
 #include "tests/support/world_io.h"
@@ -37,12 +37,8 @@ class BakeMaterialsTest : public ::testing::Test {
   }
   static std::string error_of(const Bake& job) {
     Bake::Report report;
-    try {
-      (void)job.run(report, {});
-    } catch (const BakeError& e) {
-      return e.what();
-    }
-    return {};
+    std::vector<std::byte> file;
+    return job.run(report, {}, file).text();
   }
 
   test::Folder folder_;
@@ -56,7 +52,7 @@ WorldMaterials read(const std::vector<std::byte>& file) {
 }
 
 TEST_F(BakeMaterialsTest, AWorldHasMaterialsByDefault) {
-  const std::vector<std::byte> file = job().run(report_, {});
+  const std::vector<std::byte> file = world_of(job(), report_);
   const WorldMaterials materials = read(file);
   ASSERT_EQ(materials.set.count, 5u);
   const char* const names[] = {"rock", "grass", "sand", "strata", "ceiling"};
@@ -69,12 +65,12 @@ TEST_F(BakeMaterialsTest, AWorldHasMaterialsByDefault) {
 
   Bake plain = job();
   plain.materials.none = true;
-  EXPECT_EQ(read(plain.run(report_, {})).set.count, 0u);
+  EXPECT_EQ(read(world_of(plain, report_)).set.count, 0u);
   // High mountains have snow.
   Bake high = job();
   high.read.z_scale = 10;
   high.voxel_m = 40;
-  const WorldMaterials mountains = read(high.run(report_, {}));
+  const WorldMaterials mountains = read(world_of(high, report_));
   ASSERT_EQ(mountains.set.count, 6u);
   EXPECT_STREQ(mountains.set.materials[4].name, "snow");
   EXPECT_GT(mountains.set.materials[4].height_low, 20);
@@ -82,11 +78,11 @@ TEST_F(BakeMaterialsTest, AWorldHasMaterialsByDefault) {
 
 TEST_F(BakeMaterialsTest, MetresBecomeVoxels) {
   const std::vector<std::byte> file =
-      job(R"({"format": "rgba8", "materials": [{"name": "base", "sample": "rock"},
+      world_of(job(R"({"format": "rgba8", "materials": [{"name": "base", "sample": "rock"},
               {"name": "meadow", "sample": "grass", "elevation": [120, 200], "elevation_soft": 10, "cave": 1},
               {"name": "ice", "sample": "snow", "slope": [0.5, null]}],
-              "lights": [{"position": [10, 150, -20], "radius": 60, "color": [1, 2, 3]}]})")
-          .run(report_, {});
+              "lights": [{"position": [10, 150, -20], "radius": 60, "color": [1, 2, 3]}]})"),
+               report_);
   const WorldMaterials materials = read(file);
   const WorldInfo& info = report_.info;
   ASSERT_EQ(materials.set.count, 3u);
@@ -108,9 +104,9 @@ TEST_F(BakeMaterialsTest, MetresBecomeVoxels) {
 // The later of two boxes wins; patches whose middle lies outside keep the rules.
 TEST_F(BakeMaterialsTest, BoxesPaintPatches) {
   const std::vector<std::byte> file =
-      job(R"({"paint": [{"center": [-70, 170, 0], "size": [150, 400, 400], "material": "sand"},
-                        {"center": [-140, 170, 0], "size": [60, 400, 400], "material": "rock"}]})")
-          .run(report_, {});
+      world_of(job(R"({"paint": [{"center": [-70, 170, 0], "size": [150, 400, 400], "material": "sand"},
+                        {"center": [-140, 170, 0], "size": [60, 400, 400], "material": "rock"}]})"),
+               report_);
   const WorldMaterials materials = read(file);
   WorldInfo info;
   ASSERT_TRUE(read_world_info(file, info).ok());
@@ -134,7 +130,7 @@ TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
   for (int k = 0; k < 9 * 9; ++k) samples.insert(samples.end(), red.begin(), red.end());
   write_image(folder_.path("red.tif"), 9, 9, samples, "float", 0, 3);
   const WorldMaterials materials =
-      read(job(R"({"materials": [{"name": "red", "albedo": "red.tif"}]})").run(report_, {}));
+      read(world_of(job(R"({"materials": [{"name": "red", "albedo": "red.tif"}]})"), report_));
   ASSERT_EQ(materials.set.count, 1u);
   EXPECT_NEAR(materials.set.materials[0].average[0], 0.25f, 0.01f);
   EXPECT_LT(materials.set.materials[0].average[1], 0.01f);

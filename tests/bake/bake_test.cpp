@@ -2,10 +2,10 @@
 // The whole way from an image to the bytes of a world file, and what is said about it.
 #include "bake/pipeline/bake.h"
 
-#include "bake/base/bake_error.h"
 #include "terrain/patch/shared_vertices.h"
 #include "terrain/surface/bezier/extract_surface.h"
 #include "tests/bake/bake_files.h"
+#include "tests/bake/bake_jobs.h"
 #include "tests/support/process.h"
 #include "tests/support/world_io.h"
 
@@ -24,12 +24,8 @@ namespace {
 
 std::string error_of(const Bake& job) {
   Bake::Report report;
-  try {
-    (void)job.run(report, {});
-  } catch (const BakeError& e) {
-    return e.what();
-  }
-  return {};
+  std::vector<std::byte> file;
+  return job.run(report, {}, file).text();
 }
 
 class BakeTest : public ::testing::Test {
@@ -66,7 +62,7 @@ class BakeTest : public ::testing::Test {
 
 TEST_F(BakeTest, HeightFieldIsFitted) {
   Bake::Report report;
-  const auto file = job().run(report, {});
+  const auto file = world_of(job(), report);
   EXPECT_EQ(report.width, 60);
   EXPECT_EQ(report.height, 50);
   EXPECT_EQ(report.info.level, 4);
@@ -92,8 +88,8 @@ TEST_F(BakeTest, FitErrorIsSeen) {
   Bake coarse = job();
   coarse.level = 1;
   Bake::Report fine_report, coarse_report;
-  (void)job().run(fine_report, {});
-  (void)coarse.run(coarse_report, {});
+  (void)world_of(job(), fine_report);
+  (void)world_of(coarse, coarse_report);
   EXPECT_GT(coarse_report.fit->rms_m, 5 * fine_report.fit->rms_m);
 }
 
@@ -101,15 +97,15 @@ TEST_F(BakeTest, ThreadsChangeNothing) {
   Bake one = job(), five = job();
   five.threads = 5;
   Bake::Report report;
-  const auto bytes = one.run(report, {});
-  EXPECT_EQ(five.run(report, {}), bytes);
+  const auto bytes = world_of(one, report);
+  EXPECT_EQ(world_of(five, report), bytes);
   Bake sample;
   sample.materials.none = true;
   sample.sample = "hills";
   sample.level = 1;
-  const auto sample_bytes = sample.run(report, {});
+  const auto sample_bytes = world_of(sample, report);
   sample.threads = 3;
-  EXPECT_EQ(sample.run(report, {}), sample_bytes);
+  EXPECT_EQ(world_of(sample, report), sample_bytes);
 }
 
 // The file as karst reads it.
@@ -149,7 +145,7 @@ struct World {
 
 TEST_F(BakeTest, FileIsWhatKarstReads) {
   Bake::Report report;
-  const auto file = job().run(report, {});
+  const auto file = world_of(job(), report);
   const World world(file);
   EXPECT_EQ(world.octree.count_filled(), report.filled_voxels);
   EXPECT_STREQ(world.info.name, "hills.tif");
@@ -192,9 +188,10 @@ MeasureFit::Result measure(const World& world, const Elevation& elevation, std::
 TEST_F(BakeTest, MeasureSeesHolesFoldsAndErrors) {
   const Bake baked = job();
   Bake::Report report;
-  const auto file = baked.run(report, {});
+  const auto file = world_of(baked, report);
   const World world(file);
-  const Elevation elevation = baked.read.run();
+  Elevation elevation;
+  ASSERT_TRUE(baked.read.run(elevation).ok());
   const std::vector<std::int16_t> heights(world.heights.samples.begin(), world.heights.samples.end());
   const std::size_t all = world.patches.size();
 
@@ -228,7 +225,7 @@ TEST_F(BakeTest, DefaultsFollowTheImage) {
   defaults.materials.none = true;
   defaults.read.path = hills();
   Bake::Report report;
-  (void)defaults.run(report, {});
+  (void)world_of(defaults, report);
   EXPECT_EQ(report.info.voxel_size_m, 20);  // not finer than two samples
   EXPECT_EQ(report.info.level, 1);
 }
@@ -237,8 +234,8 @@ TEST_F(BakeTest, VoidsAreFilledOrLeftOut) {
   Bake filled = job(true), left_out = job(true);
   left_out.leave_holes = true;
   Bake::Report with, without;
-  (void)filled.run(with, {});
-  (void)left_out.run(without, {});
+  (void)world_of(filled, with);
+  (void)world_of(left_out, without);
   EXPECT_NEAR(with.void_share, 149 / 3000.0, 0.01);
   EXPECT_FALSE(with.fit_is_partial);
   EXPECT_EQ(with.fit->holes, 0u);
@@ -256,8 +253,8 @@ TEST_F(BakeTest, CarvesVoxelsAndHeights) {
     {"shape": "capsule", "op": "empty", "radius": 60, "points": [[-150, 260, 0], [150, 260, 0]], "blend": 10},
     {"shape": "box", "op": "fill", "center": [0, 470, -180], "size": [120, 260, 120], "radius": 20}])"));
   Bake::Report before, after;
-  (void)plain.run(before, {});
-  const auto file = carved.run(after, {});
+  (void)world_of(plain, before);
+  const auto file = world_of(carved, after);
   EXPECT_EQ(after.carve_shapes, 2u);
   EXPECT_TRUE(after.fit_is_partial);
   EXPECT_EQ(after.fit->holes, 0u);
@@ -297,7 +294,7 @@ TEST_F(BakeTest, FlatAndTinyImages) {
   tiny.materials.none = true;
   tiny.read.path = path;
   Bake::Report report;
-  (void)tiny.run(report, {});
+  (void)world_of(tiny, report);
   EXPECT_EQ(report.fit->holes, 0u);
   EXPECT_LT(report.fit->max_m, 0.001);
 }
@@ -309,7 +306,7 @@ TEST(BakeSample, CanyonHasTheSizeOfKsScene) {
   job.level = 2;
   job.threads = 2;
   Bake::Report report;
-  (void)job.run(report, {});
+  (void)world_of(job, report);
   EXPECT_NEAR(static_cast<double>(report.filled_voxels), 24'000, 720);
   EXPECT_NEAR(report.info.patches, 3'500, 105);
   EXPECT_EQ(report.folds_left, 0u);
@@ -333,7 +330,7 @@ TEST_F(BakeData, BigTujungaMeetsItsLimits) {
   job.voxel_m = 256;
   job.level = 4;
   Bake::Report report;
-  (void)job.run(report, {});
+  (void)world_of(job, report);
   EXPECT_EQ(report.width, 1197);
   EXPECT_EQ(report.height, 643);
   EXPECT_EQ(report.spacing_x_m, 30);
@@ -355,7 +352,7 @@ TEST_F(BakeData, FujiBakesWithVoidsAndSea) {
   job.threads = 2;
   job.level = 3;
   Bake::Report report;
-  (void)job.run(report, {});
+  (void)world_of(job, report);
   EXPECT_NEAR(report.spacing_x_m, 75.6, 0.1);
   EXPECT_NEAR(report.spacing_z_m, 92.46, 0.1);
   EXPECT_NEAR(report.void_share * 1201 * 1201, 2437, 0.5);
@@ -363,7 +360,7 @@ TEST_F(BakeData, FujiBakesWithVoidsAndSea) {
   EXPECT_EQ(report.fit->folded, 0u);
   EXPECT_LT(report.fit->rms_m, 6);
   job.leave_holes = true;
-  (void)job.run(report, {});
+  (void)world_of(job, report);
   EXPECT_EQ(report.fit->holes, 0u);
   EXPECT_EQ(report.fit->folded, 0u);
 }
@@ -378,7 +375,7 @@ TEST_F(BakeData, EtopoNeedsAPixelSize) {
   job.read.z_scale = 10;
   job.level = 1;
   Bake::Report report;
-  (void)job.run(report, {});
+  (void)world_of(job, report);
   EXPECT_EQ(report.fit->holes, 0u);
 }
 

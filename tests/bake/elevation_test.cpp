@@ -2,7 +2,6 @@
 // Elevation files of every kind that is read, and every way in which one can be wrong.
 #include "bake/elevation/elevation.h"
 
-#include "bake/base/bake_error.h"
 #include "bake/elevation/geo_scale.h"
 #include "tests/bake/bake_files.h"
 #include "tests/support/process.h"
@@ -38,12 +37,14 @@ std::string float_bytes(float odd_one) {
 
 // The message of the error that reading gives; empty where there is none.
 std::string error_of(const ReadElevation& read) {
-  try {
-    (void)read.run();
-  } catch (const BakeError& e) {
-    return e.what();
-  }
-  return {};
+  Elevation elevation;
+  return read.run(elevation).text();
+}
+
+Elevation elevation_of(const ReadElevation& read) {
+  Elevation elevation;
+  EXPECT_EQ(read.run(elevation).text(), "");
+  return elevation;
 }
 
 class ElevationTest : public ::testing::Test {
@@ -73,7 +74,7 @@ TEST_F(ElevationTest, ReadsTiffOfEveryType) {
     SCOPED_TRACE(type);
     const std::string path = folder_.path(std::string(type) + ".tif");
     write_image(path, kWidth, kHeight, ramp(), type);
-    expect_ramp(ReadElevation{.path = path, .pixel_size_m = 2}.run());
+    expect_ramp(elevation_of(ReadElevation{.path = path, .pixel_size_m = 2}));
   }
 }
 
@@ -83,7 +84,7 @@ TEST_F(ElevationTest, ReadsTiledTiff) {
   std::iota(values.begin(), values.end(), -2000.0f);
   const std::string path = folder_.path("tiled.tif");
   write_image(path, side, side, values, "int16", 32);
-  EXPECT_EQ((ReadElevation{.path = path, .pixel_size_m = 2}.run().heights_m), values);
+  EXPECT_EQ((elevation_of(ReadElevation{.path = path, .pixel_size_m = 2}).heights_m), values);
 }
 
 TEST_F(ElevationTest, ReadsPngAndExr) {
@@ -92,7 +93,7 @@ TEST_F(ElevationTest, ReadsPngAndExr) {
   write_image(folder_.path("f.exr"), kWidth, kHeight, ramp(), "float");
   for (const char* name : {"a.png", "h.exr", "f.exr"}) {
     SCOPED_TRACE(name);
-    expect_ramp(ReadElevation{.path = folder_.path(name), .pixel_size_m = 2}.run());
+    expect_ramp(elevation_of(ReadElevation{.path = folder_.path(name), .pixel_size_m = 2}));
   }
 }
 
@@ -102,7 +103,7 @@ TEST_F(ElevationTest, GeoTiffInMetres) {
                                        .tie_point(376313, 3807917)
                                        .geo_keys({1024, 1, 3076, 9001})
                                        .bytes());
-  const Elevation e = ReadElevation{.path = path}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = path});
   expect_ramp(e);
   EXPECT_EQ(e.spacing_x_m, 30);
   EXPECT_EQ(e.spacing_z_m, 25);
@@ -113,7 +114,7 @@ TEST_F(ElevationTest, GeoTiffInFeet) {
                                        .pixel_scale(10, 10)
                                        .geo_keys({1024, 1, 3076, 9002, 4099, 9002})
                                        .bytes());
-  const Elevation e = ReadElevation{.path = path}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = path});
   EXPECT_DOUBLE_EQ(e.spacing_x_m, 3.048);
   EXPECT_FLOAT_EQ(e.heights_m[0], 30.48f);
 }
@@ -124,7 +125,7 @@ TEST_F(ElevationTest, GeoTiffInDegrees) {
                                        .tie_point(138, 60.004)
                                        .geo_keys({1024, 2, 2054, 9102})
                                        .bytes());
-  const Elevation e = ReadElevation{.path = path}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = path});
   // At 60 degrees a degree is 55.80 km by 111.41 km (WGS84).
   EXPECT_NEAR(e.spacing_x_m, 55.800, 0.005);
   EXPECT_NEAR(e.spacing_z_m, 222.825, 0.01);
@@ -145,7 +146,7 @@ TEST(MetresPerDegree, MatchesPublishedLengths) {
 TEST_F(ElevationTest, PixelSizeOverridesTheFile) {
   const auto path = write(
       "a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(30, 25).bytes());
-  const Elevation e = ReadElevation{.path = path, .pixel_size_m = 7}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = path, .pixel_size_m = 7});
   EXPECT_EQ(e.spacing_x_m, 7);
   EXPECT_EQ(e.spacing_z_m, 7);
 }
@@ -153,7 +154,7 @@ TEST_F(ElevationTest, PixelSizeOverridesTheFile) {
 TEST_F(ElevationTest, ScaleAndCrop) {
   write_image(folder_.path("a.tif"), kWidth, kHeight, ramp(), "int16");
   ReadElevation read{.path = folder_.path("a.tif"), .pixel_size_m = 1, .z_scale = 0.5, .crop = {1, 2, 3, 2}};
-  const Elevation e = read.run();
+  const Elevation e = elevation_of(read);
   EXPECT_EQ(e.width, 3);
   EXPECT_EQ(e.height, 2);
   EXPECT_EQ(e.heights_m, (std::vector<float>{55.5f, 56, 56.5f, 58, 58.5f, 59}));
@@ -173,7 +174,7 @@ TEST_F(ElevationTest, VoidsFromTagsSrtmAndArguments) {
                                        .pixel_scale(1, 1)
                                        .ascii(42113, "32767 ")
                                        .bytes());
-  const Elevation e = ReadElevation{.path = path, .nodata = {-9999}}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = path, .nodata = {-9999}});
   EXPECT_EQ(e.voids, 3u);
   for (const std::size_t k : {3u, 4u, 8u}) EXPECT_EQ(e.valid[k], 0);
   EXPECT_EQ(e.valid[0], 1);
@@ -184,7 +185,7 @@ TEST_F(ElevationTest, FloatNodataIsComparedAsFloat) {
                                        .pixel_scale(1, 1)
                                        .ascii(42113, "-3.40282346638529e+38")
                                        .bytes());
-  EXPECT_EQ((ReadElevation{.path = path}.run().voids), 1u);
+  EXPECT_EQ((elevation_of(ReadElevation{.path = path}).voids), 1u);
 }
 
 TEST_F(ElevationTest, NanAndInfinityAreVoids) {
@@ -192,7 +193,7 @@ TEST_F(ElevationTest, NanAndInfinityAreVoids) {
                           -std::numeric_limits<float>::infinity()}) {
     const auto path =
         write("a.tif", TiffBuilder(kWidth, kHeight, 32, 3, float_bytes(odd)).pixel_scale(1, 1).bytes());
-    const Elevation e = ReadElevation{.path = path}.run();
+    const Elevation e = elevation_of(ReadElevation{.path = path});
     EXPECT_EQ(e.voids, 1u);
     EXPECT_EQ(e.valid[7], 0);
   }
@@ -250,7 +251,7 @@ TEST_F(ElevationTest, RefusesEightBitsUnlessAsked) {
     ReadElevation read{.path = folder_.path(name), .pixel_size_m = 1};
     expect_error(read, "--allow-8bit");
     read.allow_8bit = true;
-    expect_ramp(read.run());
+    expect_ramp(elevation_of(read));
   }
 }
 
@@ -376,7 +377,8 @@ class EnviTest : public ElevationTest {
 
 TEST_F(EnviTest, ReadsEveryType) {
   const auto read = [&](const std::string& type, const std::string& bytes) {
-    const Elevation e = ReadElevation{.path = write_envi(header(type), bytes), .allow_8bit = true}.run();
+    const Elevation e =
+        elevation_of(ReadElevation{.path = write_envi(header(type), bytes), .allow_8bit = true});
     expect_ramp(e);
     EXPECT_EQ(e.spacing_x_m, 30);
     EXPECT_EQ(e.spacing_z_m, 20);
@@ -394,7 +396,7 @@ TEST_F(EnviTest, BigEndianOffsetNodataAndTheOtherHeaderName) {
   text.replace(text.find("byte order = 0"), 14, "byte order = 1");
   text.replace(text.find("header offset = 0"), 17, "header offset = 3");
   write("other.raw.hdr", text);
-  const Elevation e = ReadElevation{.path = write("other.raw", "abc" + bytes)}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = write("other.raw", "abc" + bytes)});
   EXPECT_EQ(e.voids, 1u);
   EXPECT_EQ(e.valid[3], 0);
   EXPECT_EQ(e.heights_m[4], 104);
@@ -405,7 +407,7 @@ TEST_F(EnviTest, Degrees) {
   const std::size_t at = text.find("map info");
   text.replace(at, text.find('\n', at) - at,
                "map info = {Geographic Lat/Lon, 1, 1, 138, 60.004, 0.001, 0.002, WGS-84, units=Degrees}");
-  const Elevation e = ReadElevation{.path = write_envi(text, ramp_bytes<std::int16_t>())}.run();
+  const Elevation e = elevation_of(ReadElevation{.path = write_envi(text, ramp_bytes<std::int16_t>())});
   EXPECT_NEAR(e.spacing_x_m, 55.800, 0.005);
   EXPECT_NEAR(e.spacing_z_m, 222.825, 0.01);
 }

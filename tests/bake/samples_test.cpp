@@ -4,6 +4,7 @@
 
 #include "bake/pipeline/settle_voxels.h"
 #include "bake/samples/noise.h"
+#include "tests/bake/bake_jobs.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ struct Voxels {
   WorldGrid grid;
   std::vector<float> values;
 
-  explicit Voxels(const Sample& sample) : grid(WorldGrid::around(sample.content_m, sample.voxel_m)) {
+  explicit Voxels(const Sample& sample) : grid(grid_around(sample.content_m, sample.voxel_m)) {
     for (int z = 0; z < grid.extent.z; ++z) {
       for (int y = 0; y < grid.extent.y; ++y) {
         for (int x = 0; x < grid.extent.x; ++x) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where voxels lie, column tops, and the taking away of what is one voxel wide.
-#include "bake/base/bake_error.h"
 #include "bake/elevation/elevation_solid.h"
 #include "bake/pipeline/settle_voxels.h"
+#include "tests/bake/bake_jobs.h"
 
 #include <gtest/gtest.h>
 
@@ -14,16 +14,12 @@ namespace karst::bake {
 namespace {
 
 std::string error_of(const Box& box, double voxel_m) {
-  try {
-    (void)WorldGrid::around(box, voxel_m);
-  } catch (const BakeError& e) {
-    return e.what();
-  }
-  return {};
+  WorldGrid grid;
+  return WorldGrid::around(box, voxel_m, grid).text();
 }
 
 TEST(WorldGrid, ContentIsCentredAndPadded) {
-  const WorldGrid grid = WorldGrid::around({{-500, 95, -250}, {500, 321, 250}}, 10);
+  const WorldGrid grid = grid_around({{-500, 95, -250}, {500, 321, 250}}, 10);
   EXPECT_EQ(grid.extent, glm::ivec3(101, 2 + 24 + 1, 51));
   EXPECT_EQ(grid.origin_m, glm::dvec3(-505, 70, -255));  // half a voxel around, two layers below 90
   EXPECT_EQ(grid.depth, 7);
@@ -31,7 +27,7 @@ TEST(WorldGrid, ContentIsCentredAndPadded) {
 }
 
 TEST(WorldGrid, CutsToWholeVoxels) {
-  const WorldGrid grid = WorldGrid::around({{-14, 0, -10}, {14, 1, 10}}, 8);
+  const WorldGrid grid = grid_around({{-14, 0, -10}, {14, 1, 10}}, 8);
   EXPECT_EQ(grid.extent.x, 4);  // three whole voxels of content
   EXPECT_EQ(grid.origin_m.x, -16);
   EXPECT_EQ(grid.extent.z, 3);
@@ -68,7 +64,7 @@ Elevation slope(int width, int height) {
 TEST(ColumnTops, AreMeansOfTheFootprint) {
   const Elevation e = slope(41, 31);
   const ElevationSolid solid(e, false);
-  const WorldGrid grid = WorldGrid::around({{-20, 0, -15}, {20, 110, 15}}, 10);
+  const WorldGrid grid = grid_around({{-20, 0, -15}, {20, 110, 15}}, 10);
   const auto tops = column_tops(solid, e, grid, 1);
   ASSERT_EQ(tops.size(), 5u * 4u);
   // The plane's mean over an inner column is its height at the middle: 2 * 20 + 15 = 55 m at the world's
@@ -88,7 +84,7 @@ TEST(ColumnTops, HolesHaveNone) {
     for (int i = 0; i < 16; ++i) e.valid[e.at(i, j)] = 0;
   }
   const ElevationSolid solid(e, true);
-  const WorldGrid grid = WorldGrid::around({{-20, 0, -15}, {20, 110, 15}}, 10);
+  const WorldGrid grid = grid_around({{-20, 0, -15}, {20, 110, 15}}, 10);
   const auto tops = column_tops(solid, e, grid, 1);
   for (int z = 0; z < 4; ++z) {
     for (int x = 0; x < 5; ++x) {

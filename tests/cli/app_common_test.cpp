@@ -67,20 +67,20 @@ TEST(AtomicFile, NewFilesHaveTheUsualRights) {
   const test::Folder folder;
   const mode_t before = umask(027);
   const std::string text = "karst";
-  EXPECT_EQ(write_file_atomic(folder.path("a"), std::as_bytes(std::span(text))), "");
+  EXPECT_EQ(write_file_atomic(folder.path("a"), std::as_bytes(std::span(text))).text(), "");
   umask(before);
   struct stat info {};
   ASSERT_EQ(stat(folder.path("a").c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 0777u, 0640u);
   MappedFile file;
-  EXPECT_EQ(file.open(folder.path("a")), "");
+  EXPECT_EQ(file.open(folder.path("a")).text(), "");
   EXPECT_EQ(file.bytes().size(), text.size());
 }
 
 TEST(AtomicFile, CheckingLeavesNothing) {
   const test::Folder folder;
-  EXPECT_EQ(check_writable(folder.path("a")), "");
-  EXPECT_EQ(check_writable(""), "output file name is empty");
+  EXPECT_EQ(check_writable(folder.path("a")).text(), "");
+  EXPECT_EQ(check_writable("").text(), "output file name is empty");
   EXPECT_TRUE(folder.names().empty());
 }
 
