@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: MIT
 // What C++ and GLSL must agree on: attribute locations, texture units, sizes, and the uniform block. This
-// one file is included by the shaders (GL_ES is defined there) and by renderer/shader_interface.h; tests/gl
-// checks that a linked program has exactly these locations and offsets. Blocks hold vec4, ivec4 and mat4
-// only, so that std140 and C++ lay them out alike.
+// one file is included by the shaders (GL_ES is defined there) and by renderer/input/shader_interface.h;
+// tests/gl checks that a linked program has exactly these locations and offsets. Blocks hold vec4, ivec4 and
+// mat4 only, so that std140 and C++ lay them out alike.
 
 // Attributes: the 16 bytes of a vertex (terrain/patch/gpu_vertex.h), as two ivec4 of four shorts.
 #define KARST_LOCATION_POSITION 0 // xyz: position, w: packed normal
 #define KARST_LOCATION_MORPH 1    // xyz: morph position, w: packed morph normal
 
-// Texture units.
+// Texture units, from the first that a host gives.
 #define KARST_UNIT_PAGE_TABLE 0
 #define KARST_UNIT_MORPH_ENTRIES 1
 #define KARST_UNIT_MORPH_ROWS 2
 #define KARST_UNIT_ALBEDO_HEIGHT 3
 #define KARST_UNIT_SKY_LINE 4
-#define KARST_UNIT_DEPTH 5
+#define KARST_UNIT_VARIATION 5
 #define KARST_UNIT_DRAPE 6
 #define KARST_UNIT_SHADOW_MAPS 7
 #define KARST_UNIT_NORMAL_ROUGHNESS 8
-#define KARST_UNIT_VARIATION 9
+#define KARST_UNITS 9
 
-// Binding points of the uniform blocks.
+// Binding points of the uniform blocks, from the first that a host gives.
 #define KARST_BINDING_FRAME 0
 #define KARST_BINDING_MATERIALS 1
+#define KARST_BLOCKS 2
 
 #define KARST_MASK(bits) ((1 << (bits)) - 1)
 
@@ -111,8 +112,9 @@ KARST_BLOCK(FrameBlock) {
   vec4 ground_light;       // rgb: light on a surface that faces down
   vec4 sky_zenith;         // rgb: the sky itself
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
-  // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or in a parallel view;
-  // z: 1 in parallel views, whose rays are all ray_forward, or 0; w: z / w at the far plane, 1 or -1
+  // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or in a parallel
+  // view; z: 1 in parallel views, whose rays are all ray_forward, or 0; w: 1 where the target takes light
+  // instead of what a display shows, or 0
   vec4 view_scale;
   vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.

@@ -6,6 +6,7 @@ precision highp float;
 precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
+#include "target_colour.glsl"
 #ifdef KARST_SHOW_CASCADES
 #include "shadow.glsl"
 #endif
@@ -40,5 +41,5 @@ void main() {
   float reached = 1.0;
 #endif
   float sun = max(dot(normal, sun_direction.xyz), 0.0) * reached;
-  colour = picture_colour(shown * mix(kAmbient, 1.0, sun) * 2.0);
+  colour = target_colour(shown * mix(kAmbient, 1.0, sun) * 2.0);
 }

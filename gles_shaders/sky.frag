@@ -5,6 +5,7 @@ precision highp float;
 precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
+#include "target_colour.glsl"
 #include "sky_colour.glsl"
 
 in vec3 ray_ws;
@@ -19,5 +20,5 @@ void main() {
   vec3 direction = normalize(ray_ws);
   vec3 light = sky_colour(direction);
   light += sun_light.rgb * (6.0 * smoothstep(kSunOuter, kSunInner, dot(direction, sun_direction.xyz)));
-  colour = picture_colour(light);
+  colour = target_colour(light);
 }

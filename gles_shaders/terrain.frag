@@ -8,6 +8,7 @@ precision highp float;
 precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
+#include "target_colour.glsl"
 #include "sky_colour.glsl"
 #include "materials.glsl"
 #ifdef KARST_CAVE
@@ -116,5 +117,5 @@ void main() {
 
   float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
   vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
-  colour = picture_colour(mix(light, haze, hazed));
+  colour = target_colour(mix(light, haze, hazed));
 }

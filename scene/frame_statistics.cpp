@@ -101,7 +101,7 @@ double median(std::vector<double>& values) {
 }
 
 std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames) {
-  const RendererSettings& settings = scene.renderer().settings();
+  const PictureSettings& settings = scene.target().settings();
   JsonWriter json;
   json.begin_object();
   json.field("frames", std::uint64_t{frames.size()});

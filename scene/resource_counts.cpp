@@ -82,7 +82,6 @@ void count_gl_objects(Gl& gl) {
   driver = gl;
   gl.GenBuffers = count_names<&Gl::GenBuffers>;
   gl.GenFramebuffers = count_names<&Gl::GenFramebuffers>;
-  gl.GenRenderbuffers = count_names<&Gl::GenRenderbuffers>;
   gl.GenTextures = count_names<&Gl::GenTextures>;
   gl.GenVertexArrays = count_names<&Gl::GenVertexArrays>;
   if (gl.GenQueriesEXT != nullptr) gl.GenQueriesEXT = count_names<&Gl::GenQueriesEXT>;

@@ -42,8 +42,13 @@ void fit_heights(WorldBudget& needs, std::uint64_t max_memory) {
   const std::uint64_t held = std::max<std::uint64_t>(groups - fewer, HeightCache::kLeastGroups);
   if (held >= groups) return;
   needs.config.max_height_blocks = static_cast<std::uint32_t>(held * kHeightGroup);
-  needs.budget = Terrain::budget(needs.config);
-  needs.renderer.add_to(needs.budget);
+  needs.add_up();
+}
+
+void WorldBudget::add_up() {
+  budget = Terrain::budget(config);
+  renderer.add_to(budget);
+  budget.add(GpuConsumer::targets, picture.bytes());
 }
 
 WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, std::uint64_t vertex_bytes) {
@@ -58,15 +63,14 @@ WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, 
     config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
     config.max_resident_patches = config.max_draw_items;
   }
-  result.renderer.width = width;
-  result.renderer.height = height;
+  result.picture.width = width;
+  result.picture.height = height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
   result.renderer.morph_rows = result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = info.extent;
   result.renderer.cascades = CascadeSettings().count;
-  result.budget = Terrain::budget(result.config);
-  result.renderer.add_to(result.budget);
+  result.add_up();
   return result;
 }
 
@@ -102,8 +106,8 @@ std::string Scene::load_world() {
   WorldBudget needs = budget_of(info, finest, options_.width, options_.height, options_.vertex_bytes);
   needs.renderer = renderer_settings(needs.config, reader.materials());
   needs.renderer.extent = info.extent;
-  needs.budget = Terrain::budget(needs.config);
-  needs.renderer.add_to(needs.budget);
+  needs.picture = picture_settings();
+  needs.add_up();
   std::uint64_t max_memory = options_.max_memory;
   if (options_.max_cpu > 0) max_memory = std::min(max_memory, options_.max_cpu + needs.budget.gpu_bytes());
   fit_heights(needs, max_memory);
@@ -127,14 +131,12 @@ std::string Scene::load_drape() {
   if (options_.drape.empty()) return {};
   MappedFile file;
   if (std::string error = file.open(options_.drape); !error.empty()) return error;
-  const std::string error = decode_png(file.bytes(), RendererSettings::kMaxPicture, drape_);
+  const std::string error = decode_png(file.bytes(), PictureSettings::kMaxPicture, drape_);
   return error.empty() ? error : options_.drape + ": " + error;
 }
 
 RendererSettings Scene::renderer_settings(const Config& config, const MaterialSet& materials) const {
   RendererSettings settings;
-  settings.width = options_.width;
-  settings.height = options_.height;
   settings.vertex_pages = config.gpu_vertex_pages;
   settings.morph_rows = config.max_resident_patches;
   settings.stream_indices = config.stream_indices;
@@ -144,14 +146,20 @@ RendererSettings Scene::renderer_settings(const Config& config, const MaterialSe
   settings.material_count = options_.drape.empty() ? materials.count : 0;
   settings.material_side = materials.side;
   settings.material_format = materials.format;
-  settings.keep_depth = options_.keep_depth;
   settings.high_precision = options_.high_precision;
   settings.show = options_.show;
-  settings.rgb565 = options_.rgb565;
+  settings.timers = true;
   settings.drape_width = drape_.width;
   settings.drape_height = drape_.height;
   settings.drape_repeat = options_.drape_repeat;
   return settings;
+}
+
+PictureSettings Scene::picture_settings() const {
+  return {.width = options_.width,
+          .height = options_.height,
+          .rgb565 = options_.rgb565,
+          .keep_depth = options_.keep_depth};
 }
 
 std::string Scene::check_memory() const {
@@ -177,15 +185,18 @@ std::string Scene::open_renderer(Display& display) {
   const RendererSettings settings = renderer_settings(config, terrain_.materials());
   budget_ = Terrain::budget(config);
   settings.add_to(budget_);
+  const PictureSettings picture = picture_settings();
+  budget_.add(GpuConsumer::targets, picture.bytes());
   if (std::string error = check_memory(); !error.empty()) return error;
 
   GlLoader loader;
-  loader.context = &display;
-  loader.load = [](const void* context, const char* name) {
-    return static_cast<const Display*>(context)->gl_function(name);
-  };
+  loader.user = &display;
+  loader.load = [](void* user, const char* name) { return static_cast<Display*>(user)->gl_function(name); };
+  if (const Status status = target_.create(loader, picture); !status.ok())
+    return status_text(display.name(), status);
   Gl gl;
-  if (const Status status = load_gl(loader, gl); !status.ok()) return status_text(display.name(), status);
+  if (const Status status = load_gl(loader, false, gl); !status.ok())
+    return status_text(display.name(), status);
   count_gl_objects(gl);
   if (const Status status = renderer_.create(gl, settings); !status.ok()) {
     std::string error = status_text(display.name(), status);
@@ -327,7 +338,7 @@ Status Scene::complete(const TerrainView& view, FrameRecord& record) {
     if (waiting) {
       // With nothing in flight, what patches gave up is free at once.
       renderer_.finish();
-      for (std::uint32_t i = 0; i < ResidentPool::kFramesInFlight; ++i) terrain_.begin_frame();
+      for (std::uint32_t i = 0; i < kFramesInFlight; ++i) terrain_.begin_frame();
     }
     if (const Status status = select(view, record); !status.ok()) return status;
   }
@@ -351,7 +362,7 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   std::int64_t at = now_ns();
   if (const Status status = upload_morph_rows(); !status.ok()) return status;
   lap(at, record.upload_ms);
-  FrameInput input;
+  ViewInput input;
   input.camera = view.camera;
   input.shading = shading_needs(record);
   input.skips = view.pixel_skips;
@@ -371,7 +382,17 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   input.max_level = terrain_.info().level;
   input.light_space = light_space_;
   input.cascades = std::span(cascades_).first(static_cast<std::size_t>(cascade_count_));
-  const Status status = renderer_.draw(input, record.counts);
+  const bool drape = !options_.drape.empty();
+  if (drape) {
+    // The sky is one colour here; its own shading would cost as much a pixel as the terrain's.
+    const glm::vec3 sky = encode_picture(horizon_light(view.light));
+    target_.begin({sky.r, sky.g, sky.b});
+  } else {
+    target_.begin();
+  }
+  const Status status = renderer_.draw(input, {.viewport = target_.viewport(), .sky = !drape});
+  target_.end();
+  record.counts = renderer_.end_frame();
   lap(at, record.submit_ms);
   if (record.counts.vertices_lost) {
     terrain_.forget_resident();

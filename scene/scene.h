@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/common/file_source.h"
+#include "app/common/picture_target.h"
 #include "app/common/png_file.h"
 #include "platform/display.h"
 #include "renderer/renderer.h"
@@ -73,7 +74,10 @@ struct SceneView {
 struct WorldBudget {
   Config config;
   RendererSettings renderer;
+  PictureSettings picture;
   Budget budget;
+  // Adds up anew.
+  void add_up();
 };
 // finest: level that the pages are for, 1..info.level. vertex_bytes: as in SceneOptions.
 WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height,
@@ -97,15 +101,17 @@ class Scene {
   // Where the context is gone and another one is current, what GL says to the old names means nothing.
   void detach() {
     renderer_.destroy();
-    renderer_.take_error();
+    target_.take_error();
+    target_.destroy();
   }
 
-  // Draws one frame into the renderer's target and notes what it cost. The first one after attach() is
+  // Draws one frame into the target and notes what it cost. The first one after attach() is
   // complete whatever generate_ms says.
   [[nodiscard]] std::string draw(const SceneView& view, FrameRecord& record);
 
   Terrain& terrain() { return terrain_; }
-  Renderer& renderer() { return renderer_; }
+  core::Renderer& renderer() { return renderer_; }
+  PictureTarget& target() { return target_; }
   WorldFrame frame() const;
   const Budget& budget() const { return budget_; }
   const LoadTimes& load_times() const { return times_; }
@@ -116,6 +122,7 @@ class Scene {
   std::string open_renderer(Display& display);
   std::string load_drape();
   RendererSettings renderer_settings(const Config& config, const MaterialSet& materials) const;
+  PictureSettings picture_settings() const;
   Status select(const TerrainView& view, FrameRecord& record);
   Status generate(double until_ms, FrameRecord& record, bool& made);
   Status complete(const TerrainView& view, FrameRecord& record);
@@ -142,7 +149,8 @@ class Scene {
   std::unique_ptr<std::byte, Free> memory_;
   Terrain terrain_;
   std::unique_ptr<Display> display_;  // of open(); before renderer_: whose destructor needs the context
-  Renderer renderer_;
+  PictureTarget target_;
+  core::Renderer renderer_;
   PngPicture drape_;
   Budget budget_;
   LoadTimes times_;

@@ -9,7 +9,7 @@ namespace karst::app {
 using namespace core;
 namespace {
 
-// The sun's disc has set, and its light is zero (renderer/passes/frame_block.cpp).
+// The sun's disc has set, and its light is zero (renderer/input/frame_block.cpp).
 constexpr double kSunset = -1.5;  // degrees
 
 // How far casters may stray (SelectCasters); and at most, where the pool has no room for better ones.

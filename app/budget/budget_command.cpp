@@ -100,8 +100,8 @@ WorldBudget default_budget(const BudgetOptions& options) {
     result.config.stream_indices = std::min(result.config.stream_indices,
                                             result.config.max_draw_items * max_patch_indices(options.level));
   }
-  result.renderer.width = options.width;
-  result.renderer.height = options.height;
+  result.picture.width = options.width;
+  result.picture.height = options.height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
   result.renderer.morph_rows = result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
@@ -136,7 +136,7 @@ struct BoardUse {
 BoardUse add_up(const BudgetOptions& options, WorldBudget& world) {
   const BoardProfile& board = options.board;
   const bool has_board = !options.board_name.empty();
-  world.renderer.rgb565 = board.rgb565;
+  world.picture.rgb565 = board.rgb565;
   world.renderer.cascades = CascadeSettings().count;
   if (has_board) {
     world.renderer.cascades = board.cascades;
@@ -145,8 +145,7 @@ BoardUse add_up(const BudgetOptions& options, WorldBudget& world) {
   if (has_board && board.drape_side > 0) {
     world.renderer.drape_width = world.renderer.drape_height = board.drape_side;
   }
-  world.budget = Terrain::budget(world.config);
-  world.renderer.add_to(world.budget);
+  world.add_up();
   if (has_board) fit_heights(world, board.cpu_bytes + world.budget.gpu_bytes());
   BoardUse use{world.budget.cpu_bytes(), world.budget.gpu_bytes(), true};
   if (!has_board) return use;

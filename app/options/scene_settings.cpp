@@ -8,7 +8,7 @@
 
 namespace karst::app {
 
-static_assert(kMostPicture == RendererSettings::kMaxPicture);
+static_assert(kMostPicture == PictureSettings::kMaxPicture);
 static_assert(kMostLevel == kMaxLevel);
 static_assert(kLeastErrorTarget == kLeastErrorPx && kMostErrorTarget == kMostErrorPx);
 static_assert(kMostReach == kCameraReach);

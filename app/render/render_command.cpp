@@ -49,7 +49,7 @@ class Render {
     }
     if (std::string error = place_cameras(); !error.empty()) return error;
     if (std::string error = draw_frames(); !error.empty()) return error;
-    if (const GLenum code = scene_.renderer().take_error(); code != GL_NO_ERROR) {
+    if (const GLenum code = scene_.target().take_error(); code != GL_NO_ERROR) {
       char text[64];
       std::snprintf(text, sizeof text, "OpenGL error 0x%04x; the pictures may be wrong",
                     static_cast<unsigned>(code));
@@ -115,7 +115,7 @@ class Render {
   }
 
   std::string write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {
-    if (const Status status = scene_.renderer().read_colour(rgba); !status.ok())
+    if (const Status status = scene_.target().read_colour(rgba); !status.ok())
       return status_text("picture", status);
     const std::string name = output_.frame(frame, several_);
     std::vector<std::byte> png;

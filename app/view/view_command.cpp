@@ -283,7 +283,7 @@ std::string View::draw() {
     detach();
     return {};
   }
-  scene_.renderer().present();
+  scene_.target().present();
   const std::int64_t drawn = now_ns();
   if (context_is_lost()) {
     display_->context_lost();

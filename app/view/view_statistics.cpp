@@ -28,7 +28,7 @@ std::string ViewStatistics::json(const Display& display, Scene& scene, const Pos
   JsonWriter json;
   json.begin_object();
   json.field("frames", frames());
-  const RendererSettings& settings = scene.renderer().settings();
+  const PictureSettings& settings = scene.target().settings();
   json.key("size").begin_array().value(settings.width).value(settings.height).end_array();
   json.field("renderer", scene.renderer().caps().renderer);
   json.field("display", std::string_view(display.name()));

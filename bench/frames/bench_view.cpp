@@ -43,7 +43,7 @@ double process_age_ms() {
 }
 
 std::uint64_t working_set(const Terrain::Selection& selection, const FrameCounts& counts,
-                          const RendererSettings& settings) {
+                          const PictureSettings& settings) {
   std::uint64_t bytes = counts.triangles * 3 * sizeof(std::uint32_t);
   for (int level = 1; level <= kMaxLevel; ++level) {
     bytes +=
@@ -104,17 +104,17 @@ std::string BenchView::draw(SceneView view, BenchFrame& frame) {
   frame.main_cpu_ms = clock_ms(CLOCK_THREAD_CPUTIME_ID) - main_start;
   frame.all_cpu_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - all_start;
   frame.working_set_bytes =
-      working_set(frame.record.selection, frame.record.counts, scene_.renderer().settings());
+      working_set(frame.record.selection, frame.record.counts, scene_.target().settings());
   if (first_frame_ms_ == 0) first_frame_ms_ = process_age_ms();
   return {};
 }
 
 std::string BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth) {
-  const RendererSettings& settings = scene_.renderer().settings();
+  const PictureSettings& settings = scene_.target().settings();
   depth.resize(static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height));
   rgba.resize(depth.size() * 4);
-  Status status = scene_.renderer().read_colour(rgba);
-  if (status.ok()) status = scene_.renderer().read_depth(depth);
+  Status status = scene_.target().read_colour(rgba);
+  if (status.ok()) status = scene_.target().read_depth(depth);
   return status.ok() ? std::string() : status_text("picture", status);
 }
 
@@ -130,7 +130,7 @@ GroundHeights BenchView::ground() {
 
 std::string BenchView::place(std::span<const CameraSettings> path, std::vector<Camera>& cameras) {
   const WorldFrame frame = scene_.frame();
-  const RendererSettings& settings = scene_.renderer().settings();
+  const PictureSettings& settings = scene_.target().settings();
   const double aspect = static_cast<double>(settings.width) / settings.height;
   cameras.clear();
   for (const CameraSettings& settings_of_frame : path) {

@@ -68,7 +68,7 @@ std::string file_flight(BenchView& view, const std::string& path, std::vector<Fl
   Flight& flight = flights.emplace_back();
   flight.name = path.substr(path.find_last_of('/') + 1);
   flight.name = flight.name.substr(0, flight.name.find_last_of('.'));
-  const RendererSettings& settings = view.scene().renderer().settings();
+  const PictureSettings& settings = view.scene().target().settings();
   const double aspect = static_cast<double>(settings.width) / settings.height;
   CameraGround ground(view.scene().terrain(), view.scene().frame());
   for (CameraPlace& place : places) {

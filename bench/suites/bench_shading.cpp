@@ -116,7 +116,7 @@ class Suite {
     if (picture == nullptr) return {};
     picture->resize(static_cast<std::size_t>(options_.scene.width) *
                     static_cast<std::size_t>(options_.scene.height) * 4);
-    const Status status = way.stage->view->scene().renderer().read_colour(*picture);
+    const Status status = way.stage->view->scene().target().read_colour(*picture);
     return status.ok() ? std::string() : status_text("picture", status);
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The GL functions that karst calls, as a table. All of OpenGL ES 3.0 core; what extensions add is null where
-// the driver has none and is used only where gl_caps.h says so. Tests put counting functions that draw
-// nothing in it.
+// The GL functions that karst calls, as a table: of OpenGL ES 3.0, which OpenGL 4.3 with
+// ARB_ES3_compatibility has under the same names. What extensions and OpenGL add is null where the driver has
+// none and is used only where gl_caps.h says so. Tests put counting functions that draw nothing in it.
 #pragma once
 
 #include <GLES3/gl3.h>
@@ -9,6 +9,7 @@
 #include <GLES2/gl2ext.h>
 
 #include "karst/status.h"
+#include "karst/types.h"
 
 #define KARST_GL_CORE_FUNCTIONS(X) \
   X(ActiveTexture)                 \
@@ -16,30 +17,30 @@
   X(BindBuffer)                    \
   X(BindBufferBase)                \
   X(BindFramebuffer)               \
-  X(BindRenderbuffer)              \
+  X(BindSampler)                   \
   X(BindTexture)                   \
   X(BindVertexArray)               \
-  X(BlitFramebuffer)               \
   X(BufferData)                    \
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \
-  X(Clear)                         \
-  X(ClearColor)                    \
+  X(ClearBufferfv)                 \
   X(ClientWaitSync)                \
+  X(ColorMask)                     \
   X(CompileShader)                 \
+  X(CompressedTexSubImage3D)       \
   X(CreateProgram)                 \
   X(CreateShader)                  \
   X(CullFace)                      \
   X(DeleteBuffers)                 \
   X(DeleteFramebuffers)            \
   X(DeleteProgram)                 \
-  X(DeleteRenderbuffers)           \
   X(DeleteShader)                  \
   X(DeleteSync)                    \
   X(DeleteTextures)                \
   X(DeleteVertexArrays)            \
   X(DepthFunc)                     \
   X(DepthMask)                     \
+  X(DepthRangef)                   \
   X(Disable)                       \
   X(DrawArrays)                    \
   X(DrawElements)                  \
@@ -48,12 +49,11 @@
   X(FenceSync)                     \
   X(Finish)                        \
   X(FlushMappedBufferRange)        \
-  X(FramebufferRenderbuffer)       \
   X(FramebufferTexture2D)          \
   X(FramebufferTextureLayer)       \
+  X(FrontFace)                     \
   X(GenBuffers)                    \
   X(GenFramebuffers)               \
-  X(GenRenderbuffers)              \
   X(GenTextures)                   \
   X(GenVertexArrays)               \
   X(GenerateMipmap)                \
@@ -68,19 +68,15 @@
   X(GetStringi)                    \
   X(GetUniformBlockIndex)          \
   X(GetUniformLocation)            \
-  X(InvalidateFramebuffer)         \
   X(LinkProgram)                   \
   X(MapBufferRange)                \
   X(PixelStorei)                   \
-  X(ReadPixels)                    \
-  X(RenderbufferStorage)           \
   X(ShaderSource)                  \
   X(TexParameteri)                 \
   X(TexStorage2D)                  \
   X(TexStorage3D)                  \
-  X(TexSubImage3D)                 \
-  X(CompressedTexSubImage3D)       \
   X(TexSubImage2D)                 \
+  X(TexSubImage3D)                 \
   X(Uniform1i)                     \
   X(UniformBlockBinding)           \
   X(UnmapBuffer)                   \
@@ -88,39 +84,46 @@
   X(VertexAttribIPointer)          \
   X(Viewport)
 
-// KHR_debug and EXT_disjoint_timer_query.
-#define KARST_GL_EXTENSION_FUNCTIONS(X)                        \
-  X(BeginQueryEXT, PFNGLBEGINQUERYEXTPROC)                     \
-  X(DebugMessageCallbackKHR, PFNGLDEBUGMESSAGECALLBACKKHRPROC) \
-  X(DebugMessageControlKHR, PFNGLDEBUGMESSAGECONTROLKHRPROC)   \
-  X(DeleteQueriesEXT, PFNGLDELETEQUERIESEXTPROC)               \
-  X(EndQueryEXT, PFNGLENDQUERYEXTPROC)                         \
-  X(GenQueriesEXT, PFNGLGENQUERIESEXTPROC)                     \
-  X(GetQueryObjectui64vEXT, PFNGLGETQUERYOBJECTUI64VEXTPROC)   \
-  X(GetQueryObjectuivEXT, PFNGLGETQUERYOBJECTUIVEXTPROC)       \
-  X(ObjectLabelKHR, PFNGLOBJECTLABELKHRPROC)                   \
-  X(PopDebugGroupKHR, PFNGLPOPDEBUGGROUPKHRPROC)               \
-  X(PushDebugGroupKHR, PFNGLPUSHDEBUGGROUPKHRPROC)
+// Member, type, name in OpenGL ES, name in OpenGL: KHR_debug, EXT_disjoint_timer_query, EXT_clip_control, and
+// two functions that OpenGL ES 3.0 has no state for.
+#define KARST_GL_EXTENSION_FUNCTIONS(X)                                                                   \
+  X(BeginQueryEXT, PFNGLBEGINQUERYEXTPROC, "glBeginQueryEXT", "glBeginQuery")                             \
+  X(ClipControlEXT, PFNGLCLIPCONTROLEXTPROC, "glClipControlEXT", "glClipControl")                         \
+  X(DebugMessageCallbackKHR, PFNGLDEBUGMESSAGECALLBACKKHRPROC, "glDebugMessageCallbackKHR",               \
+    "glDebugMessageCallback")                                                                             \
+  X(DebugMessageControlKHR, PFNGLDEBUGMESSAGECONTROLKHRPROC, "glDebugMessageControlKHR",                  \
+    "glDebugMessageControl")                                                                              \
+  X(DeleteQueriesEXT, PFNGLDELETEQUERIESEXTPROC, "glDeleteQueriesEXT", "glDeleteQueries")                 \
+  X(EndQueryEXT, PFNGLENDQUERYEXTPROC, "glEndQueryEXT", "glEndQuery")                                     \
+  X(GenQueriesEXT, PFNGLGENQUERIESEXTPROC, "glGenQueriesEXT", "glGenQueries")                             \
+  X(GetQueryObjectui64vEXT, PFNGLGETQUERYOBJECTUI64VEXTPROC, "glGetQueryObjectui64vEXT",                  \
+    "glGetQueryObjectui64v")                                                                              \
+  X(GetQueryObjectuivEXT, PFNGLGETQUERYOBJECTUIVEXTPROC, "glGetQueryObjectuivEXT", "glGetQueryObjectuiv") \
+  X(ObjectLabelKHR, PFNGLOBJECTLABELKHRPROC, "glObjectLabelKHR", "glObjectLabel")                         \
+  X(PolygonModeNV, PFNGLPOLYGONMODENVPROC, "glPolygonModeNV", "glPolygonMode")                            \
+  X(PopDebugGroupKHR, PFNGLPOPDEBUGGROUPKHRPROC, "glPopDebugGroupKHR", "glPopDebugGroup")                 \
+  X(ProvokingVertex, ::karst::core::GlProvokingVertex, "glProvokingVertex", "glProvokingVertex")          \
+  X(PushDebugGroupKHR, PFNGLPUSHDEBUGGROUPKHRPROC, "glPushDebugGroupKHR", "glPushDebugGroup")
 
 namespace karst::core {
 
-// Gives the address of a GL function, or null.
-struct GlLoader {
-  using Function = void (*)();
-  Function (*load)(const void* context, const char* name) = nullptr;
-  const void* context = nullptr;
-};
+using GlProvokingVertex = void(GL_APIENTRYP)(GLenum mode);
 
 struct Gl {
 #define KARST_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
   KARST_GL_CORE_FUNCTIONS(KARST_GL_MEMBER)
 #undef KARST_GL_MEMBER
-#define KARST_GL_MEMBER(name, type) type name = nullptr;
+#define KARST_GL_MEMBER(member, type, es_name, desktop_name) type member = nullptr;
   KARST_GL_EXTENSION_FUNCTIONS(KARST_GL_MEMBER)
 #undef KARST_GL_MEMBER
 };
 
-// unsupported, with the function in field(), where the loader has no address for a core function.
-Status load_gl(const GlLoader& loader, Gl& gl);
+// desktop: the context is one of OpenGL. unsupported, with the function in field(), where the loader has no
+// address for a core function.
+Status load_gl(const GlLoader& loader, bool desktop, Gl& gl);
+
+// Takes all errors that are pending; the first of them, GL_NO_ERROR where there was none. Not for frames:
+// asking makes some drivers wait.
+GLenum take_gl_errors(const Gl& gl);
 
 }  // namespace karst::core

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "renderer/shader_interface.h"
+#include "renderer/input/shader_interface.h"
 
 namespace karst::core {
 namespace {
@@ -21,7 +21,6 @@ constexpr Sampler kSamplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
                                  {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
                                  {"variation", KARST_UNIT_VARIATION},
                                  {"sky_line", KARST_UNIT_SKY_LINE},
-                                 {"depth", KARST_UNIT_DEPTH},
                                  {"drape", KARST_UNIT_DRAPE},
                                  {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
 
@@ -72,15 +71,19 @@ void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, cons
   if (!room.empty()) gl.GetProgramInfoLog(program, static_cast<GLsizei>(room.size()), nullptr, room.data());
 }
 
-void connect(const Gl& gl, GLuint program) {
+void connect(const Gl& gl, GLuint program, const ProgramSettings& settings) {
   const GLuint block = gl.GetUniformBlockIndex(program, "FrameBlock");
-  if (block != GL_INVALID_INDEX) gl.UniformBlockBinding(program, block, KARST_BINDING_FRAME);
+  if (block != GL_INVALID_INDEX) {
+    gl.UniformBlockBinding(program, block, settings.first_block + KARST_BINDING_FRAME);
+  }
   const GLuint materials = gl.GetUniformBlockIndex(program, "MaterialBlock");
-  if (materials != GL_INVALID_INDEX) gl.UniformBlockBinding(program, materials, KARST_BINDING_MATERIALS);
+  if (materials != GL_INVALID_INDEX) {
+    gl.UniformBlockBinding(program, materials, settings.first_block + KARST_BINDING_MATERIALS);
+  }
   gl.UseProgram(program);
   for (const Sampler& sampler : kSamplers) {
     const GLint location = gl.GetUniformLocation(program, sampler.name);
-    if (location >= 0) gl.Uniform1i(location, sampler.unit);
+    if (location >= 0) gl.Uniform1i(location, sampler.unit + static_cast<GLint>(settings.first_unit));
   }
 }
 
@@ -95,12 +98,12 @@ Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span
     attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment, defines_);
     gl.LinkProgram(programs_[i]);
   }
-  const Status status = link_all(gl, log);
+  const Status status = link_all(gl, settings, log);
   if (!status.ok()) destroy(gl);
   return status;
 }
 
-Status Programs::link_all(const Gl& gl, std::span<char> log) {
+Status Programs::link_all(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     GLint ok = GL_FALSE;
     gl.GetProgramiv(programs_[i], GL_LINK_STATUS, &ok);
@@ -108,17 +111,24 @@ Status Programs::link_all(const Gl& gl, std::span<char> log) {
       describe_failure(gl, programs_[i], kShaderTexts[i], defines_, log);
       return kShaderFailed;
     }
-    connect(gl, programs_[i]);
+    connect(gl, programs_[i], settings);
+    if (settings.label) gl.ObjectLabelKHR(GL_PROGRAM_KHR, programs_[i], -1, kShaderTexts[i].name);
   }
+  shown_level_ = gl.GetUniformLocation((*this)[ShaderVariant::show_levels], "shown_level");
   gl.UseProgram(0);
   return {};
 }
 
 void Programs::destroy(const Gl& gl) {
-  for (GLuint& program : programs_) {
+  for (const GLuint program : programs_) {
     if (program != 0) gl.DeleteProgram(program);
-    program = 0;
   }
+  forget();
+}
+
+void Programs::forget() {
+  for (GLuint& program : programs_) program = 0;
+  shown_level_ = -1;
 }
 
 }  // namespace karst::core

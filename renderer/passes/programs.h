@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "gles_shaders/shader_texts.h"
@@ -12,8 +13,11 @@
 namespace karst::core {
 
 struct ProgramSettings {
-  int materials = 1;            // 1..kMostMaterials
-  bool high_precision = false;  // all of a pixel in 32 bits
+  int materials = 1;              // 1..kMostMaterials
+  bool high_precision = false;    // all of a pixel in 32 bits
+  std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
+  std::uint32_t first_block = 0;  // and to its binding points
+  bool label = false;             // with KHR_debug
 };
 
 class Programs {
@@ -23,13 +27,18 @@ class Programs {
   // name, its stage and what the driver said about it.
   Status create(const Gl& gl, const ProgramSettings& settings, std::span<char> log);
   void destroy(const Gl& gl);
+  // The context is gone, and the programs with it.
+  void forget();
 
   GLuint operator[](ShaderVariant variant) const { return programs_[static_cast<std::size_t>(variant)]; }
+  // Location of show_levels' uniform.
+  GLint shown_level() const { return shown_level_; }
 
  private:
-  Status link_all(const Gl& gl, std::span<char> log);
+  Status link_all(const Gl& gl, const ProgramSettings& settings, std::span<char> log);
 
   GLuint programs_[kShaderVariants] = {};
+  GLint shown_level_ = -1;
   char defines_[80] = {};  // GLSL lines after the version
 };
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The materials' textures, their rules as a uniform block, and the noise between them.
-#include <algorithm>
+#include "renderer/resources/material_textures.h"
 
-#include "renderer/renderer.h"
+#include <cmath>
+
+#include "renderer/gl/gl_state.h"
+#include "renderer/resources/object_table.h"
 #include "renderer/resources/variation_texture.h"
 
 namespace karst::core {
@@ -12,105 +14,108 @@ Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
   return {StatusCode::invalid_argument, what, field, value};
 }
 
+// smoothstep(low - soft, low + soft, v) and 1 - smoothstep(high - soft, high + soft, v), before smoothing.
+glm::vec4 limits(float low, float high, float soft) {
+  const float factor = 0.5f / soft;
+  return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
+}
+
+Status fill_plain(const Gl& gl, const RendererSettings& settings, const std::uint8_t (&texel)[4]) {
+  if (settings.material_count > 0) return {};
+  gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, texel);
+  return {};
+}
+
+}  // namespace
+
 // Albedo is sRGB, which the shader decodes (materials.glsl): once for all planes instead of at each of a
 // lookup's eight texels, where llvmpipe spends most of a frame.
 GLenum texture_format(TextureFormat format) {
   return format == TextureFormat::etc2 ? GL_COMPRESSED_RGBA8_ETC2_EAC : GL_RGBA8;
 }
 
-GLenum texture_unit(TextureArray array) {
-  return GL_TEXTURE0 +
-         (array == TextureArray::albedo_height ? KARST_UNIT_ALBEDO_HEIGHT : KARST_UNIT_NORMAL_ROUGHNESS);
+shader::MaterialBlock make_material_block(const MaterialSet& materials) {
+  shader::MaterialBlock block{};
+  block.material_scale = {0.0f, materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side)),
+                          0.0f, 0.0f};
+  block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
+  for (std::uint32_t m = 0; m < materials.count; ++m) {
+    const Material& material = materials.materials[m];
+    block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
+    block.material_height[m] = limits(material.height_low, material.height_high, material.height_soft);
+    // Noise moves a limit by fray times soft, which is half of the way through it.
+    block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
+    block.material_average[m] = {material.average[0], material.average[1], material.average[2],
+                                 material.roughness};
+  }
+  return block;
 }
 
-constexpr TextureArray kArrays[kTextureArrays] = {TextureArray::albedo_height,
-                                                  TextureArray::normal_roughness};
-
-}  // namespace
-
-void Renderer::create_materials() {
-  const bool plain = settings_.material_count == 0;
-  const auto set = [&](GLenum target, GLenum name, GLenum value) {
-    gl_.TexParameteri(target, name, static_cast<GLint>(value));
-  };
-  for (const TextureArray array : kArrays) {
-    GLuint& texture = material_arrays_[static_cast<std::size_t>(array)];
-    gl_.GenTextures(1, &texture);
-    gl_.ActiveTexture(texture_unit(array));
-    gl_.BindTexture(GL_TEXTURE_2D_ARRAY, texture);
-    const GLsizei side = plain ? 1 : static_cast<GLsizei>(settings_.material_side);
-    gl_.TexStorage3D(GL_TEXTURE_2D_ARRAY, plain ? 1 : texture_levels(settings_.material_side),
-                     plain ? texture_format(TextureFormat::rgba8) : texture_format(settings_.material_format),
-                     side, side, plain ? 1 : static_cast<GLsizei>(settings_.material_count));
-    set(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-    set(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    set(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_REPEAT);
-    set(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_REPEAT);
-    if (!plain) continue;
-    // Pale stone, level and rough.
-    constexpr std::uint8_t kStone[4] = {148, 140, 128, 128};
-    constexpr std::uint8_t kLevel[4] = {230, 128, 230, 128};
-    gl_.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE,
-                      array == TextureArray::albedo_height ? kStone : kLevel);
-  }
-  gl_.GenBuffers(1, &material_buffer_);
-  gl_.BindBuffer(GL_UNIFORM_BUFFER, material_buffer_);
+Status fill_material_block(const Gl& gl, const RendererSettings& /*settings*/, const GlObjects& /*objects*/) {
   const shader::MaterialBlock block = make_material_block(MaterialSet());
-  gl_.BufferData(GL_UNIFORM_BUFFER, sizeof block, &block, GL_STATIC_DRAW);
-  gl_.BindBufferBase(GL_UNIFORM_BUFFER, KARST_BINDING_MATERIALS, material_buffer_);
-
-  gl_.GenTextures(1, &variation_);
-  gl_.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_VARIATION);
-  gl_.BindTexture(GL_TEXTURE_3D, variation_);
-  gl_.TexStorage3D(GL_TEXTURE_3D, 1, GL_R8, kVariationSide, kVariationSide, kVariationSide);
-  set(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  set(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  set(GL_TEXTURE_3D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  set(GL_TEXTURE_3D, GL_TEXTURE_WRAP_T, GL_REPEAT);
-  set(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_REPEAT);
-  // One material has no borders: what the texture holds is never seen.
-  if (plain) return;
-  std::uint8_t layer[kVariationSide * kVariationSide];
-  for (int z = 0; z < kVariationSide; ++z) {
-    variation_layer(z, layer);
-    gl_.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, kVariationSide, kVariationSide, 1, GL_RED, GL_UNSIGNED_BYTE,
-                      layer);
-  }
-}
-
-Status Renderer::set_materials(const MaterialSet& materials) {
-  if (materials.count != settings_.material_count) {
-    return invalid("not the settings' material_count", "materials", materials.count);
-  }
-  if (materials.count > 0 &&
-      (materials.side != settings_.material_side || materials.format != settings_.material_format)) {
-    return invalid("not the settings' material_side and material_format", "materials", materials.side);
-  }
-  const shader::MaterialBlock block = make_material_block(materials);
-  gl_.BindBuffer(GL_UNIFORM_BUFFER, material_buffer_);
-  gl_.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+  gl.BufferSubData(GL_ARRAY_BUFFER, 0, sizeof block, &block);
   return {};
 }
 
-Status Renderer::upload_textures(TextureArray array, int level, int first_layer, int layers,
-                                 std::span<const std::byte> bytes) {
-  if (level < 0 || level >= texture_levels(settings_.material_side)) return invalid("not a level", "level");
-  const auto count = static_cast<int>(settings_.material_count);
+// Pale stone, level and rough.
+Status fill_albedo_height(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  return fill_plain(gl, settings, {148, 140, 128, 128});
+}
+Status fill_normal_roughness(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  return fill_plain(gl, settings, {230, 128, 230, 128});
+}
+
+Status fill_variation(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  // One material has no borders: what the texture holds is never seen.
+  if (settings.material_count == 0) return {};
+  std::uint8_t layer[kVariationSide * kVariationSide];
+  for (int z = 0; z < kVariationSide; ++z) {
+    variation_layer(z, layer);
+    gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, kVariationSide, kVariationSide, 1, GL_RED, GL_UNSIGNED_BYTE,
+                     layer);
+  }
+  return {};
+}
+
+Status set_materials(const GlDevice& device, const RendererSettings& settings, const MaterialSet& materials) {
+  if (materials.count != settings.material_count) {
+    return invalid("not the settings' material_count", "materials", materials.count);
+  }
+  if (materials.count > 0 &&
+      (materials.side != settings.material_side || materials.format != settings.material_format)) {
+    return invalid("not the settings' material_side and material_format", "materials", materials.side);
+  }
+  const shader::MaterialBlock block = make_material_block(materials);
+  device.gl.BindBuffer(GL_UNIFORM_BUFFER, name_of(device, Object::material_block));
+  device.gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+  device.gl.BindBuffer(GL_UNIFORM_BUFFER, 0);
+  return {};
+}
+
+Status upload_textures(const GlDevice& device, const RendererSettings& settings, TextureArray array,
+                       int level, int first_layer, int layers, std::span<const std::byte> bytes) {
+  if (level < 0 || level >= texture_levels(settings.material_side)) return invalid("not a level", "level");
+  const auto count = static_cast<int>(settings.material_count);
   if (first_layer < 0 || layers < 1 || first_layer > count - layers) return invalid("not layers", "layers");
-  const std::size_t needed = texture_image_bytes(settings_.material_format, settings_.material_side, level) *
+  const std::size_t needed = texture_image_bytes(settings.material_format, settings.material_side, level) *
                              static_cast<std::size_t>(layers);
   if (bytes.size() != needed) return invalid("of another size than the layers", "bytes", bytes.size());
-  gl_.ActiveTexture(texture_unit(array));
-  gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  const auto side = static_cast<GLsizei>(settings_.material_side >> level);
-  if (settings_.material_format == TextureFormat::etc2) {
-    gl_.CompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers,
-                                texture_format(settings_.material_format), static_cast<GLsizei>(needed),
-                                bytes.data());
+  const Gl& gl = device.gl;
+  enter_upload(device);
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY,
+                 name_of(device, array == TextureArray::albedo_height ? Object::albedo_height
+                                                                      : Object::normal_roughness));
+  const auto side = static_cast<GLsizei>(settings.material_side >> level);
+  if (settings.material_format == TextureFormat::etc2) {
+    gl.CompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers,
+                               texture_format(settings.material_format), static_cast<GLsizei>(needed),
+                               bytes.data());
   } else {
-    gl_.TexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers, GL_RGBA,
-                      GL_UNSIGNED_BYTE, bytes.data());
+    gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers, GL_RGBA,
+                     GL_UNSIGNED_BYTE, bytes.data());
   }
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  leave_upload(device);
   return {};
 }
 

@@ -18,6 +18,10 @@ namespace karst::core {
 
 // GPU vertex memory is handed out in pages, so that a table with one entry a page tells a vertex its patch.
 inline constexpr std::uint32_t kPageVertices = 32;  // vertices; 512 bytes at 16 bytes a vertex
+
+// Frames under way at a time: one that the GPU draws, one that the CPU prepares. The renderer waits for older
+// ones; what the pool of vertices gives up is kept back for as long.
+inline constexpr std::uint32_t kFramesInFlight = 2;
 // Views that one frame may have.
 inline constexpr std::uint32_t kMostViews = 8;
 

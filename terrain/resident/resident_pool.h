@@ -24,7 +24,6 @@ namespace karst::core {
 class ResidentPool {
  public:
   static constexpr std::uint32_t kNoRow = 0xffffffffu;
-  static constexpr std::uint32_t kFramesInFlight = 2;
 
   // A resident patch. 12 bytes.
   struct Row {

@@ -90,15 +90,15 @@ CameraSettings random_camera(glm::dvec3 place, Random& random) {
 // Pixels without terrain.
 int count_background(test::DrawnWorld& world) {
   static std::vector<float> depth(kWidth * kHeight);
-  EXPECT_TRUE(world.renderer().read_depth(depth).ok());
+  EXPECT_TRUE(world.target().read_depth(depth).ok());
   return static_cast<int>(std::count(depth.begin(), depth.end(), 1.0f));
 }
 
 TEST(ClosedTerrain, NoPixelLooksThrough) {
-  RendererSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.keep_depth = true;
+  test::DrawnSettings settings;
+  settings.picture.width = kWidth;
+  settings.picture.height = kHeight;
+  settings.picture.keep_depth = true;
   settings.debug = true;
   const int frames = frame_count();
   int drawn = 0;
@@ -136,7 +136,7 @@ TEST(ClosedTerrain, NoPixelLooksThrough) {
       pool_full += world.selection.pool_full ? 1 : 0;
       occluded += world.selection.list.culled_occluded;
     }
-    EXPECT_EQ(world.renderer().take_error(), static_cast<GLenum>(GL_NO_ERROR)) << world.renderer().message();
+    EXPECT_EQ(world.target().take_error(), static_cast<GLenum>(GL_NO_ERROR)) << world.renderer().message();
   }
   std::printf(
       "%d frames without a hole: %.0f triangles a frame, %.0f %% of them coarser than wanted, %.0f %% with a "
@@ -148,10 +148,10 @@ TEST(ClosedTerrain, NoPixelLooksThrough) {
 
 // The test can fail: a patch that is left out is seen.
 TEST(ClosedTerrain, AMissingPatchIsSeen) {
-  RendererSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.keep_depth = true;
+  test::DrawnSettings settings;
+  settings.picture.width = kWidth;
+  settings.picture.height = kHeight;
+  settings.picture.keep_depth = true;
   Random random{7};
   std::optional<glm::dvec3> place;
   std::unique_ptr<CaveWorld> cave;
@@ -160,16 +160,16 @@ TEST(ClosedTerrain, AMissingPatchIsSeen) {
     place = cave->place(random);
   }
   test::DrawnWorld world(cave->world(), test::GlContext::get().gl(), settings);
-  FrameInput input;
+  ViewInput input;
   ASSERT_TRUE(world.prepare(random_camera(*place, random), input).ok());
   int seen = 0;
   for (std::size_t left_out = 0; left_out < std::min<std::size_t>(input.items.size(), 20); ++left_out) {
     std::vector<DrawItem> items(input.items.begin(), input.items.end());
     items.erase(items.begin() + static_cast<std::ptrdiff_t>(left_out));
-    FrameInput fewer = input;
+    ViewInput fewer = input;
     fewer.items = items;
     FrameCounts counts;
-    ASSERT_TRUE(world.renderer().draw(fewer, counts).ok());
+    ASSERT_TRUE(world.draw(fewer, &counts).ok());
     seen += count_background(world) > 0 ? 1 : 0;
   }
   EXPECT_GT(seen, 3);

@@ -20,6 +20,8 @@ using test::NoopGl;
 
 void nothing() {}
 
+const DrawTarget kSmall{.viewport = {0, 0, 16, 9}};
+
 RendererSettings small_settings() {
   RendererSettings settings;
   settings.vertex_pages = 100;
@@ -34,15 +36,13 @@ TEST(DeviceLimits, SettingsAreChecked) {
     const char* field;
     std::function<void(RendererSettings&)> spoil;
   } cases[] = {
-      {"width", [](RendererSettings& s) { s.width = 0; }},
-      {"width", [](RendererSettings& s) { s.width = RendererSettings::kMaxPicture + 1; }},
-      {"height", [](RendererSettings& s) { s.height = -1; }},
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = 0; }},
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = kMostPages + 1; }},
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = 0; }},
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostPages + 1; }},
       {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
       {"cascades", [](RendererSettings& s) { s.cascades = 4; }},
+      {"air_blocks", [](RendererSettings& s) { s.air_blocks = 9; }},
       {"shadow_size", [](RendererSettings& s) { s.shadow_size = 1000; }},
       {"shadow_bits", [](RendererSettings& s) { s.shadow_bits = 32; }},
       {"drape_width", [](RendererSettings& s) { s.drape_height = 1; }},
@@ -75,19 +75,19 @@ TEST(DeviceLimits, TheLeastDeviceOfES30HoldsTheLargestConfig) {
 
 TEST(DeviceLimits, MissingFunctionIsNamed) {
   GlLoader loader;
-  loader.load = [](const void*, const char* name) -> GlLoader::Function {
+  loader.load = [](void*, const char* name) -> void (*)() {
     return std::strcmp(name, "glMapBufferRange") == 0 ? nullptr : nothing;
   };
   Gl gl;
-  const Status status = load_gl(loader, gl);
+  const Status status = load_gl(loader, false, gl);
   EXPECT_EQ(status.code(), StatusCode::unsupported);
   EXPECT_STREQ(status.field(), "glMapBufferRange");
   // Functions of extensions may be missing.
-  loader.load = [](const void*, const char* name) -> GlLoader::Function {
+  loader.load = [](void*, const char* name) -> void (*)() {
     const std::string text = name;
-    return text.ends_with("KHR") || text.ends_with("EXT") ? nullptr : nothing;
+    return text.ends_with("KHR") || text.ends_with("EXT") || text.ends_with("NV") ? nullptr : nothing;
   };
-  EXPECT_TRUE(load_gl(loader, gl).ok());
+  EXPECT_TRUE(load_gl(loader, false, gl).ok());
 }
 
 TEST(DeviceLimits, OtherContextsAreRefused) {
@@ -101,20 +101,45 @@ TEST(DeviceLimits, OtherContextsAreRefused) {
   }
 }
 
+// A host's error is neither karst's nor lost.
+TEST(DeviceLimits, PendingErrorsAreTakenWhenCreating) {
+  const Gl gl = NoopGl::reset();
+  NoopGl::get().error = GL_OUT_OF_MEMORY;
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  EXPECT_EQ(renderer.pending_error(), GLenum{GL_OUT_OF_MEMORY});
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  EXPECT_EQ(renderer.pending_error(), GLenum{GL_NO_ERROR});
+}
+
+TEST(DeviceLimits, ViewsThatDoNotFitAreRefused) {
+  const Gl gl = NoopGl::reset();
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  ViewInput input;
+  ASSERT_TRUE(make_camera(CameraSettings(), input.camera).ok());
+  EXPECT_STREQ(renderer.draw(input, {.viewport = {0, 0, 0, 9}}).field(), "viewport");
+  EXPECT_STREQ(renderer.draw(input, {.viewport = {0, 0, 16, 16385}}).field(), "viewport");
+  EXPECT_STREQ(renderer.draw(input, {.viewport = {0, 0, 16, 9}, .depth_zero_to_one = true}).field(),
+               "depth_zero_to_one");
+  const Cascade cascades[1] = {};
+  input.cascades = cascades;
+  EXPECT_STREQ(renderer.draw(input, kSmall).field(), "cascades");
+  EXPECT_STREQ(renderer.set_air(0, {}).field(), "view");
+  EXPECT_EQ(NoopGl::get().draws, 0u);
+}
+
 TEST(DeviceLimits, EachLimitIsNamedAndNothingIsLeft) {
   const struct {
     const char* field;
     StatusCode code;
     std::function<void(NoopGl&, RendererSettings&)> spoil;
   } cases[] = {
-      {"width", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.width = 2049; }},
-      {"height", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.height = 2049; }},
       {"vertex_pages", StatusCode::limit_reached,
        [](NoopGl& gl, RendererSettings&) { gl.max_element_index = 100 * kPageVertices - 2; }},
       {"vertex_pages", StatusCode::limit_reached,
        [](NoopGl& gl, RendererSettings& s) {
          gl.max_texture_size = 300;
-         s.width = s.height = 300;
          s.vertex_pages = 301 * 1024;
        }},
       {"drape_width", StatusCode::limit_reached,
@@ -123,10 +148,12 @@ TEST(DeviceLimits, EachLimitIsNamedAndNothingIsLeft) {
        [](NoopGl&, RendererSettings& s) { s.drape_width = 1, s.drape_height = 2049; }},
       {"morph_rows", StatusCode::limit_reached,
        [](NoopGl&, RendererSettings& s) { s.morph_rows = 2048 * 64 + 1; }},
-      {"width, height", StatusCode::limit_reached,
-       [](NoopGl& gl, RendererSettings&) { gl.framebuffers_complete = false; }},
+      {"first_unit", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.first_unit = 24; }},
+      {"first_block", StatusCode::limit_reached, [](NoopGl&, RendererSettings& s) { s.first_block = 23; }},
+      {"shadow_size", StatusCode::limit_reached,
+       [](NoopGl& gl, RendererSettings& s) { gl.framebuffers_complete = false, s.cascades = 1; }},
       {"GPU memory", StatusCode::limit_reached,
-       [](NoopGl& gl, RendererSettings&) { gl.error = GL_OUT_OF_MEMORY; }},
+       [](NoopGl& gl, RendererSettings&) { gl.out_of_memory = true; }},
       {"shader", StatusCode::unsupported, [](NoopGl& gl, RendererSettings&) { gl.compiles = false; }},
   };
   for (const auto& c : cases) {
@@ -156,22 +183,22 @@ TEST(DeviceLimits, WorksWithoutExtensions) {
   ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
   EXPECT_FALSE(renderer.caps().debug);
   EXPECT_FALSE(renderer.caps().timer_query);
-  FrameCounts counts;
-  FrameInput input;
-  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
-  EXPECT_TRUE(renderer.draw(input, counts).ok());
+  ViewInput input;
+  ASSERT_TRUE(make_camera(CameraSettings(), input.camera).ok());
+  EXPECT_TRUE(renderer.draw(input, kSmall).ok());
   EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());  // NaN
 }
 
 TEST(DeviceLimits, TimerReportsTheGpusTime) {
   const Gl gl = NoopGl::reset();
   Renderer renderer;
-  ASSERT_TRUE(renderer.create(gl, small_settings()).ok());
+  RendererSettings settings = small_settings();
+  settings.timers = true;
+  ASSERT_TRUE(renderer.create(gl, settings).ok());
   EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());
-  FrameCounts counts;
-  FrameInput input;
-  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
-  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  ViewInput input;
+  ASSERT_TRUE(make_camera(CameraSettings(), input.camera).ok());
+  ASSERT_TRUE(renderer.draw(input, kSmall).ok());
   EXPECT_EQ(renderer.terrain_gpu_ms(), 1.5);
 }
 
@@ -229,8 +256,8 @@ TEST(DeviceLimits, LostVerticesAreTold) {
   std::vector<std::uint16_t> table(index_count(1));
   ASSERT_TRUE(build_index_tables(1, table).ok());
   const DrawItem item{0, 1, 0, 0};
-  FrameInput input;
-  ASSERT_TRUE(make_camera(CameraSettings{}, input.camera).ok());
+  ViewInput input;
+  ASSERT_TRUE(make_camera(CameraSettings(), input.camera).ok());
   input.items = {&item, 1};
   input.pages = pages.table();
   input.index_table = table;
@@ -238,8 +265,8 @@ TEST(DeviceLimits, LostVerticesAreTold) {
   for (const bool lost : {false, true, false}) {
     NoopGl::get().loses_vertices = lost;
     ASSERT_TRUE(renderer.upload_vertices(pages.table(), 0, 0, vertices, {}, 0).ok());
-    FrameCounts counts;
-    ASSERT_TRUE(renderer.draw(input, counts).ok());
+    ASSERT_TRUE(renderer.draw(input, kSmall).ok());
+    const FrameCounts counts = renderer.end_frame();
     EXPECT_EQ(counts.vertices_lost, lost);
     EXPECT_EQ(counts.draw_calls, lost ? 1u : 2u);
     EXPECT_EQ(counts.uploaded_bytes, vertices.size() * sizeof(GpuVertex) + 100 * sizeof(PageTexel));

@@ -16,28 +16,27 @@ TEST(DriverBugs, FirstTimerResultOfLlvmpipeIsWrong) {
   std::string error;
   auto display = open_headless_display({}, error);
   ASSERT_NE(display, nullptr) << error;
-  GlLoader loader;
-  loader.context = display.get();
-  loader.load = [](const void* d, const char* name) {
-    return static_cast<const Display*>(d)->gl_function(name);
-  };
+  const GlLoader loader{
+      .load = [](void* d, const char* name) { return static_cast<Display*>(d)->gl_function(name); },
+      .user = display.get()};
   Gl gl;
-  ASSERT_TRUE(load_gl(loader, gl).ok());
+  ASSERT_TRUE(load_gl(loader, false, gl).ok());
   GlCaps caps;
-  ASSERT_TRUE(query_gl_caps(gl, caps).ok());
+  ASSERT_TRUE(query_gl_caps(gl, false, caps).ok());
 
   double elapsed_ms = 0;
   if (caps.timer_query) {
-    GLuint names[3];  // renderbuffer, framebuffer, query
-    gl.GenRenderbuffers(1, &names[0]);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, names[0]);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, 16, 16);
+    GLuint names[3];  // texture, framebuffer, query
+    gl.GenTextures(1, &names[0]);
+    gl.BindTexture(GL_TEXTURE_2D, names[0]);
+    gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH_COMPONENT24, 16, 16);
     gl.GenFramebuffers(1, &names[1]);
     gl.BindFramebuffer(GL_FRAMEBUFFER, names[1]);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, names[0]);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, names[0], 0);
     gl.GenQueriesEXT(1, &names[2]);
     gl.BeginQueryEXT(GL_TIME_ELAPSED_EXT, names[2]);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
+    const GLfloat far = 1.0f;
+    gl.ClearBufferfv(GL_DEPTH, 0, &far);
     gl.EndQueryEXT(GL_TIME_ELAPSED_EXT);
     gl.Finish();
     GLuint64 elapsed_ns = 0;

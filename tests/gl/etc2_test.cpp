@@ -111,7 +111,8 @@ class Etc2Gl : public ::testing::Test {
     gl_.BindVertexArray(array_);
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
     Bytes read(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-    gl_.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, read.data());
+    context_.function<PFNGLREADPIXELSPROC>("glReadPixels")(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE,
+                                                           read.data());
     return read;
   }
 

@@ -19,15 +19,16 @@ constexpr int kFrames = 1000;
 
 TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
   const Gl gl = NoopGl::reset();
-  RendererSettings settings;
-  settings.width = 320;
-  settings.height = 180;
+  test::DrawnSettings settings;
+  settings.picture.width = 320;
+  settings.picture.height = 180;
   settings.debug = true;
+  settings.loader = NoopGl::loader();
   test::DrawnWorld world(test::hills_with_cave(3), gl, settings, 100);  // patches come and go
   ASSERT_FALSE(testing::Test::HasFailure());
 
   world.lod.mode = LodMode::error;
-  FrameInput input;
+  ViewInput input;
   CameraSettings first;
   first.position = {11, 14, 18};
   ASSERT_TRUE(world.prepare(first, input).ok());
@@ -35,6 +36,7 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
   const std::uint64_t objects = NoopGl::get().objects_made;
   const std::uint64_t bytes = NoopGl::get().object_bytes;
   const std::uint64_t draws = NoopGl::get().draws;
+  const std::uint64_t questions = NoopGl::get().questions;
   const std::uint64_t heap = test::heap_calls();
   Status status;
   std::uint64_t triangles = 0;
@@ -58,8 +60,9 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
   EXPECT_EQ(NoopGl::get().objects_made - objects, 0u);
   EXPECT_EQ(NoopGl::get().object_bytes - bytes, 0u);
   EXPECT_EQ(NoopGl::get().mapped, 0u);
-  EXPECT_EQ(NoopGl::get().most_fences, std::uint64_t{Renderer::kFramesInFlight});
-  EXPECT_EQ(NoopGl::get().waits, std::uint64_t{kFrames} - Renderer::kFramesInFlight);
+  EXPECT_EQ(NoopGl::get().questions - questions, 0u);
+  EXPECT_EQ(NoopGl::get().most_fences, std::uint64_t{kFramesInFlight});
+  EXPECT_EQ(NoopGl::get().waits, std::uint64_t{kFrames} - kFramesInFlight);
   EXPECT_GT(uploaded, 1'000'000u);
   EXPECT_GE(NoopGl::get().draws - draws, std::uint64_t{kFrames});
   EXPECT_GT(triangles, std::uint64_t{kFrames} * 100);
@@ -68,8 +71,6 @@ TEST(FrameMemory, NoHeapAndNoGlObjectsInAThousandFrames) {
 TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
   const Gl gl = NoopGl::reset();
   RendererSettings settings;
-  settings.width = 321;
-  settings.height = 123;
   settings.vertex_pages = 3000;
   settings.morph_rows = 777;
   settings.stream_indices = 5000;
@@ -77,12 +78,16 @@ TEST(FrameMemory, CreatingTakesExactlyTheBudget) {
   settings.cascades = 2;
   settings.drape_width = 100;
   settings.drape_height = 3;
+  settings.air_blocks = 3;
   Budget budget;
   settings.add_to(budget);
   Renderer renderer;
   ASSERT_TRUE(renderer.create(gl, settings).ok());
   EXPECT_EQ(NoopGl::get().object_bytes, budget.gpu_bytes());
+  EXPECT_EQ(renderer.gpu_bytes(), budget.gpu_bytes());
   EXPECT_EQ(budget.cpu_bytes(), 0u);
+  renderer.destroy();
+  EXPECT_EQ(renderer.gpu_bytes(), 0u);
 }
 
 TEST(FrameMemory, EveryObjectIsDeleted) {
@@ -90,6 +95,7 @@ TEST(FrameMemory, EveryObjectIsDeleted) {
   {
     Renderer renderer;
     RendererSettings settings;
+    settings.timers = true;
     settings.vertex_pages = 10;
     settings.morph_rows = 10;
     settings.cascades = 3;
@@ -104,11 +110,36 @@ TEST(FrameMemory, EveryObjectIsDeleted) {
   EXPECT_EQ(NoopGl::get().objects_deleted, NoopGl::get().objects_made);
 }
 
+// A lost context's objects are gone: nothing of them is deleted, and the renderer can be made anew.
+TEST(FrameMemory, ForgettingCallsNothing) {
+  const Gl gl = NoopGl::reset();
+  RendererSettings settings;
+  settings.timers = true;
+  settings.vertex_pages = 10;
+  settings.morph_rows = 10;
+  settings.cascades = 3;
+  settings.stream_indices = 1000;
+  Renderer renderer;
+  ASSERT_TRUE(renderer.create(gl, settings).ok());
+  const std::uint64_t made = NoopGl::get().objects_made;
+  const std::uint64_t deleted = NoopGl::get().objects_deleted;  // shaders
+  static_cast<void>(renderer.end_frame());
+  renderer.forget();
+  EXPECT_EQ(NoopGl::get().objects_deleted, deleted);
+  EXPECT_EQ(NoopGl::get().fences, 1u);
+  EXPECT_EQ(renderer.gpu_bytes(), 0u);
+  ASSERT_TRUE(renderer.create(gl, settings).ok());
+  renderer.destroy();
+  EXPECT_EQ(NoopGl::get().objects_deleted, NoopGl::get().objects_made - (made - deleted));
+}
+
 TEST(FrameMemory, FencesAreDeleted) {
   const Gl gl = NoopGl::reset();
   {
-    test::DrawnWorld world(test::hills_with_cave(1), gl, {});
-    ASSERT_TRUE(world.draw({}).ok());
+    test::DrawnSettings settings;
+    settings.loader = NoopGl::loader();
+    test::DrawnWorld world(test::hills_with_cave(1), gl, settings);
+    ASSERT_TRUE(world.draw(CameraSettings()).ok());
     EXPECT_EQ(NoopGl::get().fences, 1u);
   }
   EXPECT_EQ(NoopGl::get().fences, 0u);

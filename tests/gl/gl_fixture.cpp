@@ -23,13 +23,13 @@ GlContext::GlContext() {
   display_ = open_headless_display({.debug = true}, error);
   EXPECT_NE(display_, nullptr) << error;
   if (display_ == nullptr) return;
-  GlLoader loader;
-  loader.context = display_.get();
-  loader.load = [](const void* display, const char* name) {
-    return static_cast<const Display*>(display)->gl_function(name);
-  };
-  const Status status = load_gl(loader, gl_);
+  const Status status = load_gl(loader(), false, gl_);
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
+}
+
+GlLoader GlContext::loader() {
+  return {.load = [](void* user, const char* name) { return static_cast<Display*>(user)->gl_function(name); },
+          .user = display_.get()};
 }
 
 void TestPages::set(PatchId patch, std::span<const std::uint32_t> chain) {
@@ -55,7 +55,7 @@ Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages) {
 
 }  // namespace
 
-DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings,
+DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSettings settings,
                        std::uint32_t detail_pages)
     : memory_(Terrain::budget(config_of(file, detail_pages)).cpu_bytes()) {
   const Config config = config_of(file, detail_pages);
@@ -66,6 +66,9 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSe
   settings.morph_rows = config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
   settings.extent = terrain_.info().extent;
+  if (settings.loader.load == nullptr) settings.loader = GlContext::get().loader();
+  const Status made = target_.create(settings.loader, settings.picture);
+  EXPECT_TRUE(made.ok()) << made.what() << ' ' << made.field();
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
@@ -79,7 +82,7 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSe
 
 void DrawnWorld::upload_first(bool all) {
   Camera camera;
-  EXPECT_TRUE(make_camera(CameraSettings{}, camera).ok());
+  EXPECT_TRUE(make_camera(CameraSettings(), camera).ok());
   TerrainView view;
   view.camera = &camera;
   view.lod.mode = LodMode::full;
@@ -101,13 +104,13 @@ Status DrawnWorld::upload_next(bool& made) {
                                    upload.origin, upload.row);
 }
 
-Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
+Status DrawnWorld::prepare(const CameraSettings& settings, ViewInput& input) {
   if (const Status status = make_camera(settings, input.camera); !status.ok()) return status;
   TerrainView view;
   view.camera = &input.camera;
   view.lod = lod;
-  view.width_px = renderer_.settings().width;
-  view.height_px = renderer_.settings().height;
+  view.width_px = target_.settings().width;
+  view.height_px = target_.settings().height;
   terrain_.begin_frame();
   if (const Status status = terrain_.select(view, selection); !status.ok()) return status;
   const MorphRows rows = terrain_.take_morph_rows();
@@ -124,20 +127,34 @@ Status DrawnWorld::prepare(const CameraSettings& settings, FrameInput& input) {
   return {};
 }
 
+Status DrawnWorld::draw(const ViewInput& input, FrameCounts* counts) {
+  const bool drape = renderer_.settings().drape_width > 0;
+  if (drape) {
+    const glm::vec3 sky = encode_picture(horizon_light(input.light));
+    target_.begin({sky.r, sky.g, sky.b});
+  } else {
+    target_.begin();
+  }
+  const Status status = renderer_.draw(input, {.viewport = target_.viewport(), .sky = !drape});
+  target_.end();
+  const FrameCounts drawn = renderer_.end_frame();
+  if (counts != nullptr) *counts = drawn;
+  return status;
+}
+
 Status DrawnWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
-  FrameInput input;
+  ViewInput input;
   if (const Status status = prepare(settings, input); !status.ok()) return status;
-  FrameCounts ignored;
-  Status status = renderer_.draw(input, counts != nullptr ? *counts : ignored);
+  Status status = draw(input, counts);
   bool made = true;
   for (int i = 0; i < patches_a_frame && made && status.ok(); ++i) status = upload_next(made);
   return status;
 }
 
 Picture DrawnWorld::picture() {
-  const RendererSettings& s = renderer_.settings();
+  const app::PictureSettings& s = target_.settings();
   Picture picture(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
-  EXPECT_TRUE(renderer_.read_colour(picture).ok());
+  EXPECT_TRUE(target_.read_colour(picture).ok());
   return picture;
 }
 

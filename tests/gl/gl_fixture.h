@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/common/picture_target.h"
 #include "platform/display.h"
 #include "renderer/renderer.h"
 #include "terrain/world/terrain.h"
@@ -24,6 +25,7 @@ class GlContext {
   static GlContext& get();
 
   const Gl& gl() const { return gl_; }
+  GlLoader loader();
   Display& display() { return *display_; }
   bool ok() const { return display_ != nullptr; }
   // A GL function that karst itself does not use.
@@ -58,6 +60,12 @@ class TestPages {
   std::vector<PageTexel> texels_;
 };
 
+// A renderer and the target that it draws into.
+struct DrawnSettings : RendererSettings {
+  app::PictureSettings picture;
+  GlLoader loader;  // of the target; empty: GlContext's
+};
+
 // A world in a Terrain, ready to draw: with room for all of it, all patches uploaded at the full level; else
 // at the base level, and more when frames ask for it.
 class DrawnWorld {
@@ -65,21 +73,24 @@ class DrawnWorld {
   // settings: vertex_pages, morph_rows, stream_indices (0: as many as the terrain's config says) and extent
   // are filled in.
   // detail_pages: Terrain::config_for.
-  DrawnWorld(const TestWorld& world, const Gl& gl, RendererSettings settings,
+  DrawnWorld(const TestWorld& world, const Gl& gl, DrawnSettings settings,
              std::uint32_t detail_pages = kMostPages)
       : DrawnWorld(std::span<const std::byte>(world.file()), gl, settings, detail_pages) {}
-  DrawnWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings,
+  DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSettings settings,
              std::uint32_t detail_pages = kMostPages);
 
   // Chooses levels for the camera and makes a frame of them that waits to be drawn; its thresholds are on the
   // GPU then.
-  Status prepare(const CameraSettings& camera, FrameInput& input);
+  Status prepare(const CameraSettings& camera, ViewInput& input);
+  // Draws it into the target.
+  Status draw(const ViewInput& input, FrameCounts* counts = nullptr);
   // Both, and draws it.
   Status draw(const CameraSettings& camera, FrameCounts* counts = nullptr);
   Picture picture();
 
   Terrain& terrain() { return terrain_; }
-  Renderer& renderer() { return renderer_; }
+  core::Renderer& renderer() { return renderer_; }
+  app::PictureTarget& target() { return target_; }
   PageTable pages() { return terrain_.pages(); }
   int level() const { return terrain_.info().level; }
   Terrain::Selection selection;  // of the last frame
@@ -95,7 +106,8 @@ class DrawnWorld {
 
   AlignedBytes memory_;
   Terrain terrain_;
-  Renderer renderer_;
+  app::PictureTarget target_;
+  core::Renderer renderer_;
 };
 
 // Hills with a cave: all kinds of patches, about 20 voxels across.

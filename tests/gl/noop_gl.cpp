@@ -5,7 +5,11 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <string>
 #include <vector>
+
+#include "app/common/picture_target.h"
 
 namespace karst::test {
 namespace {
@@ -18,11 +22,9 @@ struct Nothing<Result(GL_APIENTRYP)(Arguments...)> {
   static Result GL_APIENTRY call(Arguments...) { return Result(); }
 };
 
-// What a buffer of a target is mapped to.
-std::vector<std::byte>& mapping(GLenum target) {
-  static std::vector<std::byte> vertices, indices;
-  return target == GL_ARRAY_BUFFER ? vertices : indices;
-}
+// What buffers hold, by name, and which one is bound to a target.
+std::map<GLuint, std::vector<std::byte>> buffers;
+std::map<GLenum, GLuint> bound;
 
 void GL_APIENTRY make(GLsizei n, GLuint* names) {
   for (GLsizei i = 0; i < n; ++i) names[i] = static_cast<GLuint>(++NoopGl::get().objects_made);
@@ -67,13 +69,11 @@ const GLubyte* text(const char* s) {
 void fill_objects(Gl& gl) {
   gl.GenBuffers = make;
   gl.GenFramebuffers = make;
-  gl.GenRenderbuffers = make;
   gl.GenTextures = make;
   gl.GenVertexArrays = make;
   gl.GenQueriesEXT = make;
   gl.DeleteBuffers = remove;
   gl.DeleteFramebuffers = remove;
-  gl.DeleteRenderbuffers = remove;
   gl.DeleteTextures = remove;
   gl.DeleteVertexArrays = remove;
   gl.DeleteQueriesEXT = remove;
@@ -86,51 +86,72 @@ void fill_objects(Gl& gl) {
     for (GLsizei layer = 0; layer < depth; ++layer)
       texture_storage(GL_TEXTURE_2D, levels, format, width, height);
   };
-  gl.RenderbufferStorage = [](GLenum, GLenum format, GLsizei width, GLsizei height) {
-    texture_storage(GL_RENDERBUFFER, 1, format, width, height);
-  };
   gl.BufferData = [](GLenum target, GLsizeiptr bytes, const void*, GLenum) {
     NoopGl::get().object_bytes += static_cast<std::uint64_t>(bytes);
-    if (target != GL_UNIFORM_BUFFER) mapping(target).resize(static_cast<std::size_t>(bytes));
+    if (NoopGl::get().out_of_memory) NoopGl::get().error = GL_OUT_OF_MEMORY;
+    buffers[bound[target]].resize(static_cast<std::size_t>(bytes));
   };
+  // There is one vertex array with an element buffer, so that this binding may stand for all of them.
+  gl.BindBuffer = [](GLenum target, GLuint name) { bound[target] = name; };
   gl.BufferSubData = [](GLenum, GLintptr, GLsizeiptr bytes, const void*) {
     NoopGl::get().uploads_bytes += static_cast<std::uint64_t>(bytes);
   };
 }
 
+NoopGl& ask() {
+  ++NoopGl::get().questions;
+  return NoopGl::get();
+}
+
 void fill_queries(Gl& gl) {
   gl.GetString = [](GLenum name) {
+    ask();
     return text(name == GL_VERSION ? NoopGl::get().version : name == GL_RENDERER ? "no-op" : "karst tests");
   };
   gl.GetStringi = [](GLenum, GLuint index) {
+    ask();
     return text(index == 0 ? "GL_KHR_debug" : "GL_EXT_disjoint_timer_query");
   };
   gl.GetIntegerv = [](GLenum name, GLint* value) {
-    const NoopGl& self = NoopGl::get();
+    const NoopGl& self = ask();
     *value = 0;
     if (name == GL_MAX_TEXTURE_SIZE) *value = self.max_texture_size;
     if (name == GL_MAX_RENDERBUFFER_SIZE) *value = self.max_renderbuffer_size;
+    if (name == GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) *value = 32;
+    if (name == GL_MAX_UNIFORM_BUFFER_BINDINGS) *value = 24;
     if (name == GL_NUM_EXTENSIONS) *value = self.extensions ? 2 : 0;
     if (name == GL_MAX_VIEWPORT_DIMS) value[0] = value[1] = self.max_renderbuffer_size;
   };
-  gl.GetInteger64v = [](GLenum, GLint64* value) { *value = NoopGl::get().max_element_index; };
-  gl.GetShaderiv = [](GLuint, GLenum, GLint* value) { *value = NoopGl::get().compiles ? GL_TRUE : GL_FALSE; };
-  gl.GetProgramiv = [](GLuint, GLenum, GLint* value) {
-    *value = NoopGl::get().compiles ? GL_TRUE : GL_FALSE;
-  };
+  gl.GetInteger64v = [](GLenum, GLint64* value) { *value = ask().max_element_index; };
+  gl.GetShaderiv = [](GLuint, GLenum, GLint* value) { *value = ask().compiles ? GL_TRUE : GL_FALSE; };
+  gl.GetProgramiv = [](GLuint, GLenum, GLint* value) { *value = ask().compiles ? GL_TRUE : GL_FALSE; };
   gl.GetShaderInfoLog = [](GLuint, GLsizei size, GLsizei*, GLchar* log) {
     std::snprintf(log, static_cast<std::size_t>(size), "0:1: no-op cannot compile");
   };
   gl.CheckFramebufferStatus = [](GLenum) -> GLenum {
-    return NoopGl::get().framebuffers_complete ? GL_FRAMEBUFFER_COMPLETE : GL_FRAMEBUFFER_UNSUPPORTED;
+    return ask().framebuffers_complete ? GL_FRAMEBUFFER_COMPLETE : GL_FRAMEBUFFER_UNSUPPORTED;
   };
   gl.GetError = [] {
-    const GLenum error = NoopGl::get().error;
+    const GLenum error = ask().error;
     NoopGl::get().error = GL_NO_ERROR;
     return error;
   };
-  gl.GetQueryObjectuivEXT = [](GLuint, GLenum, GLuint* value) { *value = GL_TRUE; };
-  gl.GetQueryObjectui64vEXT = [](GLuint, GLenum, GLuint64* value) { *value = 1'500'000; };
+  gl.GetQueryObjectuivEXT = [](GLuint, GLenum, GLuint* value) {
+    ask();
+    *value = GL_TRUE;
+  };
+  gl.GetQueryObjectui64vEXT = [](GLuint, GLenum, GLuint64* value) {
+    ask();
+    *value = 1'500'000;
+  };
+  gl.GetUniformLocation = [](GLuint, const GLchar*) {
+    ask();
+    return -1;
+  };
+  gl.GetUniformBlockIndex = [](GLuint, const GLchar*) -> GLuint {
+    ask();
+    return GL_INVALID_INDEX;
+  };
 }
 
 }  // namespace
@@ -142,11 +163,13 @@ NoopGl& NoopGl::get() {
 
 Gl NoopGl::reset() {
   get() = NoopGl();
+  buffers.clear();
+  bound.clear();
   Gl gl;
 #define KARST_GL_NOTHING(name) gl.name = Nothing<decltype(gl.name)>::call;
   KARST_GL_CORE_FUNCTIONS(KARST_GL_NOTHING)
 #undef KARST_GL_NOTHING
-#define KARST_GL_NOTHING(name, type) gl.name = Nothing<type>::call;
+#define KARST_GL_NOTHING(name, type, es_name, desktop_name) gl.name = Nothing<type>::call;
   KARST_GL_EXTENSION_FUNCTIONS(KARST_GL_NOTHING)
 #undef KARST_GL_NOTHING
   fill_objects(gl);
@@ -155,7 +178,7 @@ Gl NoopGl::reset() {
   gl.DrawElements = [](GLenum, GLsizei, GLenum, const void*) { ++get().draws; };
   gl.MapBufferRange = [](GLenum target, GLintptr, GLsizeiptr, GLbitfield) -> void* {
     ++get().mapped;
-    return mapping(target).data();
+    return buffers[bound[target]].data();
   };
   gl.UnmapBuffer = [](GLenum target) -> GLboolean {
     --get().mapped;
@@ -179,6 +202,45 @@ Gl NoopGl::reset() {
     return GL_ALREADY_SIGNALED;
   };
   return gl;
+}
+
+namespace {
+
+using Function = void (*)();
+
+// Functions that a target needs beyond karst's own.
+std::map<std::string, Function> target_functions() {
+  std::map<std::string, Function> found;
+#define KARST_GL_NOTHING(name) \
+  found["gl" #name] = reinterpret_cast<Function>(Nothing<decltype(&::gl##name)>::call);
+  KARST_TARGET_FUNCTIONS(KARST_GL_NOTHING)
+#undef KARST_GL_NOTHING
+  const auto storage = [](GLenum, GLenum format, GLsizei width, GLsizei height) {
+    texture_storage(GL_RENDERBUFFER, 1, format == GL_RGB565 ? GL_R16F : format, width, height);
+  };
+  found["glGenRenderbuffers"] = reinterpret_cast<Function>(make);
+  found["glDeleteRenderbuffers"] = reinterpret_cast<Function>(remove);
+  found["glRenderbufferStorage"] =
+      reinterpret_cast<Function>(static_cast<decltype(&::glRenderbufferStorage)>(storage));
+  return found;
+}
+
+}  // namespace
+
+GlLoader NoopGl::loader() {
+  static std::map<std::string, Function> functions;
+  functions = target_functions();
+  Gl gl;
+  fill_objects(gl);
+  fill_queries(gl);
+#define KARST_GL_KEEP(name) \
+  if (gl.name != nullptr) functions["gl" #name] = reinterpret_cast<Function>(gl.name);
+  KARST_GL_CORE_FUNCTIONS(KARST_GL_KEEP)
+#undef KARST_GL_KEEP
+  return {.load = [](void*, const char* name) {
+    const auto found = functions.find(name);
+    return found == functions.end() ? nullptr : found->second;
+  }};
 }
 
 }  // namespace karst::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A driver that draws nothing and counts: GL objects, their bytes, and calls. With it, everything that a
-// frame allocates is karst's own.
+// frame allocates is karst's own, or the host's that draws into a target.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,7 @@ struct NoopGl {
   std::uint64_t objects_deleted = 0;
   std::uint64_t object_bytes = 0;  // of buffers, textures and renderbuffers as they were specified
   std::uint64_t draws = 0;
+  std::uint64_t questions = 0;        // calls of glGet..., glIs... and glCheck...
   std::uint64_t uploads_bytes = 0;    // BufferSubData, and ranges flushed
   std::uint64_t texture_uploads = 0;  // TexSubImage2D
   std::uint64_t fences = 0;           // made and not deleted
@@ -31,12 +32,15 @@ struct NoopGl {
   bool loses_vertices = false;  // says so when the vertex buffer is unmapped
   bool compiles = true;
   bool framebuffers_complete = true;
-  std::uint32_t error = 0;  // what GetError gives, once
+  std::uint32_t error = 0;     // what GetError gives, once
+  bool out_of_memory = false;  // says so when a buffer gets its memory
 
   // The one that the functions below count into.
   static NoopGl& get();
   // Counts from zero, as a driver of the least that ES 3.0 allows.
   static Gl reset();
+  // Of the same functions, and of those that draw into a target.
+  static GlLoader loader();
 };
 
 }  // namespace karst::test

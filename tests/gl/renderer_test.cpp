@@ -23,11 +23,11 @@ using test::Picture;
 constexpr int kWidth = 160;
 constexpr int kHeight = 90;
 
-RendererSettings debug_settings() {
-  RendererSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.keep_depth = true;
+test::DrawnSettings debug_settings() {
+  test::DrawnSettings settings;
+  settings.picture.width = kWidth;
+  settings.picture.height = kHeight;
+  settings.picture.keep_depth = true;
   settings.debug = true;
   return settings;
 }
@@ -41,7 +41,7 @@ CameraSettings camera_at(glm::dvec3 position, double yaw_deg, double pitch_deg) 
 }
 
 void expect_no_errors(Renderer& renderer) {
-  EXPECT_EQ(renderer.take_error(), GLenum{GL_NO_ERROR});
+  EXPECT_EQ(take_gl_errors(GlContext::get().gl()), GLenum{GL_NO_ERROR});
   EXPECT_STREQ(renderer.message(), "");
 }
 
@@ -62,7 +62,7 @@ TEST(Renderer, DrawsWithoutGlErrors) {
   }
   world.picture();
   std::vector<float> depth(kWidth * kHeight);
-  EXPECT_TRUE(world.renderer().read_depth(depth).ok());
+  EXPECT_TRUE(world.target().read_depth(depth).ok());
   expect_no_errors(world.renderer());
 }
 
@@ -88,7 +88,7 @@ TEST(Renderer, DepthIsThatOfTheProjection) {
   camera.far_voxels = 50;
   ASSERT_TRUE(world.draw(camera).ok());
   std::vector<float> depth(kWidth * kHeight);
-  ASSERT_TRUE(world.renderer().read_depth(depth).ok());
+  ASSERT_TRUE(world.target().read_depth(depth).ok());
   const double distance = 4;
   const double expected =
       camera.far_voxels / (camera.far_voxels - camera.near_voxels) * (1 - camera.near_voxels / distance);
@@ -99,7 +99,7 @@ TEST(Renderer, DepthRowsRunDownwardsAndTheSkyIsFar) {
   DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), debug_settings());
   ASSERT_TRUE(world.draw(camera_at({12, 7, 20}, 0, 0)).ok());
   std::vector<float> depth(kWidth * kHeight);
-  ASSERT_TRUE(world.renderer().read_depth(depth).ok());
+  ASSERT_TRUE(world.target().read_depth(depth).ok());
   EXPECT_EQ(depth[kWidth / 2], 1.0f);
   float last = 1.0f;
   for (int y = kHeight / 2 + 10; y < kHeight; ++y) {
@@ -110,17 +110,16 @@ TEST(Renderer, DepthRowsRunDownwardsAndTheSkyIsFar) {
 }
 
 TEST(Renderer, DepthIsKeptOnlyWhenAskedFor) {
-  RendererSettings settings = debug_settings();
-  settings.keep_depth = false;
+  test::DrawnSettings settings = debug_settings();
+  settings.picture.keep_depth = false;
   DrawnWorld world(test::level_ground(5, 1), GlContext::get().gl(), settings);
   std::vector<float> depth(kWidth * kHeight);
   Picture picture(kWidth * kHeight * 4);
-  EXPECT_EQ(world.renderer().read_colour(picture).code(), StatusCode::invalid_argument)
-      << "nothing was drawn";
+  EXPECT_EQ(world.target().read_colour(picture).code(), StatusCode::invalid_argument) << "nothing was drawn";
   ASSERT_TRUE(world.draw(camera_at({12, 7, 20}, 0, 0)).ok());
-  EXPECT_EQ(world.renderer().read_depth(depth).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(world.target().read_depth(depth).code(), StatusCode::invalid_argument);
   picture.pop_back();
-  EXPECT_EQ(world.renderer().read_colour(picture).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(world.target().read_colour(picture).code(), StatusCode::invalid_argument);
 }
 
 // A stream of indices that holds a few patches only draws the same picture in many parts.
@@ -130,7 +129,7 @@ TEST(Renderer, ShortIndexStreamDrawsTheSamePicture) {
   DrawnWorld roomy(test::hills_with_cave(kLevel), GlContext::get().gl(), debug_settings());
   FrameCounts roomy_counts;
   ASSERT_TRUE(roomy.draw(camera, &roomy_counts).ok());
-  RendererSettings settings = debug_settings();
+  test::DrawnSettings settings = debug_settings();
   settings.stream_indices = max_patch_indices(kLevel) * 5;
   DrawnWorld tight(test::hills_with_cave(kLevel), GlContext::get().gl(), settings);
   FrameCounts tight_counts;
@@ -155,7 +154,7 @@ TEST(Renderer, NoHolesBetweenLevels) {
   CameraSettings camera = camera_at({12.2, 10.3, 12.1}, 20, -90);
   ASSERT_TRUE(rough_world.draw(camera).ok());
   std::vector<float> depth(kWidth * kHeight);
-  ASSERT_TRUE(rough_world.renderer().read_depth(depth).ok());
+  ASSERT_TRUE(rough_world.target().read_depth(depth).ok());
   EXPECT_EQ(std::count(depth.begin(), depth.end(), 1.0f), 0);
 }
 
@@ -192,7 +191,7 @@ TEST(Renderer, CavesAreDarkerThanTheGroundAbove) {
 // Four colours from above: the image's first row is in the north, its first column in the west, and it ends
 // where the world's content does, half a voxel inside the sides.
 TEST(Renderer, DrapeLiesNorthUpOverTheContent) {
-  RendererSettings settings = debug_settings();
+  test::DrawnSettings settings = debug_settings();
   settings.drape_width = 64;
   settings.drape_height = 32;
   DrawnWorld world(test::level_ground(5, 2), GlContext::get().gl(), settings);  // 24 voxels square
@@ -237,10 +236,10 @@ TEST(Renderer, PagesMayLieAnywhere) {
   usual.lod.mode = LodMode::error;
   usual.lod.error_px = 12;
   const CameraSettings camera = camera_at({12, 9, 20}, 0, -35);
-  FrameInput input;
+  ViewInput input;
   ASSERT_TRUE(usual.prepare(camera, input).ok());
   FrameCounts counts;
-  ASSERT_TRUE(usual.renderer().draw(input, counts).ok());
+  ASSERT_TRUE(usual.draw(input, &counts).ok());
   const Picture expected = usual.picture();
   for (int level = 1; level <= kLevel; ++level) EXPECT_GT(usual.selection.list.at_level[level], 0u) << level;
 
@@ -283,17 +282,22 @@ TEST(Renderer, PagesMayLieAnywhere) {
     ASSERT_TRUE(renderer.upload_morph_rows(row_of(p), row).ok());
   }
   input.pages = pages.table();
-  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  const auto draw = [&] {
+    usual.target().begin();
+    const Status status = renderer.draw(input, {.viewport = usual.target().viewport()});
+    usual.target().end();
+    counts = renderer.end_frame();
+    return status;
+  };
+  ASSERT_TRUE(draw().ok());
   EXPECT_EQ(counts.left_out, usual.selection.list.at_level[3] + usual.selection.list.at_level[4]);
   for (PatchId p = 0; p < patches; ++p) {
     ASSERT_TRUE(p % 4 != 0 || upload(p, 1, 2));
     ASSERT_TRUE(upload(p, 2, kLevel));
   }
-  ASSERT_TRUE(renderer.draw(input, counts).ok());
+  ASSERT_TRUE(draw().ok());
   EXPECT_EQ(counts.left_out, 0u);
-  Picture picture(expected.size());
-  ASSERT_TRUE(renderer.read_colour(picture).ok());
-  EXPECT_EQ(picture, expected);
+  EXPECT_EQ(usual.picture(), expected);
   expect_no_errors(renderer);
 }
 

@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/input/shader_interface.h"
 #include "renderer/passes/programs.h"
-#include "renderer/shader_interface.h"
 #include "tests/gl/gl_fixture.h"
 
 namespace karst::core {
@@ -171,7 +171,6 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
                                               {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
                                               {"variation", KARST_UNIT_VARIATION},
                                               {"sky_line", KARST_UNIT_SKY_LINE},
-                                              {"depth", KARST_UNIT_DEPTH},
                                               {"drape", KARST_UNIT_DRAPE},
                                               {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");

@@ -139,20 +139,20 @@ bool Triangles::hit(glm::dvec3 from, glm::dvec3 direction, double beyond) const 
   return nearest < 1e9;
 }
 
-ShadowedWorld::ShadowedWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings)
+ShadowedWorld::ShadowedWorld(std::span<const std::byte> file, const Gl& gl, test::DrawnSettings settings)
     : drawn(file, gl, settings) {
   drawn.lod.mode = LodMode::full;
   fit.settings.count = settings.cascades;
   fit.settings.size = settings.shadow_size;
 }
 
-ShadowedWorld::ShadowedWorld(const TestWorld& world, const Gl& gl, RendererSettings settings)
+ShadowedWorld::ShadowedWorld(const TestWorld& world, const Gl& gl, test::DrawnSettings settings)
     : ShadowedWorld(std::span<const std::byte>(world.file()), gl, settings) {
   fit.settings.reach_voxels = 64;
 }
 
 void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
-  FrameInput input;
+  ViewInput input;
   ASSERT_TRUE(drawn.prepare(settings, input).ok());
   fit.camera = &input.camera;
   fit.to_sun = sun_direction(drawn.light);
@@ -180,15 +180,14 @@ void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
     ASSERT_TRUE(drawn.renderer().draw_cascade(n, cascade).ok());
   }
   EXPECT_EQ(items, input.items.data());
-  FrameCounts ignored;
-  ASSERT_TRUE(drawn.renderer().draw(input, counts != nullptr ? *counts : ignored).ok());
+  ASSERT_TRUE(drawn.draw(input, counts).ok());
 }
 
-std::vector<glm::dvec3> points_behind(Renderer& renderer, const CameraSettings& settings) {
-  const int width = renderer.settings().width;
-  const int height = renderer.settings().height;
+std::vector<glm::dvec3> points_behind(app::PictureTarget& target, const CameraSettings& settings) {
+  const int width = target.settings().width;
+  const int height = target.settings().height;
   std::vector<float> depth(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  EXPECT_TRUE(renderer.read_depth(depth).ok());
+  EXPECT_TRUE(target.read_depth(depth).ok());
   Camera camera;
   EXPECT_TRUE(make_camera(settings, camera).ok());
   const glm::dmat3 axes = world_from_view(camera);
@@ -213,7 +212,7 @@ void judge(ShadowedWorld& world, const Triangles& triangles, const CameraSetting
            double border_texels, std::size_t stride, Tally& tally) {
   world.draw(camera);
   const Picture picture = world.drawn.picture();
-  const std::vector<glm::dvec3> points = points_behind(world.drawn.renderer(), camera);
+  const std::vector<glm::dvec3> points = points_behind(world.drawn.target(), camera);
   for (std::size_t i = 0; i < points.size(); i += stride) {
     const glm::dvec3 p = points[i];
     const double facing = picture[i * 4 + 1] / 255.0;

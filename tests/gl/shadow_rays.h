@@ -51,8 +51,8 @@ class Triangles {
 // A world drawn with shadow maps at its full level, all of it resident.
 class ShadowedWorld {
  public:
-  ShadowedWorld(const TestWorld& world, const Gl& gl, RendererSettings settings);
-  ShadowedWorld(std::span<const std::byte> file, const Gl& gl, RendererSettings settings);
+  ShadowedWorld(const TestWorld& world, const Gl& gl, test::DrawnSettings settings);
+  ShadowedWorld(std::span<const std::byte> file, const Gl& gl, test::DrawnSettings settings);
 
   void draw(const CameraSettings& settings, FrameCounts* counts = nullptr);
 
@@ -66,7 +66,7 @@ class ShadowedWorld {
 };
 
 // The points of the surface behind the pixels, voxels; 1e9 where there is none. Row 0 is the top.
-std::vector<glm::dvec3> points_behind(Renderer& renderer, const CameraSettings& settings);
+std::vector<glm::dvec3> points_behind(app::PictureTarget& target, const CameraSettings& settings);
 
 struct Tally {
   int judged = 0;  // pixels that face the sun, away from shadows' borders

@@ -61,10 +61,10 @@ TEST_P(ShadowsOfSamples, AgreeWithRaysOnTheCpu) {
                                           "--materials", "none", "-o", folder.path("world.karst")});
   ASSERT_EQ(baked.code, 0) << baked.err;
   const std::string file = test::read_text(folder.path("world.karst"));
-  RendererSettings settings;
-  settings.width = 160;
-  settings.height = 90;
-  settings.keep_depth = true;
+  test::DrawnSettings settings;
+  settings.picture.width = 160;
+  settings.picture.height = 90;
+  settings.picture.keep_depth = true;
   settings.debug = true;
   settings.cascades = CascadeSettings().count;
   ShadowedWorld world(std::as_bytes(std::span(file)), test::showing_shadows(), settings);

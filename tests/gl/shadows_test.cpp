@@ -43,11 +43,11 @@ test::TestWorld shadow_world() {
   return world;
 }
 
-RendererSettings shadow_settings() {
-  RendererSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.keep_depth = true;
+test::DrawnSettings shadow_settings() {
+  test::DrawnSettings settings;
+  settings.picture.width = kWidth;
+  settings.picture.height = kHeight;
+  settings.picture.keep_depth = true;
   settings.debug = true;
   settings.cascades = 2;
   return settings;
@@ -58,7 +58,7 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
   for (const int size : {512, 1024}) {
     for (const int bits : {16, 24}) {
       if (size == 512 && bits == 24) continue;
-      RendererSettings settings = shadow_settings();
+      test::DrawnSettings settings = shadow_settings();
       settings.shadow_size = size;
       settings.shadow_bits = bits;
       ShadowedWorld shadowed(world, showing_shadows(), settings);
@@ -85,7 +85,7 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
       EXPECT_GT(tally.shaded, 1'000);
       EXPECT_LE(tally.wrong, tally.judged * 0.005);
       EXPECT_LE(tally.acne, tally.judged * 0.001);
-      EXPECT_EQ(shadowed.drawn.renderer().take_error(), GLenum{GL_NO_ERROR});
+      EXPECT_EQ(shadowed.drawn.target().take_error(), GLenum{GL_NO_ERROR});
       EXPECT_STREQ(shadowed.drawn.renderer().message(), "");
     }
   }
@@ -100,7 +100,7 @@ double contact_gap(ShadowedWorld& world, const Triangles& triangles, double foot
   camera.pitch_deg = -90;
   world.draw(camera);
   const Picture picture = world.drawn.picture();
-  const std::vector<glm::dvec3> points = test::points_behind(world.drawn.renderer(), camera);
+  const std::vector<glm::dvec3> points = test::points_behind(world.drawn.target(), camera);
   double gap = 0;
   for (std::size_t row = 2; row < kHeight; row += 8) {
     double begins = -1;
@@ -124,7 +124,7 @@ TEST(Shadows, BeginAtTheFootOfWhatCasts) {
     });
     test::TestWorld field = flat;
     field.roughen(2, 1, 0);
-    RendererSettings settings = shadow_settings();
+    test::DrawnSettings settings = shadow_settings();
     settings.cascades = 1;
     settings.shadow_size = 512;
     ShadowedWorld world(field, showing_shadows(), settings);
@@ -160,8 +160,8 @@ TEST(Shadows, CastersOutOfViewAreNotLost) {
   EXPECT_GT(dark, kWidth * kHeight / 20);
 }
 
-// The bits of a shadow map, which the last draw left bound.
-Picture read_map(const Gl& gl, int layer, int size) {
+// The bits of one of the shadow maps.
+Picture read_map(const Gl& gl, GLuint maps, int layer, int size) {
   const auto compile = [&](GLenum kind, const char* text) {
     const GLuint shader = gl.CreateShader(kind);
     gl.ShaderSource(shader, 1, &text, nullptr);
@@ -183,28 +183,27 @@ Picture read_map(const Gl& gl, int layer, int size) {
   gl.Uniform1i(gl.GetUniformLocation(program, "map"), KARST_UNIT_SHADOW_MAPS);
   gl.Uniform1i(gl.GetUniformLocation(program, "layer"), layer);
   gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_SHADOW_MAPS);
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, maps);
   const auto set = [&](GLenum name, GLenum value) {
     gl.TexParameteri(GL_TEXTURE_2D_ARRAY, name, static_cast<GLint>(value));
   };
   set(GL_TEXTURE_COMPARE_MODE, GL_NONE);
   set(GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  GLuint target = 0, colour = 0;
-  gl.GenFramebuffers(1, &target);
-  gl.GenRenderbuffers(1, &colour);
-  gl.BindRenderbuffer(GL_RENDERBUFFER, colour);
-  gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size, size);
-  gl.BindFramebuffer(GL_FRAMEBUFFER, target);
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
+  app::PictureTarget target;
+  EXPECT_TRUE(target.create(GlContext::get().loader(), {.width = size, .height = size}).ok());
+  target.begin();
   gl.Viewport(0, 0, size, size);
   gl.Disable(GL_DEPTH_TEST);
   gl.Disable(GL_CULL_FACE);
   gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  target.end();
   Picture bits(static_cast<std::size_t>(size) * static_cast<std::size_t>(size) * 4);
-  gl.ReadPixels(0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, bits.data());
+  EXPECT_TRUE(target.read_colour(bits).ok());
   set(GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   set(GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  gl.DeleteFramebuffers(1, &target);
-  gl.DeleteRenderbuffers(1, &colour);
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  gl.ActiveTexture(GL_TEXTURE0);
+  gl.UseProgram(0);
   gl.DeleteProgram(program);
   return bits;
 }
@@ -212,7 +211,7 @@ Picture read_map(const Gl& gl, int layer, int size) {
 // Every map is drawn anew in each of these frames, and holds the same bits: no edge can move.
 TEST(Shadows, TurningTheCameraMovesNoEdge) {
   const Gl& gl = GlContext::get().gl();
-  RendererSettings settings = shadow_settings();
+  test::DrawnSettings settings = shadow_settings();
   settings.shadow_size = 512;
   ShadowedWorld world(shadow_world(), gl, settings);
   world.drawn.lod.mode = LodMode::error;
@@ -225,7 +224,7 @@ TEST(Shadows, TurningTheCameraMovesNoEdge) {
     camera.pitch_deg = 10 * (turn % 5) - 30;
     world.draw(camera);
     for (int n = 0; n < 2; ++n) {
-      const Picture map = read_map(gl, n, settings.shadow_size);
+      const Picture map = read_map(gl, world.drawn.renderer().shadow_maps(), n, settings.shadow_size);
       if (turn == 0) {
         boxes[n] = world.cascades[n];
         maps[n] = map;
@@ -237,12 +236,12 @@ TEST(Shadows, TurningTheCameraMovesNoEdge) {
   }
   camera.position.x += 9;  // the test can see a difference
   world.draw(camera);
-  EXPECT_FALSE(read_map(gl, 0, settings.shadow_size) == maps[0]);
+  EXPECT_FALSE(read_map(gl, world.drawn.renderer().shadow_maps(), 0, settings.shadow_size) == maps[0]);
 }
 
 // Where nothing blocks the sun the picture is the one without maps.
 TEST(Shadows, LevelGroundHasNone) {
-  RendererSettings settings = shadow_settings();
+  test::DrawnSettings settings = shadow_settings();
   ShadowedWorld with(test::level_ground(5, kLevel), showing_shadows(), settings);
   CameraSettings camera;
   camera.position = {12, 9, 20};
@@ -259,13 +258,14 @@ TEST(Shadows, LevelGroundHasNone) {
 
 TEST(Shadows, MapsTakeTheirBudgetAndDrawsAreCounted) {
   const Gl gl = test::NoopGl::reset();
-  RendererSettings settings = shadow_settings();
+  test::DrawnSettings settings = shadow_settings();
   settings.cascades = 3;
   settings.shadow_size = 2048;
+  settings.loader = test::NoopGl::loader();
   ShadowedWorld world(test::hills_with_cave(1), gl, settings);
   Budget budget;
   world.drawn.renderer().settings().add_to(budget);
-  EXPECT_EQ(test::NoopGl::get().object_bytes, budget.gpu_bytes());
+  EXPECT_EQ(test::NoopGl::get().object_bytes, budget.gpu_bytes() + settings.picture.bytes());
   EXPECT_EQ(budget.bytes(GpuConsumer::shadow_maps), 3u * 2048 * 2048 * 2);
   const std::uint64_t objects = test::NoopGl::get().objects_made;
   FrameCounts counts;
@@ -282,7 +282,7 @@ TEST(Shadows, MapsTakeTheirBudgetAndDrawsAreCounted) {
 }
 
 TEST(Shadows, DefaultsAreFourMebibytes) {
-  RendererSettings settings;
+  test::DrawnSettings settings;
   settings.vertex_pages = settings.morph_rows = 10;
   settings.cascades = CascadeSettings().count;
   settings.shadow_size = CascadeSettings().size;

@@ -15,7 +15,7 @@
 #include <glm/geometric.hpp>
 
 #include "gles_shaders/shader_texts.h"
-#include "renderer/passes/frame_block.h"
+#include "renderer/input/frame_block.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/support/morphed_surface.h"
@@ -52,6 +52,8 @@ class Decoder {
     EXPECT_EQ(linked, GL_TRUE);
     gl.GenVertexArrays(1, &array_);
     gl.GenBuffers(3, buffers_);
+    // Nothing is rasterised, but drawing needs a complete framebuffer.
+    EXPECT_TRUE(target_.create(context_.loader(), {.width = 1, .height = 1}).ok());
     gl.GenTextures(3, textures_);
     make_texture(KARST_UNIT_PAGE_TABLE, GL_RG32UI, 1 << KARST_PAGE_ROW_BITS, "page_table");
     make_texture(KARST_UNIT_MORPH_ENTRIES, GL_R8UI, 1 << KARST_ENTRY_ROW_BITS, "morph_entries");
@@ -63,13 +65,6 @@ class Decoder {
     // Samplers of another kind must not share a unit with these, used or not.
     gl.Uniform1i(gl.GetUniformLocation(program_, "albedo_height"), KARST_UNIT_ALBEDO_HEIGHT);
     gl.Uniform1i(gl.GetUniformLocation(program_, "normal_roughness"), KARST_UNIT_NORMAL_ROUGHNESS);
-    // Nothing is rasterised, but drawing needs a complete framebuffer.
-    gl.GenRenderbuffers(1, &colour_);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, colour_);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, 1, 1);
-    gl.GenFramebuffers(1, &framebuffer_);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
   }
   ~Decoder() {
     const Gl& gl = context_.gl();
@@ -77,8 +72,6 @@ class Decoder {
     gl.DeleteVertexArrays(1, &array_);
     gl.DeleteBuffers(3, buffers_);
     gl.DeleteTextures(3, textures_);
-    gl.DeleteRenderbuffers(1, &colour_);
-    gl.DeleteFramebuffers(1, &framebuffer_);
     EXPECT_EQ(gl.GetError(), GLenum{GL_NO_ERROR});
   }
 
@@ -90,6 +83,7 @@ class Decoder {
     EXPECT_LE(rows.size(), std::size_t{kTextureRows} * kRowTexels);
     texels.resize(std::size_t{kTextureRows} << KARST_PAGE_ROW_BITS);
     rows.resize(std::size_t{kTextureRows} * kRowTexels);
+    target_.begin();
     gl.UseProgram(program_);
     gl.UniformBlockBinding(program_, gl.GetUniformBlockIndex(program_, "FrameBlock"), KARST_BINDING_FRAME);
     gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_TABLE);
@@ -163,8 +157,7 @@ class Decoder {
   GLuint array_ = 0;
   GLuint buffers_[3] = {};
   GLuint textures_[3] = {};  // by unit
-  GLuint colour_ = 0;
-  GLuint framebuffer_ = 0;
+  app::PictureTarget target_;
 };
 
 Camera camera_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {

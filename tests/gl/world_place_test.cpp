@@ -13,9 +13,9 @@ using test::GlContext;
 using test::Picture;
 
 TEST(WorldPlace, PicturesDoNotDependOnOriginAndVoxelSize) {
-  RendererSettings settings;
-  settings.width = 160;
-  settings.height = 90;
+  test::DrawnSettings settings;
+  settings.picture.width = 160;
+  settings.picture.height = 90;
   DrawnWorld world(test::hills_with_cave(3), GlContext::get().gl(), settings);
   const glm::dvec3 eyes[] = {{11.25, 14.5, 21.125}, {10.3, 4.6, 9.7}, {-3.7, 30.2, -8.9}};
 

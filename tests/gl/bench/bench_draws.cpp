@@ -19,7 +19,7 @@
 #include <tuple>
 #include <vector>
 
-#include "renderer/shader_interface.h"
+#include "renderer/input/shader_interface.h"
 #include "terrain/draw/expand_indices.h"
 #include "terrain/draw/index_batches.h"
 #include "tests/gl/gl_fixture.h"
@@ -37,6 +37,21 @@ using test::GlContext;
 constexpr int kLevel = 4;
 constexpr int kPulledWidth = 2048;  // texels of a row of the texture that vertices are pulled from
 
+// What the renderer binds for its draw calls stays bound for those that are measured.
+bool keep_bindings = false;
+Gl driver;
+Gl keeping(const Gl& gl) {
+  driver = gl;
+  Gl kept = gl;
+  kept.BindTexture = [](GLenum target, GLuint name) {
+    if (name != 0 || !keep_bindings) driver.BindTexture(target, name);
+  };
+  kept.BindBufferBase = [](GLenum target, GLuint index, GLuint name) {
+    if (name != 0 || !keep_bindings) driver.BindBufferBase(target, index, name);
+  };
+  return kept;
+}
+
 struct Result {
   double submit_ms = 0;
   double frame_ms = 0;
@@ -48,7 +63,8 @@ Result measure(const Gl& gl, int repeats, Work&& work) {
   std::vector<double> submit, frame;
   Result result;
   for (int n = 0; n < repeats; ++n) {
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    const GLfloat far = 1.0f;
+    gl.ClearBufferfv(GL_DEPTH, 0, &far);
     gl.Finish();
     const auto start = std::chrono::steady_clock::now();
     result.calls = work();
@@ -97,7 +113,7 @@ std::string pulling_shader() {
 
 class Bench {
  public:
-  Bench(int side, int repeats) : repeats_(repeats), world_(make(side), context_.gl(), settings()) {
+  Bench(int side, int repeats) : repeats_(repeats), world_(make(side), gl_, settings()) {
     world_.lod.mode = LodMode::error;
     char log[512];
     Status status = programs_.create(gl_, {}, log);
@@ -133,8 +149,13 @@ class Bench {
     FrameCounts counts;
     EXPECT_TRUE(world_.prepare(camera, input_).ok());
     input_.pages = pages_.table();
-    EXPECT_TRUE(world_.renderer().draw(input_, counts).ok());  // leaves its textures, block and target bound
-    gl_.DepthFunc(GL_LESS);
+    keep_bindings = true;
+    EXPECT_TRUE(world_.draw(input_, &counts).ok());
+    keep_bindings = false;
+    world_.target().begin();
+    gl_.Viewport(0, 0, world_.target().settings().width, world_.target().settings().height);
+    gl_.Enable(GL_DEPTH_TEST);
+    gl_.Enable(GL_CULL_FACE);
     std::printf("%g px: %zu patches, %llu triangles\n", error_px, input_.items.size(),
                 static_cast<unsigned long long>(counts.triangles));
     gl_.UseProgram(programs_[ShaderVariant::terrain]);
@@ -155,10 +176,10 @@ class Bench {
   }
 
  private:
-  static RendererSettings settings() {
-    RendererSettings s;
-    s.width = 64;
-    s.height = 36;
+  static test::DrawnSettings settings() {
+    test::DrawnSettings s;
+    s.picture.width = 64;
+    s.picture.height = 36;
     return s;
   }
   static test::TestWorld make(int side) {
@@ -319,12 +340,12 @@ class Bench {
 
   int repeats_;
   GlContext& context_ = GlContext::get();
-  const Gl& gl_ = context_.gl();
+  const Gl gl_ = keeping(context_.gl());
   DrawnWorld world_;
   Programs programs_;
   std::vector<GpuVertex> vertices_;  // of all slots
   test::TestPages pages_{0, 0};
-  FrameInput input_;
+  ViewInput input_;
   std::uint32_t stream_indices_ = 0;
   GLuint buffers_[4] = {};  // vertices, streamed indices, table of indices, instances
   GLuint streamed_ = 0, tabled_ = 0, instanced_ = 0;

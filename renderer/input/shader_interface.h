@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// gles_shaders/interface.glsl as C++: the same macros, and the uniform block as a struct.
+// gles_shaders/interface.glsl and air_interface.glsl as C++: the same macros, uniform blocks as structs.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -20,6 +20,8 @@ using vec4 = glm::vec4;
 using ivec4 = glm::ivec4;
 
 #include "gles_shaders/interface.glsl"
+// Uses a macro of the one before.
+#include "gles_shaders/air_interface.glsl"
 
 static_assert(kPageVertices == 1u << KARST_PAGE_BITS);
 static_assert(kStepsPerVoxel == static_cast<int>(KARST_STEPS_PER_VOXEL));

@@ -7,7 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "karst/status.h"
-#include "renderer/shader_interface.h"
+#include "renderer/input/shader_interface.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shadow/cascades.h"
 #include "terrain/view/camera.h"
@@ -43,14 +43,22 @@ shader::FrameBlock make_cascade_block(const Cascade& cascade);
 void set_lights(const Camera& camera, std::span<const PointLight> lights, bool guess_caves,
                 shader::FrameBlock& block);
 
-// What stays the same for a world. materials.count 0: one material that is everywhere.
-shader::MaterialBlock make_material_block(const MaterialSet& materials);
-
 // An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
 // worlds by that much), `repeat` times on each axis.
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
 
 // Linear light as the picture shows it: output.glsl without its dither.
 glm::vec3 encode_picture(glm::vec3 light);
+// The sky at the horizon, linear light: to clear with where no sky is drawn.
+glm::vec3 horizon_light(const FrameLight& light);
+
+// What air.glsl's block holds in a view of this block. world: from places less the eye, the host's frame and
+// metres, to the world's axes and voxels.
+shader::KarstAir make_air_block(const shader::FrameBlock& block, const glm::mat4& world);
+
+// Turns what is drawn with the block counter-clockwise, in steps of 90 degrees, for screens that stand on
+// their side. Turning by whole steps only swaps and negates numbers, so that the same points of the lattice
+// are drawn, to the bit.
+void turn_frame_block(shader::FrameBlock& block, int quarter_turns);
 
 }  // namespace karst::core

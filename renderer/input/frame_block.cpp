@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "renderer/passes/frame_block.h"
+#include "renderer/input/frame_block.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,12 +52,6 @@ void set_light(const FrameLight& light, shader::FrameBlock& block) {
                            glm::vec3(0.19f, 0.16f, 0.125f));
 }
 
-// smoothstep(low - soft, low + soft, v) and 1 - smoothstep(high - soft, high + soft, v), before smoothing.
-glm::vec4 limits(float low, float high, float soft) {
-  const float factor = 0.5f / soft;
-  return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
-}
-
 }  // namespace
 
 Status FrameLight::validate() const {
@@ -92,7 +86,6 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
   block.view_scale.z = camera.parallel ? 1.0f : 0.0f;
-  block.view_scale.w = camera.reversed_depth ? -1.0f : 1.0f;
   block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
   block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
   return block;
@@ -144,23 +137,6 @@ void set_lights(const Camera& camera, std::span<const PointLight> lights, bool g
   block.light_scale = {static_cast<float>(count), guess_caves ? 1.0f : 0.0f, 0.0f, 0.0f};
 }
 
-shader::MaterialBlock make_material_block(const MaterialSet& materials) {
-  shader::MaterialBlock block{};
-  block.material_scale = {0.0f, materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side)),
-                          0.0f, 0.0f};
-  block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
-  for (std::uint32_t m = 0; m < materials.count; ++m) {
-    const Material& material = materials.materials[m];
-    block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
-    block.material_height[m] = limits(material.height_low, material.height_high, material.height_soft);
-    // Noise moves a limit by fray times soft, which is half of the way through it.
-    block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
-    block.material_average[m] = {material.average[0], material.average[1], material.average[2],
-                                 material.roughness};
-  }
-  return block;
-}
-
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
   const auto axis = [repeat](int voxels) {
     return static_cast<float>(repeat / std::max(1.0, static_cast<double>(voxels) - 1.0));
@@ -176,6 +152,44 @@ glm::vec3 encode_picture(glm::vec3 light) {
     light[c] = shown < 0.0031308f ? shown * 12.92f : 1.055f * std::pow(shown, 1 / 2.4f) - 0.055f;
   }
   return light;
+}
+
+glm::vec3 horizon_light(const FrameLight& light) {
+  shader::FrameBlock block{};
+  block.sun_direction = xyz(glm::vec3(sun_direction(light)));
+  set_light(light, block);
+  return block.sky_horizon;
+}
+
+shader::KarstAir make_air_block(const shader::FrameBlock& block, const glm::mat4& world) {
+  return {.karst_world = world,
+          .karst_sun_direction = block.sun_direction,
+          .karst_sun_light = block.sun_light,
+          .karst_sky_light = block.sky_light,
+          .karst_ground_light = block.ground_light,
+          .karst_sky_zenith = block.sky_zenith,
+          .karst_sky_horizon = block.sky_horizon,
+          .karst_view_scale = block.view_scale,
+          .karst_shadow_x = block.shadow_x,
+          .karst_shadow_y = block.shadow_y,
+          .karst_shadow_z = block.shadow_z,
+          .karst_shadow_box_0 = block.shadow_box_0,
+          .karst_shadow_box_1 = block.shadow_box_1,
+          .karst_shadow_box_2 = block.shadow_box_2,
+          .karst_shadow_scale = block.shadow_scale};
+}
+
+void turn_frame_block(shader::FrameBlock& block, int quarter_turns) {
+  for (int turn = 0; turn < (quarter_turns & 3); ++turn) {
+    // A point at (x, y) of the picture goes to (-y, x).
+    for (int column = 0; column < 4; ++column) {
+      glm::vec4& c = block.clip_from_lattice[column];
+      c = {-c.y, c.x, c.z, c.w};
+    }
+    const glm::vec4 right = block.ray_right;
+    block.ray_right = -block.ray_up;
+    block.ray_up = right;
+  }
 }
 
 }  // namespace karst::core

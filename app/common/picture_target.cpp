@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include "app/common/picture_target.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace karst::app {
+namespace {
+
+// One triangle that covers the picture.
+constexpr const char* kVertexShader = R"(#version 300 es
+void main() {
+  gl_Position = vec4(vec2((gl_VertexID & 1) << 2, (gl_VertexID & 2) << 1) - 1.0, 0.0, 1.0);
+}
+)";
+
+// OpenGL ES cannot read a depth buffer back; this writes its 24 bits into the bytes of a colour buffer, high
+// byte in red.
+constexpr const char* kDepthCopyShader = R"(#version 300 es
+precision highp float;
+precision highp int;
+uniform highp sampler2D depth;
+out vec4 colour;
+void main() {
+  highp uint bits = uint(round(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).x * 16777215.0));
+  colour = vec4(uvec4(bits >> 16, bits >> 8, bits, 255u) & 255u) / 255.0;
+}
+)";
+
+Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
+  return {StatusCode::invalid_argument, what, field, value};
+}
+
+std::size_t pixels_of(const PictureSettings& settings) {
+  return static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height);
+}
+
+}  // namespace
+
+Status PictureSettings::validate() const {
+  if (width < 1 || width > kMaxPicture) return invalid("not within 1..16384 pixels", "width");
+  if (height < 1 || height > kMaxPicture) return invalid("not within 1..16384 pixels", "height");
+  return {};
+}
+
+std::size_t PictureSettings::bytes() const {
+  return pixels_of(*this) * (rgb565 ? 6 : 8);
+}
+
+Status PictureTarget::load(const GlLoader& loader) {
+  const char* missing = nullptr;
+#define KARST_GL_LOAD(name)                                                              \
+  gl_.name = reinterpret_cast<decltype(gl_.name)>(loader.load(loader.user, "gl" #name)); \
+  if (gl_.name == nullptr) missing = "gl" #name;
+  KARST_TARGET_FUNCTIONS(KARST_GL_LOAD)
+#undef KARST_GL_LOAD
+  if (missing == nullptr) return {};
+  return {StatusCode::unsupported, "the driver lacks a function of OpenGL ES 3.0", missing};
+}
+
+Status PictureTarget::create(const GlLoader& loader, const PictureSettings& settings) {
+  destroy();
+  settings_ = settings;
+  if (const Status status = settings.validate(); !status.ok()) return status;
+  if (const Status status = load(loader); !status.ok()) return status;
+  if (const Status status = check_device(); !status.ok()) return status;
+  created_ = true;
+  Status status = create_framebuffers();
+  if (status.ok() && settings.keep_depth && !create_depth_copy()) {
+    status = {StatusCode::unsupported, "the driver rejects a shader", "shader"};
+  }
+  if (!status.ok()) destroy();
+  return status;
+}
+
+Status PictureTarget::check_device() const {
+  GLint most_texels = 0;
+  GLint most_pixels = 0;
+  GLint viewport[2] = {0, 0};
+  gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most_texels);
+  gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most_pixels);
+  gl_.GetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
+  const auto limit = [](const char* field, int value) {
+    return Status{StatusCode::limit_reached, "more than the device can do", field,
+                  static_cast<std::uint64_t>(value)};
+  };
+  const GLint most = std::min(most_texels, most_pixels);
+  if (settings_.width > std::min(most, viewport[0])) return limit("width", settings_.width);
+  if (settings_.height > std::min(most, viewport[1])) return limit("height", settings_.height);
+  return {};
+}
+
+Status PictureTarget::create_framebuffers() {
+  const GLsizei width = settings_.width;
+  const GLsizei height = settings_.height;
+  gl_.GenRenderbuffers(1, &colour_);
+  gl_.BindRenderbuffer(GL_RENDERBUFFER, colour_);
+  gl_.RenderbufferStorage(GL_RENDERBUFFER, settings_.rgb565 ? GL_RGB565 : GL_RGBA8, width, height);
+  gl_.BindRenderbuffer(GL_RENDERBUFFER, 0);
+  gl_.ActiveTexture(GL_TEXTURE0);
+  gl_.GenTextures(1, &depth_);
+  gl_.BindTexture(GL_TEXTURE_2D, depth_);
+  gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH_COMPONENT24, width, height);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  gl_.BindTexture(GL_TEXTURE_2D, 0);
+  gl_.GenFramebuffers(1, &target_);
+  gl_.GenFramebuffers(1, &colour_target_);
+  gl_.GenVertexArrays(1, &no_attributes_);
+  for (const GLuint framebuffer : {colour_target_, target_}) {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
+    if (framebuffer == target_) {
+      gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
+    }
+    if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+      return {StatusCode::limit_reached, "the driver could not make a framebuffer of this size",
+              "width, height"};
+    }
+  }
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  return {};
+}
+
+// Its sampler reads texture unit 0, as samplers do initially.
+bool PictureTarget::create_depth_copy() {
+  depth_copy_ = gl_.CreateProgram();
+  for (const bool vertex : {true, false}) {
+    const GLuint shader = gl_.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
+    const char* text = vertex ? kVertexShader : kDepthCopyShader;
+    gl_.ShaderSource(shader, 1, &text, nullptr);
+    gl_.CompileShader(shader);
+    gl_.AttachShader(depth_copy_, shader);
+    gl_.DeleteShader(shader);
+  }
+  gl_.LinkProgram(depth_copy_);
+  GLint linked = GL_FALSE;
+  gl_.GetProgramiv(depth_copy_, GL_LINK_STATUS, &linked);
+  return linked != GL_FALSE;
+}
+
+void PictureTarget::destroy() {
+  if (!created_) return;
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  gl_.DeleteFramebuffers(1, &target_);
+  gl_.DeleteFramebuffers(1, &colour_target_);
+  gl_.DeleteRenderbuffers(1, &colour_);
+  gl_.DeleteTextures(1, &depth_);
+  gl_.DeleteVertexArrays(1, &no_attributes_);
+  gl_.DeleteProgram(depth_copy_);
+  forget();
+}
+
+void PictureTarget::forget() {
+  created_ = false;
+  has_picture_ = false;
+  colour_ = depth_ = target_ = colour_target_ = depth_copy_ = no_attributes_ = 0;
+}
+
+void PictureTarget::begin() {
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  const GLenum colour = GL_COLOR_ATTACHMENT0;
+  gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);
+  gl_.Clear(GL_DEPTH_BUFFER_BIT);
+}
+
+void PictureTarget::begin(const float (&rgb)[3]) {
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  gl_.ClearColor(rgb[0], rgb[1], rgb[2], 1.0f);
+  gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void PictureTarget::end() {
+  if (!settings_.keep_depth) {
+    const GLenum depth = GL_DEPTH_ATTACHMENT;
+    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
+  }
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  has_picture_ = true;
+}
+
+void PictureTarget::present() {
+  if (!has_picture_) return;
+  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, target_);
+  gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  const GLint width = settings_.width;
+  const GLint height = settings_.height;
+  gl_.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+}
+
+// GL's rows go upwards; pictures' go downwards.
+void PictureTarget::read_pixels(void* rgba) {
+  gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
+  gl_.ReadPixels(0, 0, settings_.width, settings_.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+  const std::size_t row = static_cast<std::size_t>(settings_.width) * 4;
+  auto* top = static_cast<std::uint8_t*>(rgba);
+  auto* bottom = top + row * static_cast<std::size_t>(settings_.height - 1);
+  for (; top < bottom; top += row, bottom -= row) std::swap_ranges(top, top + row, bottom);
+}
+
+Status PictureTarget::read_colour(std::span<std::uint8_t> rgba) {
+  const std::size_t bytes = pixels_of(settings_) * 4;
+  if (!has_picture_) return invalid("nothing was drawn yet", "picture");
+  if (rgba.size() < bytes) return invalid("too short", "rgba", bytes);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  read_pixels(rgba.data());
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  return {};
+}
+
+Status PictureTarget::read_depth(std::span<float> depth) {
+  const std::size_t pixels = pixels_of(settings_);
+  if (!has_picture_ || !settings_.keep_depth) return invalid("no depth was kept", "keep_depth");
+  if (depth.size() < pixels) return invalid("too short", "depth", pixels);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, colour_target_);
+  gl_.Viewport(0, 0, settings_.width, settings_.height);
+  gl_.Disable(GL_DEPTH_TEST);
+  gl_.BindVertexArray(no_attributes_);
+  gl_.ActiveTexture(GL_TEXTURE0);
+  gl_.BindTexture(GL_TEXTURE_2D, depth_);
+  gl_.UseProgram(depth_copy_);
+  gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+  gl_.UseProgram(0);
+  gl_.BindTexture(GL_TEXTURE_2D, 0);
+  gl_.BindVertexArray(0);
+  read_pixels(depth.data());
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  has_picture_ = false;
+  for (float& value : depth.first(pixels)) {
+    std::uint8_t bytes[4];
+    std::memcpy(bytes, &value, 4);
+    const unsigned bits =
+        static_cast<unsigned>(bytes[0]) << 16 | static_cast<unsigned>(bytes[1]) << 8 | bytes[2];
+    value = static_cast<float>(bits) / 16777215.0f;
+  }
+  return {};
+}
+
+GLenum PictureTarget::take_error() {
+  const GLenum first = gl_.GetError();
+  // Errors are flags, one a kind: a handful at most. A lost context gives errors without end.
+  for (int i = 0; first != GL_NO_ERROR && i < 16 && gl_.GetError() != GL_NO_ERROR;) ++i;
+  return first;
+}
+
+}  // namespace karst::app

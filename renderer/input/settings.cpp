@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/input/settings.h"
+
+#include <bit>
+
+#include "terrain/base/config.h"
+#include "terrain/base/lattice.h"
+#include "terrain/shadow/cascades.h"
+
+namespace karst::core {
+namespace {
+
+Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
+  return {StatusCode::invalid_argument, what, field, value};
+}
+
+bool inside(std::int64_t value, std::int64_t least, std::int64_t most) {
+  return value >= least && value <= most;
+}
+
+}  // namespace
+
+Status RendererSettings::validate() const {
+  if (!inside(vertex_pages, 1, kMostPages))
+    return invalid("not within its range", "vertex_pages", vertex_pages);
+  if (!inside(morph_rows, 1, kMostPages)) return invalid("not within its range", "morph_rows", morph_rows);
+  if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
+    return invalid("not within its range", "stream_indices", stream_indices);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
+  }
+  if (!inside(material_count, 0, kMostMaterials)) return invalid("not within 0..8", "material_count");
+  if (material_count > 0 &&
+      (!std::has_single_bit(material_side) || !inside(material_side, kLeastTextureSide, kMostTextureSide))) {
+    return invalid("not a power of two within 16..1024", "material_side");
+  }
+  if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
+  if (!inside(air_blocks, 0, kMostAirBlocks)) return invalid("not within 0..8", "air_blocks");
+  CascadeSettings shadows;
+  shadows.size = shadow_size;
+  if (!shadows.validate().ok()) return invalid("not a multiple of 16 within 512..2048", "shadow_size");
+  if (shadow_bits != 16 && shadow_bits != 24) return invalid("neither 16 nor 24", "shadow_bits");
+  if (drape_width != 0 || drape_height != 0) {
+    if (!inside(drape_width, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_width");
+    if (!inside(drape_height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_height");
+    if (!(drape_repeat >= 0x1p-10 && drape_repeat <= 0x1p10)) {
+      return invalid("not within 2^-10..2^10", "drape_repeat");
+    }
+  }
+  return {};
+}
+
+}  // namespace karst::core

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// What a renderer is made for. All of it is decided when it is created.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/vec3.hpp>
+
+#include "karst/status.h"
+#include "terrain/base/budget.h"
+#include "terrain/shading/materials.h"
+
+namespace karst::core {
+
+// What a picture shows.
+enum class Show : std::uint8_t {
+  materials,
+  cascades,  // the shadow map that each pixel is looked up in
+  levels     // triangles, by their level of detail
+};
+
+struct RendererSettings {
+  std::uint32_t vertex_pages = 0;    // Config::gpu_vertex_pages, 1..kMostPages
+  std::uint32_t morph_rows = 0;      // rows of thresholds, 1..kMostPages
+  std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
+  glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
+  // both 1..kMaxPicture.
+  int drape_width = 0;
+  int drape_height = 0;
+  double drape_repeat = 1;  // times that it covers the world's content on each axis, 2^-10..2^10
+  // Of the materials' textures, terrain/shading/materials.h; count 0: one plain material.
+  std::uint32_t material_count = 0;  // 0..kMostMaterials
+  std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
+  TextureFormat material_format = TextureFormat::rgba8;
+  bool high_precision = false;  // all of a pixel is computed in 32 bits, for comparison
+  Show show = Show::materials;  // with a drape always what that shows
+  int cascades = 0;             // shadow maps, 0..kMostCascades; with a drape there are none
+  int shadow_size = 1024;       // texels a side, as in CascadeSettings
+  int shadow_bits = 16;         // of depth, 16 or 24 (which takes 32)
+  int air_blocks = 0;           // uniform buffers for the host's own shaders (set_air), 0..kMostAirBlocks
+
+  // In the host's context: texture units first_unit .. first_unit + KARST_UNITS - 1 and uniform blocks
+  // first_block and first_block + 1 are karst's while it draws.
+  std::uint32_t first_unit = 0;
+  std::uint32_t first_block = 0;
+  bool desktop = false;  // a context of OpenGL 4.3 or later with ARB_ES3_compatibility, instead of ES 3.0
+  bool timers = false;   // GPU times of passes; the host must not time with the same kind of query then
+  bool debug = false;    // takes the driver's error messages (message()); wants a debug context of one's own
+
+  static constexpr int kMaxPicture = 16384;  // pixels a side
+  static constexpr int kMostAirBlocks = 8;
+
+  // invalid_argument naming the first field outside its range.
+  Status validate() const;
+  // Adds what create() will take.
+  void add_to(Budget& budget) const;
+};
+
+}  // namespace karst::core

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// What a view and a shadow map are drawn from, and where to.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/types.h"
+#include "renderer/input/frame_block.h"
+#include "renderer/input/frame_counts.h"
+#include "terrain/draw/draw_list.h"
+#include "terrain/lod/morph.h"
+#include "terrain/resident/page_table.h"
+#include "terrain/shading/materials.h"
+#include "terrain/shading/shading.h"
+#include "terrain/shadow/cascades.h"
+#include "terrain/view/camera.h"
+
+namespace karst::core {
+
+// What pixels skip that changes no bit of them; false: all pixels do it.
+struct PixelSkips {
+  bool triplanar = true;  // planes of weight zero
+  bool blend = true;      // the second material where the first covers all
+  bool detail = true;     // the near scale where it has faded
+  bool sun = true;        // shadows and mirrored light where no sun falls
+};
+
+struct ViewInput {
+  Camera camera;
+  FrameLight light;
+  float least_cos2 = 1.0f;                      // ErrorScale's, which the morph rows were made for
+  std::span<const DrawItem> items;              // of a valid draw list; may be empty
+  unsigned shading = kShadeBlend | kShadeCave;  // what any of the items needs, PatchShading::needs
+  PixelSkips skips;
+  std::span<const PointLight> lights;          // at most kMostLights
+  PageTable pages;                             // the one that uploads were made with
+  std::span<const std::uint16_t> index_table;  // build_index_tables()
+  int max_level = kMaxLevel;                   // of index_table and items
+  // Shadow maps that the sun's light is looked up in, smallest first, at most settings().cascades; their
+  // contents are those of the last draw_cascade(). None: the sun reaches everything.
+  LightSpace light_space;
+  std::span<const Cascade> cascades;
+  // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
+  // the target, and the camera's aspect is that of the upright picture.
+  int quarter_turns = 0;
+};
+
+// What a view writes.
+enum class Writes : std::uint8_t {
+  all,
+  depth,  // alone: no colour, no sky
+  colour  // where Writes::depth has drawn the same view before; and the sky
+};
+
+struct DrawTarget {
+  Rect viewport;    // within the framebuffer that is bound; width and height 1..kMaxPicture
+  bool sky = true;  // where depth is what the far plane has; false: what is there stays
+  // Light instead of what a display shows, a sunlit white surface being about 3.5: for targets that hold it,
+  // or encode sRGB themselves. With a drape: what the display would show, decoded from sRGB.
+  bool linear = false;
+  Writes writes = Writes::all;
+  // Depth reaches the buffer by way of 0..1 in clip space, not -1..1: the same but for rounding, which
+  // matters to reversed depth in floating point. Needs caps().clip_control.
+  bool depth_zero_to_one = false;
+};
+
+// What is drawn into a shadow map. items, pages, index_table, max_level: as in ViewInput.
+struct CascadeInput {
+  Cascade cascade;
+  std::span<const DrawItem> items;
+  PageTable pages;
+  std::span<const std::uint16_t> index_table;
+  int max_level = kMaxLevel;
+  // Draws the host's own casters afterwards: with the map bound, its viewport set, depth tested and both
+  // faces drawn; all other state is initial, and whatever it leaves does not matter. May be null.
+  void (*draw_more)(void* user) = nullptr;
+  void* user = nullptr;
+};
+
+}  // namespace karst::core

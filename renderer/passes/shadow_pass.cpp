@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/passes/shadow_pass.h"
+
+#include "renderer/gl/gl_state.h"
+#include "renderer/resources/index_stream.h"
+#include "renderer/resources/object_table.h"
+
+namespace karst::core {
+namespace {
+
+// The host draws with depth test and viewport set; then the state is whatever it likes.
+void draw_host_casters(const GlDevice& device, const CascadeInput& input) {
+  if (input.draw_more == nullptr) return;
+  leave_draw(device);
+  device.gl.Enable(GL_DEPTH_TEST);
+  input.draw_more(input.user);
+}
+
+}  // namespace
+
+Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                       int index, const CascadeInput& input, FrameCounts& counts) {
+  const Gl& gl = device.gl;
+  device.push_group("shadow");
+  const shader::FrameBlock block = make_cascade_block(input.cascade);
+  use_block(device, nth(Object::cascade_block_0, index), KARST_BINDING_FRAME, as_bytes(block));
+  gl.BindFramebuffer(GL_FRAMEBUFFER, name_of(device, nth(Object::shadow_target_0, index)));
+  DrawState state;
+  state.viewport = {0, 0, settings.shadow_size, settings.shadow_size};
+  state.cull = false;
+  enter_draw(device, state);
+  const GLfloat far = 1.0f;
+  gl.ClearBufferfv(GL_DEPTH, 0, &far);
+  bind_textures(device);
+  gl.UseProgram(programs[ShaderVariant::depth_only]);
+  const Status status =
+      draw_items(device, {input.index_table, input.items, input.pages, {}}, input.max_level, counts);
+  unbind_textures(device);
+  if (status.ok()) draw_host_casters(device, input);
+  leave_draw(device);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  device.pop_group();
+  return status;
+}
+
+}  // namespace karst::core

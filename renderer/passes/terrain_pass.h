@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The terrain of a view: its materials, an image over it, or how the picture is made.
+#pragma once
+
+#include "karst/status.h"
+#include "renderer/gl/gl_device.h"
+#include "renderer/input/settings.h"
+#include "renderer/input/view_input.h"
+#include "renderer/passes/programs.h"
+
+namespace karst::core {
+
+// What the shaders need to know of the view in the target.
+shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewInput& input,
+                                   const DrawTarget& target);
+
+// Draws with the state, the block and the textures that are set; counts what it did. invalid_argument names
+// what is wrong with the items.
+Status draw_terrain(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                    const ViewInput& input, Writes writes, FrameCounts& counts);
+
+}  // namespace karst::core

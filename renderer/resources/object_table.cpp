@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/resources/object_table.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "renderer/resources/ground_textures.h"
+#include "renderer/resources/material_textures.h"
+#include "renderer/resources/variation_texture.h"
+#include "renderer/resources/vertex_pages.h"
+#include "terrain/lod/morph.h"
+
+namespace karst::core {
+namespace {
+
+using Settings = RendererSettings;
+
+ObjectShape buffer(std::size_t bytes, GLenum usage) {
+  return {.wanted = bytes > 0, .bytes = bytes, .usage = usage};
+}
+
+ObjectShape image(GLenum format, int width, int height, GLenum filter = GL_NEAREST) {
+  return {.wanted = width > 0,
+          .format = format,
+          .width = width,
+          .height = height,
+          .min_filter = filter,
+          .mag_filter = filter};
+}
+
+ObjectShape nothing_but_a_name(bool wanted) {
+  return {.wanted = wanted};
+}
+
+template <int n>
+ObjectShape cascade_block(const Settings& s) {
+  return buffer(n < s.cascades ? sizeof(shader::FrameBlock) : 0, GL_DYNAMIC_DRAW);
+}
+
+template <int n>
+ObjectShape air_block(const Settings& s) {
+  return buffer(n < s.air_blocks ? sizeof(shader::KarstAir) : 0, GL_DYNAMIC_DRAW);
+}
+
+template <int n>
+ObjectShape shadow_target(const Settings& s) {
+  return nothing_but_a_name(n < s.cascades);
+}
+
+ObjectShape drape(const Settings& s) {
+  ObjectShape shape = image(GL_RGBA8, s.drape_width, s.drape_height, GL_LINEAR);
+  shape.levels =
+      static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(s.drape_width, s.drape_height))));
+  // One level a pixel: half the texels of trilinear filtering.
+  shape.min_filter = GL_LINEAR_MIPMAP_NEAREST;
+  shape.wrap = GL_REPEAT;
+  return shape;
+}
+
+ObjectShape materials(const Settings& s) {
+  const bool plain = s.material_count == 0;
+  const int side = plain ? 1 : static_cast<int>(s.material_side);
+  return {.target = GL_TEXTURE_2D_ARRAY,
+          .format = texture_format(plain ? TextureFormat::rgba8 : s.material_format),
+          .levels = plain ? 1 : texture_levels(s.material_side),
+          .width = side,
+          .height = side,
+          .depth = plain ? 1 : static_cast<int>(s.material_count),
+          .min_filter = GL_LINEAR_MIPMAP_LINEAR,
+          .mag_filter = GL_LINEAR,
+          .wrap = GL_REPEAT};
+}
+
+ObjectShape variation(const Settings& /*settings*/) {
+  return {.target = GL_TEXTURE_3D,
+          .format = GL_R8,
+          .width = kVariationSide,
+          .height = kVariationSide,
+          .depth = kVariationSide,
+          .min_filter = GL_LINEAR,
+          .mag_filter = GL_LINEAR,
+          .wrap = GL_REPEAT};
+}
+
+// Linear: the hardware mixes the results of four comparisons.
+ObjectShape shadow_maps(const Settings& s) {
+  return {.wanted = s.cascades > 0,
+          .target = GL_TEXTURE_2D_ARRAY,
+          .format = s.shadow_bits == 16 ? GLenum{GL_DEPTH_COMPONENT16} : GLenum{GL_DEPTH_COMPONENT24},
+          .width = s.shadow_size,
+          .height = s.shadow_size,
+          .depth = s.cascades,
+          .min_filter = GL_LINEAR,
+          .mag_filter = GL_LINEAR,
+          .compare = true};
+}
+
+Status fill_entries(const Gl& gl, const Settings& /*settings*/, const GlObjects& /*objects*/) {
+  std::uint8_t entries[kEntryRowTexels * kEntryRows] = {};
+  static_cast<void>(build_morph_entries(kMaxLevel, entries));  // fails for wrong sizes only
+  gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kEntryRowTexels, kEntryRows, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                   entries);
+  return {};
+}
+
+// GL takes offsets into buffers as pointers.
+const void* buffer_offset(std::size_t bytes) {
+  return reinterpret_cast<const void*>(bytes);
+}
+
+Status fill_terrain_array(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
+  constexpr GLsizei kStride = sizeof(GpuVertex);
+  gl.BindBuffer(GL_ARRAY_BUFFER, objects[row_of(Object::vertices)]);
+  gl.VertexAttribIPointer(KARST_LOCATION_POSITION, 4, GL_SHORT, kStride, buffer_offset(0));
+  gl.VertexAttribIPointer(KARST_LOCATION_MORPH, 4, GL_SHORT, kStride, buffer_offset(kStride / 2));
+  gl.EnableVertexAttribArray(KARST_LOCATION_POSITION);
+  gl.EnableVertexAttribArray(KARST_LOCATION_MORPH);
+  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, objects[row_of(Object::stream_indices)]);
+  return {};
+}
+
+template <int n>
+Status fill_shadow_target(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
+  gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, objects[row_of(Object::shadow_maps)], 0, n);
+  if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return {StatusCode::limit_reached, "the driver could not make a shadow map of this size", "shadow_size"};
+}
+
+using Consumer = GpuConsumer;
+using Kind = ObjectKind;
+
+constexpr ObjectRow kRows[] = {
+    {"vertices", Kind::buffer, Consumer::vertices,
+     [](const Settings& s) { return buffer(s.vertex_pages * kPageBytes, GL_DYNAMIC_DRAW); }, nullptr},
+    {"stream_indices", Kind::buffer, Consumer::stream_indices,
+     [](const Settings& s) { return buffer(std::size_t{s.stream_indices} * 4, GL_STREAM_DRAW); }, nullptr},
+    {"frame block", Kind::buffer, Consumer::uniforms,
+     [](const Settings&) { return buffer(sizeof(shader::FrameBlock), GL_DYNAMIC_DRAW); }, nullptr},
+    {"material block", Kind::buffer, Consumer::uniforms,
+     [](const Settings&) { return buffer(sizeof(shader::MaterialBlock), GL_STATIC_DRAW); },
+     fill_material_block},
+    {"cascade block 0", Kind::buffer, Consumer::uniforms, cascade_block<0>, nullptr},
+    {"cascade block 1", Kind::buffer, Consumer::uniforms, cascade_block<1>, nullptr},
+    {"cascade block 2", Kind::buffer, Consumer::uniforms, cascade_block<2>, nullptr},
+    {"air block 0", Kind::buffer, Consumer::uniforms, air_block<0>, nullptr},
+    {"air block 1", Kind::buffer, Consumer::uniforms, air_block<1>, nullptr},
+    {"air block 2", Kind::buffer, Consumer::uniforms, air_block<2>, nullptr},
+    {"air block 3", Kind::buffer, Consumer::uniforms, air_block<3>, nullptr},
+    {"air block 4", Kind::buffer, Consumer::uniforms, air_block<4>, nullptr},
+    {"air block 5", Kind::buffer, Consumer::uniforms, air_block<5>, nullptr},
+    {"air block 6", Kind::buffer, Consumer::uniforms, air_block<6>, nullptr},
+    {"air block 7", Kind::buffer, Consumer::uniforms, air_block<7>, nullptr},
+    {"page_table", Kind::texture, Consumer::page_table,
+     [](const Settings& s) { return image(GL_RG32UI, kPageRowTexels, page_rows(s.vertex_pages)); }, nullptr},
+    {"morph_entries", Kind::texture, Consumer::textures,
+     [](const Settings&) { return image(GL_R8UI, kEntryRowTexels, kEntryRows); }, fill_entries},
+    {"morph_rows", Kind::texture, Consumer::morph_rows,
+     [](const Settings& s) {
+       return image(GL_R16F, kPatchesPerRow * kMorphRow, morph_texture_rows(s.morph_rows));
+     },
+     nullptr},
+    {"albedo_height", Kind::texture, Consumer::materials, materials, fill_albedo_height},
+    {"normal_roughness", Kind::texture, Consumer::materials, materials, fill_normal_roughness},
+    {"variation", Kind::texture, Consumer::textures, variation, fill_variation},
+    {"sky_line", Kind::texture, Consumer::textures,
+     [](const Settings& s) { return image(GL_R16F, s.extent.x, s.extent.z, GL_LINEAR); }, fill_sky_line},
+    {"drape", Kind::texture, Consumer::textures, drape, nullptr},
+    {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
+    {"terrain", Kind::vertex_array, Consumer::vertices,
+     [](const Settings&) { return nothing_but_a_name(true); }, fill_terrain_array},
+    {"no attributes", Kind::vertex_array, Consumer::vertices,
+     [](const Settings&) { return nothing_but_a_name(true); }, nullptr},
+    {"shadow map 0", Kind::framebuffer, Consumer::shadow_maps, shadow_target<0>, fill_shadow_target<0>},
+    {"shadow map 1", Kind::framebuffer, Consumer::shadow_maps, shadow_target<1>, fill_shadow_target<1>},
+    {"shadow map 2", Kind::framebuffer, Consumer::shadow_maps, shadow_target<2>, fill_shadow_target<2>}};
+static_assert(std::size(kRows) == row_of(Object::count) && std::size(kRows) <= GlObjects::kMost);
+static_assert(kMostCascades == 3 && RendererSettings::kMostAirBlocks == 8);
+
+struct Unit {
+  GLuint unit;
+  GLenum target;
+  Object object;
+};
+constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_table},
+                           {KARST_UNIT_MORPH_ENTRIES, GL_TEXTURE_2D, Object::morph_entries},
+                           {KARST_UNIT_MORPH_ROWS, GL_TEXTURE_2D, Object::morph_rows},
+                           {KARST_UNIT_ALBEDO_HEIGHT, GL_TEXTURE_2D_ARRAY, Object::albedo_height},
+                           {KARST_UNIT_SKY_LINE, GL_TEXTURE_2D, Object::sky_line},
+                           {KARST_UNIT_VARIATION, GL_TEXTURE_3D, Object::variation},
+                           {KARST_UNIT_DRAPE, GL_TEXTURE_2D, Object::drape},
+                           {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},
+                           {KARST_UNIT_NORMAL_ROUGHNESS, GL_TEXTURE_2D_ARRAY, Object::normal_roughness}};
+static_assert(std::size(kUnits) == KARST_UNITS);
+
+}  // namespace
+
+std::span<const ObjectRow> object_rows() {
+  return kRows;
+}
+
+void RendererSettings::add_to(Budget& budget) const {
+  add_objects(kRows, *this, budget);
+}
+
+void bind_textures(const GlDevice& device) {
+  for (const Unit& unit : kUnits) {
+    device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit + unit.unit);
+    device.gl.BindTexture(unit.target, name_of(device, unit.object));
+    device.gl.BindSampler(device.first_unit + unit.unit, 0);
+  }
+  device.gl.ActiveTexture(GL_TEXTURE0);
+}
+
+void unbind_textures(const GlDevice& device) {
+  for (const Unit& unit : kUnits) {
+    device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit + unit.unit);
+    device.gl.BindTexture(unit.target, 0);
+  }
+  device.gl.ActiveTexture(GL_TEXTURE0);
+}
+
+void use_block(const GlDevice& device, Object buffer, GLuint binding, std::span<const std::byte> block) {
+  const GLuint name = name_of(device, buffer);
+  device.gl.BindBufferBase(GL_UNIFORM_BUFFER, device.first_block + binding, name);
+  if (!block.empty()) {
+    device.gl.BufferSubData(GL_UNIFORM_BUFFER, 0, static_cast<GLsizeiptr>(block.size()), block.data());
+  }
+}
+
+}  // namespace karst::core
