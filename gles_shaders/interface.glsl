@@ -101,6 +101,7 @@ KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
   vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
+  ivec4 first_rows;        // x: row of morph_rows that the view's thresholds begin at
   vec4 morph_view;         // xyz: direction of view; w: least cos^2, or less than 0; see apparent_distance in
                            // morph.glsl
   vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up

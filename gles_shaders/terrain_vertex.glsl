@@ -36,7 +36,7 @@ TerrainVertex read_terrain_vertex() {
   int vertex = place << KARST_PAGE_BITS | (gl_VertexID & KARST_MASK(KARST_PAGE_BITS));
   int entry = int(texelFetch(morph_entries, ivec2(vertex & KARST_MASK(KARST_ENTRY_ROW_BITS),
                                                   vertex >> KARST_ENTRY_ROW_BITS), 0).x);
-  int row = int(texel.y >> KARST_PLACE_BITS) & KARST_MASK(KARST_ROW_BITS);
+  int row = first_rows.x + (int(texel.y >> KARST_PLACE_BITS) & KARST_MASK(KARST_ROW_BITS));
   ivec2 at = ivec2((row & KARST_MASK(KARST_MORPH_ROW_BITS)) * KARST_MORPH_ROW + entry,
                    row >> KARST_MORPH_ROW_BITS);
   float threshold = texelFetch(morph_rows, at, 0).x * KARST_THRESHOLD_UNIT;

@@ -56,7 +56,7 @@ void write_times(JsonWriter& json, const std::vector<FrameRecord>& frames) {
 
 void write_patches(JsonWriter& json, Scene& scene, const std::vector<FrameRecord>& frames) {
   json.key("patches").begin_object();
-  json.field("total", scene.terrain().patch_count()).field("resident", frames.back().resident);
+  json.field("total", scene.world().patch_count()).field("resident", frames.back().resident);
   json.field("drawn", mean_of(frames, [](const FrameRecord& f) { return f.selection.list.drawn; }));
   json.field("culled_frustum",
              mean_of(frames, [](const FrameRecord& f) { return f.selection.list.culled_frustum; }));
@@ -67,11 +67,11 @@ void write_patches(JsonWriter& json, Scene& scene, const std::vector<FrameRecord
   json.field("coarser_than_wanted",
              mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.capped; }));
   json.field("missing", mean_of(frames, [](const FrameRecord& f) { return f.selection.lod.missing; }));
-  json.field("wanted_pages", mean_of(frames, [](const FrameRecord& f) { return f.selection.wanted_pages; }));
-  json.field("error_scale", mean_of(frames, [](const FrameRecord& f) { return f.selection.error_scale; }));
+  json.field("wanted_pages", mean_of(frames, [](const FrameRecord& f) { return f.pool.wanted_pages; }));
+  json.field("error_scale", mean_of(frames, [](const FrameRecord& f) { return f.pool.error_scale; }));
   json.field("generated", mean_of(frames, [](const FrameRecord& f) { return f.generated; }));
   json.key("at_level").begin_array();
-  for (int level = 1; level <= scene.terrain().info().level; ++level) {
+  for (int level = 1; level <= scene.world().info().level; ++level) {
     json.value(mean_of(frames, [level](const FrameRecord& f) { return f.selection.list.at_level[level]; }));
   }
   json.end_array().end_object();
@@ -121,7 +121,7 @@ std::string statistics_json(Scene& scene, const std::vector<FrameRecord>& frames
   json.field("cascades", mean_of(frames, [](const FrameRecord& f) { return f.cascades_skipped; }))
       .end_object();
   json.key("bytes").begin_object().field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});
-  json.field("cpu_used", std::uint64_t{scene.terrain().arena().used()});
+  json.field("cpu_used", std::uint64_t{scene.cpu_used()});
   json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
   std::uint64_t heap_calls = 0;
   for (const FrameRecord& frame : frames) heap_calls += frame.heap_calls;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "renderer/renderer.h"
-#include "terrain/world/terrain.h"
+#include "terrain/world/residency.h"
 
 namespace karst::app {
 using namespace core;
@@ -23,7 +23,8 @@ struct FrameRecord {
   double gpu_terrain_ms = 0;  // NaN: not known
   double gpu_shadow_ms = 0;   // of the last shadow map that was drawn; NaN: not known
   FrameCounts counts;
-  Terrain::Selection selection;
+  ViewState::Selection selection;
+  Governor::State pool;
   std::uint32_t blend_skipped = 0;     // patches drawn that have one material
   std::uint32_t cave_skipped = 0;      // and that are not in caves or lit by lamps
   std::uint32_t generated = 0;         // patches whose vertices were made

@@ -46,14 +46,14 @@ void fit_heights(WorldBudget& needs, std::uint64_t max_memory) {
 }
 
 void WorldBudget::add_up() {
-  budget = Terrain::budget(config);
+  budget = terrain_budget(config);
   renderer.add_to(budget);
   budget.add(GpuConsumer::targets, picture.bytes());
 }
 
 WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, std::uint64_t vertex_bytes) {
   WorldBudget result;
-  result.config = Terrain::config_for(info, finest);
+  result.config = World::config_for(info, finest);
   if (vertex_bytes > 0) {
     const std::uint64_t pages =
         std::max<std::uint64_t>(vertex_bytes / (kPageVertices * sizeof(GpuVertex)), 1);
@@ -66,7 +66,7 @@ WorldBudget budget_of(const WorldInfo& info, int finest, int width, int height, 
   result.picture.width = width;
   result.picture.height = height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
-  result.renderer.morph_rows = result.config.max_resident_patches;
+  result.renderer.morph_rows = result.config.max_views * result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = info.extent;
   result.renderer.cascades = CascadeSettings().count;
@@ -118,12 +118,12 @@ std::string Scene::load_world() {
   const std::size_t cpu = budget_.cpu_bytes();
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, cpu)));
   if (memory_ == nullptr) return options_.world + ": cannot get " + format_mebibytes(cpu) + " of memory";
-  if (const Status status = terrain_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
+  if (const Status status = parts_.create(needs.config, {memory_.get(), cpu}); !status.ok()) {
     return status_text(options_.world, status);
   }
-  if (const Status status = terrain_.load(file_.source()); !status.ok())
+  if (const Status status = parts_.load(file_.source()); !status.ok())
     return status_text(options_.world, status);
-  if (terrain_.patch_count() == 0) return options_.world + ": the world has no surface";
+  if (world().patch_count() == 0) return options_.world + ": the world has no surface";
   return {};
 }
 
@@ -138,9 +138,9 @@ std::string Scene::load_drape() {
 RendererSettings Scene::renderer_settings(const Config& config, const MaterialSet& materials) const {
   RendererSettings settings;
   settings.vertex_pages = config.gpu_vertex_pages;
-  settings.morph_rows = config.max_resident_patches;
+  settings.morph_rows = config.max_views * config.max_resident_patches;
   settings.stream_indices = config.stream_indices;
-  settings.extent = terrain_.info().extent;
+  settings.extent = world().info().extent;
   settings.cascades = drape_.rgba.empty() ? options_.shadows.count : 0;
   settings.shadow_size = options_.shadows.size;
   settings.material_count = options_.drape.empty() ? materials.count : 0;
@@ -181,9 +181,9 @@ std::string Scene::attach(Display& display, int width, int height) {
 }
 
 std::string Scene::open_renderer(Display& display) {
-  const Config& config = terrain_.config();
-  const RendererSettings settings = renderer_settings(config, terrain_.materials());
-  budget_ = Terrain::budget(config);
+  const Config& config = world().config();
+  const RendererSettings settings = renderer_settings(config, world().materials());
+  budget_ = terrain_budget(config);
   settings.add_to(budget_);
   const PictureSettings picture = picture_settings();
   budget_.add(GpuConsumer::targets, picture.bytes());
@@ -208,8 +208,8 @@ std::string Scene::open_renderer(Display& display) {
       return status_text(options_.drape, status);
   }
   if (std::string error = upload_materials(); !error.empty()) return error;
-  renderer_.upload_sky_line(terrain_.octree());
-  terrain_.forget_resident();
+  renderer_.upload_sky_line(world().octree());
+  residency().forget();
   first_frame_ = true;
   gl_objects_at_start_ = gl_objects_made();
   for (ShadowMap& map : shadow_maps_) map.drawn = false;
@@ -218,14 +218,14 @@ std::string Scene::open_renderer(Display& display) {
 
 // A level of an array at a time: the finest take most of the room.
 std::string Scene::upload_materials() {
-  const MaterialSet& set = terrain_.materials();
+  const MaterialSet& set = world().materials();
   if (!options_.drape.empty() || set.count == 0) return {};
   std::vector<std::byte> bytes(texture_image_bytes(set.format, set.side, 0) * set.count);
   Status status = renderer_.set_materials(set);
   for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
     for (int level = 0; status.ok() && level < texture_levels(set.side); ++level) {
       const auto out = std::span(bytes).first(texture_image_bytes(set.format, set.side, level) * set.count);
-      status = terrain_.read_textures(array, level, 0, set.count, out);
+      status = world().read_textures(array, level, 0, set.count, out);
       if (status.ok()) status = renderer_.upload_textures(array, level, 0, static_cast<int>(set.count), out);
     }
   }
@@ -233,13 +233,13 @@ std::string Scene::upload_materials() {
 }
 
 WorldFrame Scene::frame() const {
-  const WorldInfo& info = terrain_.info();
+  const WorldInfo& info = world().info();
   return {{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
 }
 
 std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   const std::int64_t start = now_ns();
-  TerrainView terrain_view;
+  ViewRequest terrain_view;
   terrain_view.camera = &view.camera;
   terrain_view.lod = view.lod;
   terrain_view.lod.max_level = std::min(view.lod.max_level, options_.level);
@@ -249,9 +249,9 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   terrain_view.frustum_culling = view.frustum_culling;
   terrain_view.backface_culling = view.backface_culling;
   terrain_view.occlusion_culling = view.occlusion_culling;
-  terrain_view.shading_skips = view.shading_skips;
-  terrain_.begin_frame();
-  Status status = select(terrain_view, record);
+  residency().begin_frame();
+  Status status = residency().set_shading_skips(view.shading_skips);
+  if (status.ok()) status = select(terrain_view, record);
   const bool is_complete = first_frame_ || view.generate_ms == SceneView::kComplete;
   if (status.ok() && is_complete) status = complete(terrain_view, record);
   if (first_frame_) {
@@ -273,21 +273,23 @@ std::string Scene::draw(const SceneView& view, FrameRecord& record) {
   record.frame_ms = ms_between(start, now_ns());
   record.gpu_terrain_ms = renderer_.terrain_gpu_ms();
   record.gpu_shadow_ms = renderer_.shadow_gpu_ms();
-  record.resident = terrain_.pool().resident();
+  record.resident = residency().pool().resident();
   record.gl_objects = gl_objects_made() - gl_objects_at_start_;
-  if (record.selection.pool_full) record.flags |= kFlagPool;
-  if (record.selection.lod.capped > 0 && !record.selection.pool_full) record.flags |= kFlagGenerate;
+  if (record.pool.pool_full) record.flags |= kFlagPool;
+  if (record.selection.lod.capped > 0 && !record.pool.pool_full) record.flags |= kFlagGenerate;
   return {};
 }
 
-Status Scene::select(const TerrainView& view, FrameRecord& record) {
+Status Scene::select(const ViewRequest& view, FrameRecord& record) {
   const std::int64_t start = now_ns();
   Status status;
   {
     const HeapCount count(record.heap_calls);
-    status = terrain_.select(view, record.selection);
+    status = residency().select(parts_.views_of(1), std::span(&view, 1));
   }
   record.cull_lod_ms += ms_between(start, now_ns());
+  record.selection = eye().selection();
+  record.pool = residency().governor();
   if (status.code() == StatusCode::limit_reached) {
     record.flags |= kFlagDrawItems;
     status = {};
@@ -296,7 +298,7 @@ Status Scene::select(const TerrainView& view, FrameRecord& record) {
 }
 
 Status Scene::upload_patch(const PatchUpload& upload) {
-  return renderer_.upload_vertices(terrain_.pages(), upload.patch,
+  return renderer_.upload_vertices(residency().pages(), upload.patch,
                                    static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
                                    upload.origin, upload.row, upload.shading);
 }
@@ -310,7 +312,7 @@ Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
   const bool ahead = until_ms != SceneView::kComplete;
   const auto generate_next = [&] {
     const HeapCount count(record.heap_calls);
-    return terrain_.generate_next(ahead, upload, status);
+    return residency().generate_next(ahead, upload, status);
   };
   while (ms_between(start, at) < until_ms && generate_next()) {
     lap(at, record.generate_ms);
@@ -326,19 +328,19 @@ Status Scene::generate(double until_ms, FrameRecord& record, bool& made) {
 
 // Until the frame lacks nothing that can be made: what is made changes what neighbours may show, and a pool
 // that is full changes the error that is aimed at.
-Status Scene::complete(const TerrainView& view, FrameRecord& record) {
+Status Scene::complete(const ViewRequest& view, FrameRecord& record) {
   constexpr int kMostRounds = 64;
   for (int round = 0; round < kMostRounds; ++round) {
     bool made = false;
     if (const Status status = generate(SceneView::kComplete, record, made); !status.ok()) return status;
-    const Terrain::Selection& last = record.selection;
-    const bool waiting = last.lod.capped > 0 && terrain_.pool().kept_back() > 0;
+    const Governor::State& last = record.pool;
+    const bool waiting = record.selection.lod.capped > 0 && residency().pool().kept_back() > 0;
     // A scale that falls can wait for the next frame.
     if (!made && !waiting && last.next_error_scale <= last.error_scale) return {};
     if (waiting) {
       // With nothing in flight, what patches gave up is free at once.
       renderer_.finish();
-      for (std::uint32_t i = 0; i < kFramesInFlight; ++i) terrain_.begin_frame();
+      for (std::uint32_t i = 0; i < kFramesInFlight; ++i) residency().begin_frame();
     }
     if (const Status status = select(view, record); !status.ok()) return status;
   }
@@ -347,9 +349,9 @@ Status Scene::complete(const TerrainView& view, FrameRecord& record) {
 
 // What any of the patches listed needs.
 unsigned Scene::shading_needs(FrameRecord& record) const {
-  const std::span<const PatchShading> shading = terrain_.shading();
+  const std::span<const PatchShading> shading = parts_.residency.shading();
   unsigned needs = 0;
-  for (const DrawItem& item : terrain_.items()) {
+  for (const DrawItem& item : eye().items()) {
     const unsigned own = shading[item.patch].needs;
     needs |= own;
     record.blend_skipped += (own & kShadeBlend) == 0;
@@ -366,20 +368,21 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   input.camera = view.camera;
   input.shading = shading_needs(record);
   input.skips = view.pixel_skips;
-  if (view.lamps) input.lights = terrain_.lights();
+  if (view.lamps) input.lights = world().lights();
   input.light = view.light;
   input.quarter_turns = view.quarter_turns;
-  input.items = terrain_.items();
+  input.items = eye().items();
   if (options_.show == Show::levels) {
-    shown_items_.assign(terrain_.items().begin(), terrain_.items().end());
+    shown_items_.assign(eye().items().begin(), eye().items().end());
     std::stable_sort(shown_items_.begin(), shown_items_.end(),
                      [](const DrawItem& a, const DrawItem& b) { return a.level < b.level; });
     input.items = shown_items_;
   }
-  input.least_cos2 = terrain_.error_scale().least_cos2;
-  input.pages = terrain_.pages();
-  input.index_table = terrain_.index_table();
-  input.max_level = terrain_.info().level;
+  input.least_cos2 = eye().error_scale().least_cos2;
+  input.first_morph_row = residency().first_morph_row(eye());
+  input.pages = residency().pages();
+  input.index_table = world().index_table();
+  input.max_level = world().info().level;
   input.light_space = light_space_;
   input.cascades = std::span(cascades_).first(static_cast<std::size_t>(cascade_count_));
   const bool drape = !options_.drape.empty();
@@ -395,7 +398,7 @@ Status Scene::draw_selected(const SceneView& view, FrameRecord& record) {
   record.counts = renderer_.end_frame();
   lap(at, record.submit_ms);
   if (record.counts.vertices_lost) {
-    terrain_.forget_resident();
+    residency().forget();
     first_frame_ = true;
     for (ShadowMap& map : shadow_maps_) map.drawn = false;
   }

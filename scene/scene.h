@@ -17,7 +17,7 @@
 #include "platform/display.h"
 #include "renderer/renderer.h"
 #include "scene/frame_statistics.h"
-#include "terrain/world/terrain.h"
+#include "terrain/world/terrain_parts.h"
 
 namespace karst::app {
 using namespace core;
@@ -27,7 +27,7 @@ struct SceneOptions {
   int width = 1280;  // pixels
   int height = 720;
   int level = kMaxLevel;  // finest level that is drawn; cut to the world's
-  // Of GPU vertex memory; cut to what all of the world takes. 0: what Terrain::config_for() says.
+  // Of GPU vertex memory; cut to what all of the world takes. 0: what World::config_for() says.
   std::uint64_t vertex_bytes = 0;
   // Bytes, CPU and GPU together. Heights that find no room are read from the file when they are needed.
   std::uint64_t max_memory = 512ull << 20;
@@ -109,7 +109,11 @@ class Scene {
   // complete whatever generate_ms says.
   [[nodiscard]] std::string draw(const SceneView& view, FrameRecord& record);
 
-  Terrain& terrain() { return terrain_; }
+  World& world() { return parts_.world; }
+  const World& world() const { return parts_.world; }
+  Residency& residency() { return parts_.residency; }
+  const Residency& residency() const { return parts_.residency; }
+  std::size_t cpu_used() const { return parts_.arena.used(); }
   core::Renderer& renderer() { return renderer_; }
   PictureTarget& target() { return target_; }
   WorldFrame frame() const;
@@ -117,23 +121,25 @@ class Scene {
   const LoadTimes& load_times() const { return times_; }
 
  private:
+  ViewState& eye() { return parts_.views[0]; }
+  const ViewState& eye() const { return parts_.views[0]; }
   std::string load_world();
   std::string check_memory() const;
   std::string open_renderer(Display& display);
   std::string load_drape();
   RendererSettings renderer_settings(const Config& config, const MaterialSet& materials) const;
   PictureSettings picture_settings() const;
-  Status select(const TerrainView& view, FrameRecord& record);
+  Status select(const ViewRequest& view, FrameRecord& record);
   Status generate(double until_ms, FrameRecord& record, bool& made);
-  Status complete(const TerrainView& view, FrameRecord& record);
+  Status complete(const ViewRequest& view, FrameRecord& record);
   Status upload_patch(const PatchUpload& upload);
   Status generate_bases(FrameRecord& record);
   Status upload_morph_rows();
   Status draw_shadows(const SceneView& view, double until_ms, FrameRecord& record);
   struct ShadowMap;
   Status generate_casters(std::int64_t start, double until_ms, std::uint32_t& made);
-  Status complete_casters(ShadowMap& map, const Cascade& cascade, double until_ms, Terrain::Casters& casters,
-                          FrameRecord& record);
+  Status complete_casters(ShadowMap& map, const Cascade& cascade, double until_ms,
+                          ShadowCasters::Result& casters, FrameRecord& record);
   bool is_current(const ShadowMap& map, const Cascade& cascade) const;
   Status draw_cascade(int index, double until_ms, bool caching, FrameRecord& record);
   std::string upload_materials();
@@ -145,9 +151,9 @@ class Scene {
   };
 
   SceneOptions options_;
-  FileSource file_;  // before terrain_, which may read from it at any time
+  FileSource file_;  // before parts_, which may read from it at any time
   std::unique_ptr<std::byte, Free> memory_;
-  Terrain terrain_;
+  TerrainParts parts_;
   std::unique_ptr<Display> display_;  // of open(); before renderer_: whose destructor needs the context
   PictureTarget target_;
   core::Renderer renderer_;
@@ -163,7 +169,7 @@ class Scene {
     Cascade cascade;
     bool complete = false;         // nothing was lacking
     double error_texels = 0;       // SelectCasters
-    std::uint64_t casters = 0;     // Terrain::Casters::hash
+    std::uint64_t casters = 0;     // ShadowCasters::Result::hash
     std::uint32_t thresholds = 0;  // version that the casters were listed for
     ErrorScale scale;              // of those thresholds
   };
@@ -172,7 +178,7 @@ class Scene {
   LightSpace light_space_;
   Cascade cascades_[kMostCascades];  // of this frame
   int cascade_count_ = 0;
-  float error_scale_ = 1;  // Terrain::Selection, of this frame
+  float error_scale_ = 1;  // Governor::State, of this frame
 };
 
 }  // namespace karst::app

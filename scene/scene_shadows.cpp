@@ -17,9 +17,10 @@ constexpr double kErrorTexels = 1;
 constexpr double kMostErrorTexels = 64;
 
 // Whether pixels of the patches listed can lie in the cascade's box and not in a smaller one's.
-bool has_receivers(const Terrain& terrain, const Cascade& cascade, const Cascade* smaller) {
-  for (const DrawItem& item : terrain.items()) {
-    const LatticeBox box = patch_box(terrain.surface(), terrain.bounds(), item.patch);
+bool has_receivers(const World& world, std::span<const DrawItem> items, const Cascade& cascade,
+                   const Cascade* smaller) {
+  for (const DrawItem& item : items) {
+    const LatticeBox box = patch_box(world.surface(), world.bounds(), item.patch);
     if (classify(cascade.frustum, box, kAllPlanes) == kOutside) continue;
     if (smaller == nullptr || classify(smaller->inner, box, kAllPlanes) != 0) return true;
   }
@@ -29,8 +30,12 @@ bool has_receivers(const Terrain& terrain, const Cascade& cascade, const Cascade
 }  // namespace
 
 Status Scene::upload_morph_rows() {
-  const MorphRows rows = terrain_.take_morph_rows();
-  return rows.halves.empty() ? Status() : renderer_.upload_morph_rows(rows.first_row, rows.halves);
+  Status status;
+  for (MorphRows rows = residency().take_morph_rows(); !rows.halves.empty() && status.ok();
+       rows = residency().take_morph_rows()) {
+    status = renderer_.upload_morph_rows(rows.first_row, rows.halves);
+  }
+  return status;
 }
 
 // until_ms: time to make vertices of patches that the picture does not show.
@@ -46,7 +51,7 @@ Status Scene::draw_shadows(const SceneView& view, double until_ms, FrameRecord& 
   fit.settings = options_.shadows;
   fit.camera = &view.camera;
   fit.to_sun = sun_direction(view.light);
-  fit.world = terrain_.box();
+  fit.world = world().box();
   fit.light = &light_space_;
   fit.cascades = cascades_;
   if (const Status status = fit.validate(); !status.ok()) return status;
@@ -58,7 +63,7 @@ Status Scene::draw_shadows(const SceneView& view, double until_ms, FrameRecord& 
   }
   for (int n = 0; n < count; ++n) {
     const Cascade* smaller = n > 0 ? &cascades_[n - 1] : nullptr;
-    if (view.cascade_caching && !has_receivers(terrain_, cascades_[n], smaller)) {
+    if (view.cascade_caching && !has_receivers(world(), eye().items(), cascades_[n], smaller)) {
       ++record.cascades_skipped;
       continue;
     }
@@ -72,7 +77,7 @@ Status Scene::generate_bases(FrameRecord& record) {
   const std::int64_t start = now_ns();
   PatchUpload upload;
   Status status;
-  while (status.ok() && terrain_.generate_base(upload, status)) {
+  while (status.ok() && residency().generate_base(upload, status)) {
     status = upload_patch(upload);
     ++record.generated;
   }
@@ -85,7 +90,7 @@ Status Scene::generate_casters(std::int64_t start, double until_ms, std::uint32_
   PatchUpload upload;
   Status status;
   while (status.ok() && ms_between(start, now_ns()) < until_ms &&
-         terrain_.generate_next_caster(upload, status)) {
+         parts_.casters.generate_next(residency(), upload, status)) {
     status = upload_patch(upload);
     ++made;
   }
@@ -94,7 +99,7 @@ Status Scene::generate_casters(std::int64_t start, double until_ms, std::uint32_
 
 // Makes what casters lack. Where there is no room for it they may stray further: twice as far until there is.
 Status Scene::complete_casters(ShadowMap& map, const Cascade& cascade, double until_ms,
-                               Terrain::Casters& casters, FrameRecord& record) {
+                               ShadowCasters::Result& casters, FrameRecord& record) {
   const std::int64_t start = now_ns();
   const bool all = until_ms == SceneView::kComplete;
   Status status;
@@ -105,18 +110,18 @@ Status Scene::complete_casters(ShadowMap& map, const Cascade& cascade, double un
     if (status.ok() && all) {
       // With nothing in flight, what patches give up is free at once.
       renderer_.finish();
-      terrain_.release_kept_pages();
+      residency().release_kept_pages();
       status = generate_casters(start, until_ms, made);
     }
     record.generated += made;
     if (!status.ok()) break;
     has_time = ms_between(start, now_ns()) < until_ms;
-    status = terrain_.select_casters(cascade, map.error_texels, casters);
+    status = parts_.casters.select(world(), residency(), eye(), cascade, map.error_texels, casters);
     if (!status.ok() || casters.lacking == 0 || !has_time) break;
     record.flags |= kFlagPool;
     if (map.error_texels >= kMostErrorTexels) break;
     map.error_texels *= 2;
-    status = terrain_.select_casters(cascade, map.error_texels, casters);
+    status = parts_.casters.select(world(), residency(), eye(), cascade, map.error_texels, casters);
     if (!status.ok()) break;
   }
   if (!has_time && casters.lacking > 0) record.flags |= kFlagGenerate;
@@ -128,8 +133,8 @@ Status Scene::complete_casters(ShadowMap& map, const Cascade& cascade, double un
 // error that is aimed at swings, and thresholds with it: within a factor of two the map stays.
 bool Scene::is_current(const ShadowMap& map, const Cascade& cascade) const {
   if (!map.drawn || !map.complete || !map.cascade.same_as(cascade)) return false;
-  if (map.thresholds == terrain_.thresholds_version()) return true;
-  const ErrorScale& now = terrain_.error_scale();
+  if (map.thresholds == residency().thresholds().version(eye().threshold_set())) return true;
+  const ErrorScale& now = eye().error_scale();
   if (error_scale_ == 1.0f || now.pixels != map.scale.pixels) return false;
   const float ratio = now.steps_per_step / map.scale.steps_per_step;
   return ratio > 0.5f && ratio < 2.0f;
@@ -138,7 +143,7 @@ bool Scene::is_current(const ShadowMap& map, const Cascade& cascade) const {
 Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord& record) {
   const Cascade& cascade = cascades_[index];
   ShadowMap& map = shadow_maps_[index];
-  error_scale_ = record.selection.error_scale;
+  error_scale_ = record.pool.error_scale;
   if (caching && is_current(map, cascade)) {
     ++record.cascades_skipped;
     return {};
@@ -146,8 +151,8 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   const std::int64_t start = now_ns();
   const bool same_box = caching && map.drawn && map.cascade.same_as(cascade);
   if (!same_box) map.error_texels = std::max(map.error_texels / 2, kErrorTexels);
-  Terrain::Casters casters;
-  Status status = terrain_.select_casters(cascade, map.error_texels, casters);
+  ShadowCasters::Result casters;
+  Status status = parts_.casters.select(world(), residency(), eye(), cascade, map.error_texels, casters);
   record.cull_lod_ms += ms_between(start, now_ns());
   if (status.ok() && casters.lacking > 0) status = complete_casters(map, cascade, until_ms, casters, record);
   if (status.code() == StatusCode::limit_reached) {
@@ -156,8 +161,8 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   }
   if (!status.ok()) return status;
   map.complete = casters.lacking == 0;
-  map.thresholds = terrain_.thresholds_version();
-  map.scale = terrain_.error_scale();
+  map.thresholds = residency().thresholds().version(eye().threshold_set());
+  map.scale = eye().error_scale();
   if (same_box && map.casters == casters.hash) {
     ++record.cascades_skipped;
     return {};
@@ -166,10 +171,11 @@ Status Scene::draw_cascade(int index, double until_ms, bool caching, FrameRecord
   if (status = upload_morph_rows(); !status.ok()) return status;
   CascadeInput input;
   input.cascade = cascade;
+  input.first_morph_row = residency().first_morph_row(eye());
   input.items = casters.items;
-  input.pages = terrain_.pages();
-  input.index_table = terrain_.index_table();
-  input.max_level = terrain_.info().level;
+  input.pages = residency().pages();
+  input.index_table = world().index_table();
+  input.max_level = world().info().level;
   status = renderer_.draw_cascade(index, input);
   record.shadow_triangles += casters.triangles;
   record.submit_ms += ms_between(listed, now_ns());

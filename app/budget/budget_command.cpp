@@ -103,7 +103,7 @@ WorldBudget default_budget(const BudgetOptions& options) {
   result.picture.width = options.width;
   result.picture.height = options.height;
   result.renderer.vertex_pages = result.config.gpu_vertex_pages;
-  result.renderer.morph_rows = result.config.max_resident_patches;
+  result.renderer.morph_rows = result.config.max_views * result.config.max_resident_patches;
   result.renderer.stream_indices = result.config.stream_indices;
   result.renderer.extent = glm::ivec3(1 << result.config.max_depth);
   return result;

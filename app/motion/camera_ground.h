@@ -12,7 +12,8 @@ namespace karst::app {
 class CameraGround {
  public:
   // As Ground's.
-  CameraGround(Terrain& terrain, const WorldFrame& frame) : ground_(terrain), frame_(frame) {}
+  CameraGround(const World& world, Residency& residency, const WorldFrame& frame)
+      : ground_(world, residency), frame_(frame) {}
 
   // Where place counts from the ground, makes it count from the world's zero. Empty, else one line without
   // its subject: there is no ground at x, z; place is then unchanged.

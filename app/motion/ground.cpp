@@ -26,8 +26,10 @@ std::optional<Ground::Surface> surface_at(const glm::dvec3 (&corner)[3], double 
 
 }  // namespace
 
-Ground::Ground(Terrain& terrain)
-    : terrain_(terrain), vertices_(static_cast<std::size_t>(patch_vertices(terrain.info().level))) {}
+Ground::Ground(const World& world, Residency& residency)
+    : world_(world),
+      residency_(residency),
+      vertices_(static_cast<std::size_t>(patch_vertices(world.info().level))) {}
 
 std::optional<double> Ground::below(const glm::dvec3& place, double step, int level) {
   std::optional<double> best;
@@ -47,11 +49,11 @@ std::optional<Ground::Surface> Ground::above(const glm::dvec3& place) {
 
 template <class Visit>
 void Ground::for_each_at(const glm::dvec3& place, int level, Visit visit) {
-  level = std::min(level, terrain_.info().level);
-  const core::Surface patches = terrain_.surface();
-  const std::span<const PatchBounds> bounds = terrain_.bounds();
+  level = std::min(level, world_.info().level);
+  const core::Surface patches = world_.surface();
+  const std::span<const PatchBounds> bounds = world_.bounds();
   const glm::dvec3 steps = place * static_cast<double>(kStepsPerVoxel);
-  for (PatchId patch = 0; patch < terrain_.patch_count(); ++patch) {
+  for (PatchId patch = 0; patch < world_.patch_count(); ++patch) {
     const Volume& volume = patches.volume_of(patch);
     const PatchBounds& box = bounds[patch];
     const auto inside = [&](int axis, double at) {
@@ -59,7 +61,7 @@ void Ground::for_each_at(const glm::dvec3& place, int level, Visit visit) {
       return at >= origin + box.min[axis] && at <= origin + box.max[axis];
     };
     if (!inside(0, steps.x) || !inside(2, steps.z)) continue;
-    if (!terrain_.generate(patch, level, level, vertices_).ok()) continue;
+    if (!residency_.generate(patch, level, level, vertices_).ok()) continue;
     const auto vertex = [&](std::uint16_t index) {
       const GpuVertex& v = vertices_[index];
       const glm::dvec3 from_origin{v.position[0], v.position[1], v.position[2]};
@@ -69,7 +71,7 @@ void Ground::for_each_at(const glm::dvec3& place, int level, Visit visit) {
     IndexRange ranges[kMaxIndexRanges];
     const int count = index_ranges(level, 0, 0, ranges);
     for (int r = 0; r < count; ++r) {
-      const auto indices = terrain_.index_table().subspan(ranges[r].first, ranges[r].count);
+      const auto indices = world_.index_table().subspan(ranges[r].first, ranges[r].count);
       for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
         const glm::dvec3 corner[3] = {vertex(indices[i]), vertex(indices[i + 1]), vertex(indices[i + 2])};
         if (const std::optional<Surface> at = surface_at(corner, place.x, place.z)) visit(*at);

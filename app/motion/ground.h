@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "terrain/world/terrain.h"
+#include "terrain/world/residency.h"
 
 namespace karst::app {
 using namespace core;
@@ -16,8 +16,8 @@ class Ground {
   static constexpr int kFeetLevel = 3;
   static constexpr int kFullLevel = kMaxLevel;
 
-  // terrain: loaded; must outlive this object.
-  explicit Ground(Terrain& terrain);
+  // residency: attached to the world; both must outlive this object.
+  Ground(const World& world, Residency& residency);
   // Height of the highest ground that is no higher than step above the place; none where there is no ground
   // below it. All in voxels from the octree's minimum corner. level: cut to the world's.
   std::optional<double> below(const glm::dvec3& place, double step, int level);
@@ -34,7 +34,8 @@ class Ground {
   template <class Visit>
   void for_each_at(const glm::dvec3& place, int level, Visit visit);
 
-  Terrain& terrain_;
+  const World& world_;
+  Residency& residency_;
   std::vector<GpuVertex> vertices_;
 };
 

@@ -13,10 +13,10 @@
 #include "app/common/png_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
+#include "app/motion/camera_ground.h"
 #include "app/options/scene_settings.h"
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
-#include "app/motion/camera_ground.h"
 #include "platform/base/clock.h"
 #include "scene/frame_statistics.h"
 #include "scene/scene.h"
@@ -71,11 +71,11 @@ class Render {
 
   std::string place_cameras() {
     const WorldFrame frame = scene_.frame();
-    const LatticeBox box = scene_.terrain().box();
+    const LatticeBox box = scene_.world().box();
     const double fov_y_deg = options_.scene.fov_y_deg;
     const double aspect = static_cast<double>(options_.scene.width) / options_.scene.height;
     if (places_.empty()) places_.push_back(overview(frame, box, fov_y_deg));
-    CameraGround ground(scene_.terrain(), frame);
+    CameraGround ground(scene_.world(), scene_.residency(), frame);
     bool warned = false;
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const bool path = !options_.camera.path_file.empty();

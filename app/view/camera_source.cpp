@@ -24,11 +24,11 @@ std::string CameraSource::open() {
   return parse_camera_path(text, options_.camera.path_file, path_);
 }
 
-std::string CameraSource::begin(Terrain& terrain, const WorldFrame& frame) {
-  const LatticeBox box = terrain.box();
+std::string CameraSource::begin(const World& world, Residency& residency, const WorldFrame& frame) {
+  const LatticeBox box = world.box();
   const glm::dvec3 low = glm::dvec3(box.min) / static_cast<double>(kStepsPerVoxel);
   const glm::dvec3 high = glm::dvec3(box.max) / static_cast<double>(kStepsPerVoxel);
-  ground_.emplace(terrain, frame);
+  ground_.emplace(world, residency, frame);
   for (std::size_t i = 0; i < path_.size(); ++i) {
     if (const std::string error = ground_->stand(path_[i]); !error.empty())
       return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error;

@@ -25,8 +25,8 @@ class CameraSource {
   // Reads the path and opens the poses. Empty on success, as begin().
   [[nodiscard]] std::string open();
   // The world is there: finds the first place, on the ground where it is asked for, and tells once of a
-  // camera in rock. Places count from here on. To be called once; terrain outlives this object.
-  [[nodiscard]] std::string begin(Terrain& terrain, const WorldFrame& frame);
+  // camera in rock. Places count from here on. To be called once; world and residency outlive this object.
+  [[nodiscard]] std::string begin(const World& world, Residency& residency, const WorldFrame& frame);
   bool has_begun() const { return navigator_.has_value(); }
 
   int fd() const { return poses_.fd(); }  // -1: no poses to wait for

@@ -249,8 +249,8 @@ std::string View::attach() {
   }
   scheduler_.changed();
   if (camera_.has_begun()) return {};
-  set_haze(options_.scene, scene_.terrain().box(), view_.light);
-  return camera_.begin(scene_.terrain(), scene_.frame());
+  set_haze(options_.scene, scene_.world().box(), view_.light);
+  return camera_.begin(scene_.world(), scene_.residency(), scene_.frame());
 }
 
 void View::detach() {
@@ -273,7 +273,7 @@ std::string View::draw() {
                                     : static_cast<double>(size.width) / size.height;
   Camera camera;
   const Status placed =
-      place_camera(place, scene_.frame(), scene_.terrain().box(), options_.scene.fov_y_deg, aspect, camera);
+      place_camera(place, scene_.frame(), scene_.world().box(), options_.scene.fov_y_deg, aspect, camera);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
     say(status_text("camera", placed));
     return {};

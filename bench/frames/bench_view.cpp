@@ -42,7 +42,7 @@ double process_age_ms() {
   return clock_ms(CLOCK_BOOTTIME) - start_ms;
 }
 
-std::uint64_t working_set(const Terrain::Selection& selection, const FrameCounts& counts,
+std::uint64_t working_set(const ViewState::Selection& selection, const FrameCounts& counts,
                           const PictureSettings& settings) {
   std::uint64_t bytes = counts.triangles * 3 * sizeof(std::uint32_t);
   for (int level = 1; level <= kMaxLevel; ++level) {
@@ -83,7 +83,7 @@ std::string BenchView::load(const SceneOptions& options, const SceneArguments& l
 
 void BenchView::set_look(const SceneArguments& look) {
   look_ = view_settings(look);
-  set_haze(look, scene_.terrain().box(), look_.light);
+  set_haze(look, scene_.world().box(), look_.light);
   fov_y_deg_ = look.fov_y_deg;
 }
 
@@ -119,11 +119,11 @@ std::string BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>&
 }
 
 GroundHeights BenchView::ground() {
-  const Terrain& terrain = scene_.terrain();
-  GroundHeights ground({terrain.info().extent.x, terrain.info().extent.z});
-  const Surface surface = terrain.surface();
-  for (PatchId patch = 0; patch < terrain.patch_count(); ++patch) {
-    ground.add(patch_box(surface, terrain.bounds(), patch));
+  const World& world = scene_.world();
+  GroundHeights ground({world.info().extent.x, world.info().extent.z});
+  const Surface surface = world.surface();
+  for (PatchId patch = 0; patch < world.patch_count(); ++patch) {
+    ground.add(patch_box(surface, world.bounds(), patch));
   }
   return ground;
 }
@@ -139,7 +139,7 @@ std::string BenchView::place(std::span<const CameraSettings> path, std::vector<C
     place.yaw_deg = settings_of_frame.yaw_deg;
     place.pitch_deg = settings_of_frame.pitch_deg;
     const Status status =
-        place_camera(place, frame, scene_.terrain().box(), fov_y_deg_, aspect, cameras.emplace_back());
+        place_camera(place, frame, scene_.world().box(), fov_y_deg_, aspect, cameras.emplace_back());
     if (!status.ok()) return status_text("camera", status);
   }
   return {};

@@ -17,7 +17,8 @@
 #include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "terrain/draw/index_batches.h"
-#include "terrain/world/terrain.h"
+#include "terrain/surface/bezier/extract_surface.h"
+#include "terrain/world/terrain_parts.h"
 
 namespace karst::bench {
 using namespace core;
@@ -66,10 +67,10 @@ struct LevelFigures {
   Series stream_write;
 };
 
-void print_text(const Terrain& terrain, const Series& extract, const std::vector<LevelFigures>& levels) {
-  const Budget budget = Terrain::budget(terrain.config());
-  std::printf("%u patches in %u volumes, %u octets\n", terrain.patch_count(), terrain.info().volumes,
-              terrain.info().octets);
+void print_text(const World& world, const Series& extract, const std::vector<LevelFigures>& levels) {
+  const Budget budget = terrain_budget(world.config());
+  std::printf("%u patches in %u volumes, %u octets\n", world.patch_count(), world.info().volumes,
+              world.info().octets);
   std::printf("extraction and adjacency: median %.2f ms, least %.2f ms\n", extract.median(), extract.least());
   for (const LevelFigures& l : levels) {
     const double total = extract.median() + l.generate.median();
@@ -83,7 +84,7 @@ void print_text(const Terrain& terrain, const Series& extract, const std::vector
     if (k < kReferenceMs.size()) std::printf("; K %.0f ms", kReferenceMs[k] + kReferenceIndicesMs[k]);
     std::printf("\n");
   }
-  std::printf("index tables: %zu bytes; all levels 1..%d: %zu bytes\n", terrain.index_table().size_bytes(),
+  std::printf("index tables: %zu bytes; all levels 1..%d: %zu bytes\n", world.index_table().size_bytes(),
               kMaxLevel, index_count(kMaxLevel) * sizeof(std::uint16_t));
   for (const Budget::Term& term : budget.terms()) {
     if (!term.gpu) std::printf("memory %-14s %10zu bytes\n", term.name, term.bytes);
@@ -92,12 +93,11 @@ void print_text(const Terrain& terrain, const Series& extract, const std::vector
               static_cast<double>(budget.cpu_bytes()) / (1 << 20));
 }
 
-std::string json_text(const Terrain& terrain, const Series& extract,
-                      const std::vector<LevelFigures>& levels) {
-  const Budget budget = Terrain::budget(terrain.config());
+std::string json_text(const World& world, const Series& extract, const std::vector<LevelFigures>& levels) {
+  const Budget budget = terrain_budget(world.config());
   JsonWriter json;
   json.begin_object();
-  json.field("patches", terrain.patch_count()).field("volumes", terrain.info().volumes);
+  json.field("patches", world.patch_count()).field("volumes", world.info().volumes);
   json.field("extract_ms", extract.median());
   json.key("levels").begin_array();
   for (const LevelFigures& l : levels) {
@@ -124,8 +124,8 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
   WorldReader reader;
   if (const Status status = reader.open(ByteSource::of(file)); !status.ok()) return fail(status);
   const WorldInfo& info = reader.info();
-  const Config config = Terrain::config_for(info, info.level);
-  const std::size_t bytes = Terrain::budget(config).cpu_bytes();
+  const Config config = World::config_for(info, info.level);
+  const std::size_t bytes = terrain_budget(config).cpu_bytes();
   const AlignedMemory memory = allocate(bytes);
   const std::size_t vertex_bytes =
       std::size_t{info.patches} * static_cast<std::size_t>(patch_vertices(info.level)) * sizeof(GpuVertex);
@@ -134,15 +134,15 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
     std::fprintf(stderr, "karst-bench: no memory for %zu bytes\n", bytes + vertex_bytes);
     return 1;
   }
-  Terrain terrain;
-  if (const Status status = terrain.create(config, {memory.get(), bytes}); !status.ok()) return fail(status);
-  if (const Status status = terrain.load(file); !status.ok()) return fail(status);
+  TerrainParts parts;
+  if (const Status status = parts.create(config, {memory.get(), bytes}); !status.ok()) return fail(status);
+  if (const Status status = parts.load(file); !status.ok()) return fail(status);
 
   std::vector<Volume> volumes(info.volumes);
   std::vector<Patch> patches(info.patches);
   std::vector<std::uint32_t> scratch(ExtractSurface::scratch_size(info.volumes));
   ExtractSurface extract;
-  extract.octree = &terrain.octree();
+  extract.octree = &parts.world.octree();
   extract.extent = info.extent;
   extract.volumes = volumes;
   extract.patches = patches;
@@ -167,19 +167,20 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
       GpuVertex* vertices = reinterpret_cast<GpuVertex*>(vertex_memory.get());
       l.generate.time([&] {
         for (PatchId p = 0; p < info.patches && status.ok(); ++p)
-          status = terrain.generate(p, l.level, l.level, {vertices + p * side_vertices, side_vertices});
+          status =
+              parts.residency.generate(p, l.level, l.level, {vertices + p * side_vertices, side_vertices});
       });
       if (!status.ok()) return fail(status);
       l.stream_write.time([&] { std::memset(vertex_memory.get(), round, l.vertices * sizeof(GpuVertex)); });
     }
   }
   if (options.json == "-") {
-    std::fputs(json_text(terrain, extraction, levels).c_str(), stdout);
+    std::fputs(json_text(parts.world, extraction, levels).c_str(), stdout);
     return 0;
   }
-  print_text(terrain, extraction, levels);
+  print_text(parts.world, extraction, levels);
   if (options.json.empty()) return 0;
-  const std::string text = json_text(terrain, extraction, levels);
+  const std::string text = json_text(parts.world, extraction, levels);
   if (const std::string error = write_file_atomic(options.json, std::as_bytes(std::span(text)));
       !error.empty()) {
     std::fprintf(stderr, "karst-bench: %s\n", error.c_str());

@@ -97,9 +97,9 @@ std::string measure_level(const LodSuiteOptions& options, int level, Progress& p
   if (scene.vertex_bytes == 0) scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
   BenchView view;
   if (std::string error = view.open(scene, options.look); !error.empty()) return error;
-  Terrain& terrain = view.scene().terrain();
-  if (terrain.info().level < level) return {};
-  const auto path = make_standard_path("oblique", view.ground(), terrain.box(), options.frames);
+  const World& world = view.scene().world();
+  if (world.info().level < level) return {};
+  const auto path = make_standard_path("oblique", view.ground(), world.box(), options.frames);
   for (const int passes : kPasses) {
     std::vector<FrameRecord> warm, frames;
     for (std::vector<FrameRecord>* lap : {&warm, &frames}) {
@@ -108,7 +108,7 @@ std::string measure_level(const LodSuiteOptions& options, int level, Progress& p
     Figures& f = all.emplace_back();
     f.level = level;
     f.passes = passes;
-    f.total_patches = terrain.patch_count();
+    f.total_patches = world.patch_count();
     f.vertices_ms = view.scene().load_times().generate + view.scene().load_times().upload;
     f.cull_lod_ms = median_of(frames, [](const FrameRecord& r) { return r.cull_lod_ms; });
     f.generate_ms = median_of(frames, [](const FrameRecord& r) { return r.generate_ms; });

@@ -70,10 +70,10 @@ std::string file_flight(BenchView& view, const std::string& path, std::vector<Fl
   flight.name = flight.name.substr(0, flight.name.find_last_of('.'));
   const PictureSettings& settings = view.scene().target().settings();
   const double aspect = static_cast<double>(settings.width) / settings.height;
-  CameraGround ground(view.scene().terrain(), view.scene().frame());
+  CameraGround ground(view.scene().world(), view.scene().residency(), view.scene().frame());
   for (CameraPlace& place : places) {
     if (std::string error = ground.stand(place); !error.empty()) return path + ": " + error;
-    const Status status = place_camera(place, view.scene().frame(), view.scene().terrain().box(),
+    const Status status = place_camera(place, view.scene().frame(), view.scene().world().box(),
                                        view.fov_y_deg(), aspect, flight.cameras.emplace_back());
     if (!status.ok()) return status_text(path, status);
   }
@@ -86,7 +86,7 @@ std::string make_flights(BenchView& view, const ParetoOptions& options, std::vec
   for (const std::string_view name : kStandardPaths) {
     Flight& flight = flights.emplace_back();
     flight.name = name;
-    const auto path = make_standard_path(name, ground, view.scene().terrain().box(), options.frames);
+    const auto path = make_standard_path(name, ground, view.scene().world().box(), options.frames);
     if (std::string error = view.place(path, flight.cameras); !error.empty()) return error;
   }
   return {};
@@ -169,7 +169,7 @@ class Measure {
   std::string time_flights() {
     if (std::string error = open(options_.scene); !error.empty()) return error;
     if (std::string error = make_flights(*view_, options_, flights_); !error.empty()) return error;
-    result_.world = view_->scene().terrain().info().name;
+    result_.world = view_->scene().world().info().name;
     result_.renderer = view_->scene().renderer().caps().renderer;
     result_.width = options_.scene.width;
     result_.height = options_.scene.height;

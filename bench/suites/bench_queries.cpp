@@ -18,7 +18,7 @@
 #include "app/common/arguments.h"
 #include "app/common/status_text.h"
 #include "terrain/query/query.h"
-#include "terrain/world/terrain.h"
+#include "terrain/world/terrain_parts.h"
 
 namespace karst::bench {
 namespace {
@@ -70,9 +70,9 @@ struct Rays {
 
 class QuerySuite {
  public:
-  QuerySuite(const Terrain& terrain, Query& query, const QuerySuiteOptions& options)
-      : terrain_(terrain), query_(query), options_(options), clock_ns_(clock_cost()) {
-    const LatticeBox box = terrain.box();
+  QuerySuite(const World& world, Query& query, const QuerySuiteOptions& options)
+      : world_(world), query_(query), options_(options), clock_ns_(clock_cost()) {
+    const LatticeBox box = world.box();
     low_ = glm::dvec3(box.min) / double{kStepsPerVoxel};
     high_ = glm::dvec3(box.max) / double{kStepsPerVoxel};
   }
@@ -94,15 +94,15 @@ class QuerySuite {
               [&](std::size_t n) { query_.column(places[n], Wait::for_file, column); });
     time_each("inside", places.size(),
               [&](std::size_t n) { inside_ += query_.inside(places[n], Wait::for_file); });
-    const double radius = 0.5 / terrain_.info().voxel_size_m;
+    const double radius = 0.5 / world_.info().voxel_size_m;
     time_each("sphere of 0.5 m, 20 m of way", places.size(), [&](std::size_t n) {
       const glm::dvec3 way =
-          glm::normalize(random.to[n] - random.from[n]) * 20.0 / terrain_.info().voxel_size_m;
+          glm::normalize(random.to[n] - random.from[n]) * 20.0 / world_.info().voxel_size_m;
       query_.sphere(places[n], places[n] + way, radius, Wait::for_file, hit);
     });
     PickedVoxel picked;
     time_each("pick of a voxel", places.size(), [&](std::size_t n) {
-      pick_voxel(terrain_.octree(), random.from[n], random.to[n], terrain_.octree().depth(), picked);
+      pick_voxel(world_.octree(), random.from[n], random.to[n], world_.octree().depth(), picked);
     });
   }
 
@@ -118,7 +118,7 @@ class QuerySuite {
   Rays sensor_rays() {
     Rays rays;
     Random random(1);
-    const double reach = 120.0 / terrain_.info().voxel_size_m;
+    const double reach = 120.0 / world_.info().voxel_size_m;
     constexpr std::uint32_t kPlaces = 16;
     constexpr std::uint32_t kBeams = 64;
     const std::uint32_t turns = std::max(1u, options_.rays / (kPlaces * kBeams));
@@ -126,7 +126,7 @@ class QuerySuite {
       QueryHit ground;
       while (!query_.ground(high(random.in(low_, high_)), 1.0, Wait::for_file, ground)) {
       }
-      const glm::dvec3 eye = ground.place + glm::dvec3(0, 2.0 / terrain_.info().voxel_size_m, 0);
+      const glm::dvec3 eye = ground.place + glm::dvec3(0, 2.0 / world_.info().voxel_size_m, 0);
       for (std::uint32_t turn = 0; turn < turns; ++turn) {
         const double yaw = 6.283185307179586 * turn / turns;
         for (std::uint32_t beam = 0; beam < kBeams; ++beam) {
@@ -184,7 +184,7 @@ class QuerySuite {
   }
 
   void time_wheels(const std::vector<glm::dvec3>& places) {
-    const double base = 1.25 / terrain_.info().voxel_size_m;  // half of a car's wheelbase, about
+    const double base = 1.25 / world_.info().voxel_size_m;  // half of a car's wheelbase, about
     double sum = 0;
     time_each("four wheels and a normal", places.size(), [&](std::size_t n) {
       QueryHit wheel[4];
@@ -216,7 +216,7 @@ class QuerySuite {
     std::printf("%-37s %9.0f ns in the median, %6.0f ns at 99 %%\n", name, median(medians), median(tails));
   }
 
-  const Terrain& terrain_;
+  const World& world_;
   Query& query_;
   const QuerySuiteOptions& options_;
   double clock_ns_;
@@ -241,16 +241,17 @@ int run_query_suite(std::span<const std::byte> file, const QuerySuiteOptions& op
   WorldReader reader;
   if (const Status opened = reader.open(ByteSource::of(file)); !opened.ok()) return fail(opened);
   const WorldInfo& info = reader.info();
-  const Config config = Terrain::config_for(info, info.level);
+  const Config config = World::config_for(info, info.level);
   std::vector<std::byte> memory;
-  Terrain terrain;
-  Status status = terrain.create(config, aligned(memory, Terrain::budget(config).cpu_bytes()));
-  if (status.ok()) status = terrain.load(file);
+  TerrainParts parts;
+  Status status = parts.create(config, aligned(memory, terrain_budget(config).cpu_bytes()));
+  if (status.ok()) status = parts.load(file);
   if (!status.ok()) return fail(status);
-  if (terrain.patch_count() == 0) return fail({StatusCode::invalid_argument, "has no surface", "world"});
+  const World& world = parts.world;
+  if (world.patch_count() == 0) return fail({StatusCode::invalid_argument, "has no surface", "world"});
   Query::Limits limits;
   limits.level = options.level;
-  limits.patches = options.patches == 0 ? terrain.patch_count() : options.patches;
+  limits.patches = options.patches == 0 ? world.patch_count() : options.patches;
   limits.max_level = std::max(info.level, options.level);
   Budget budget;
   Query::add_to(budget, limits);
@@ -258,12 +259,11 @@ int run_query_suite(std::span<const std::byte> file, const QuerySuiteOptions& op
   Arena arena(aligned(query_memory, budget.cpu_bytes()));
   Query query;
   if (status = query.create(limits, arena); !status.ok()) return fail(status);
-  QueryWorld world{terrain.surface(), terrain.bounds(),   &terrain.tree(),
-                   terrain.heights(), info.height_blocks, {}};
-  if (status = query.set_world(world); !status.ok()) return fail(status);
-  std::printf("%s: %u patches; level %d, %u of them kept in %zu bytes\n", info.name, terrain.patch_count(),
+  QueryWorld asked{world.surface(), world.bounds(), &world.tree(), world.heights(), info.height_blocks, {}};
+  if (status = query.set_world(asked); !status.ok()) return fail(status);
+  std::printf("%s: %u patches; level %d, %u of them kept in %zu bytes\n", info.name, world.patch_count(),
               query.level(), limits.patches, budget.cpu_bytes());
-  QuerySuite(terrain, query, options).run();
+  QuerySuite(world, query, options).run();
   return kExitOk;
 }
 

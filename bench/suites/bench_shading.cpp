@@ -94,7 +94,7 @@ class Suite {
     const GroundHeights ground = main_.view->ground();
     for (const std::string_view flight : kFlights) {
       const auto path =
-          make_standard_path(flight, ground, main_.view->scene().terrain().box(), options_.frames);
+          make_standard_path(flight, ground, main_.view->scene().world().box(), options_.frames);
       std::vector<Camera> cameras;
       if (std::string error = main_.view->place(path, cameras); !error.empty()) return error;
       cameras_.insert(cameras_.end(), cameras.begin(), cameras.end());
@@ -225,7 +225,7 @@ class Suite {
   }
 
   std::string compare_lamps(ShadingReport& report) {
-    const std::size_t count = main_.view->scene().terrain().lights().size();
+    const std::size_t count = main_.view->scene().world().lights().size();
     if (count == 0) return {};
     Way off{&main_, {}};
     off.switches.lamps = false;
@@ -269,8 +269,8 @@ class Suite {
   std::string check_world(const SceneOptions& against, TextureComparison& textures) const {
     Scene scene;
     if (std::string error = scene.load(against); !error.empty()) return error;
-    const Terrain& a = main_.view->scene().terrain();
-    const Terrain& b = scene.terrain();
+    const World& a = main_.view->scene().world();
+    const World& b = scene.world();
     if (a.info().extent != b.info().extent || a.patch_count() != b.patch_count())
       return against.world + ": is not " + options_.scene.world + " baked another way";
     const std::string error = compare_textures(a, b, textures);

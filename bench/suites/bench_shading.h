@@ -69,7 +69,7 @@ void print_shading(const ShadingReport& report);
 std::string shading_json(const ShadingReport& report);
 
 // Empty on success; textures of both, which must have as many materials of the same size.
-[[nodiscard]] std::string compare_textures(const Terrain& on, const Terrain& off, TextureComparison& result);
+[[nodiscard]] std::string compare_textures(const World& on, const World& off, TextureComparison& result);
 
 // Returns the exit code; errors go to stderr.
 int run_shading_suite(const ShadingSuiteOptions& options);

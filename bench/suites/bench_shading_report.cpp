@@ -17,13 +17,13 @@ const char* format_name(TextureFormat format) {
 }
 
 // The finest level of a layer, as bytes of 4 channels.
-std::string read_layer(const Terrain& terrain, TextureArray array, std::uint32_t layer,
+std::string read_layer(const World& world, TextureArray array, std::uint32_t layer,
                        std::vector<std::uint8_t>& rgba) {
-  const MaterialSet& set = terrain.materials();
+  const MaterialSet& set = world.materials();
   rgba.resize(std::size_t{set.side} * set.side * 4);
   std::vector<std::uint8_t> bytes(texture_image_bytes(set.format, set.side, 0));
   Status status =
-      terrain.read_textures(array, 0, layer, 1, std::as_writable_bytes(std::span<std::uint8_t>(bytes)));
+      world.read_textures(array, 0, layer, 1, std::as_writable_bytes(std::span<std::uint8_t>(bytes)));
   if (!status.ok()) return status_text("textures", status);
   if (set.format == TextureFormat::rgba8) {
     rgba = bytes;
@@ -46,7 +46,7 @@ struct SquaredErrors {
   }
 };
 
-std::string compare_arrays(const Terrain& on, const Terrain& off, TextureArray array, SquaredErrors& errors) {
+std::string compare_arrays(const World& on, const World& off, TextureArray array, SquaredErrors& errors) {
   std::vector<std::uint8_t> a, b;
   for (std::uint32_t layer = 0; layer < on.materials().count; ++layer) {
     std::string error = read_layer(on, array, layer, a);
@@ -101,7 +101,7 @@ void write_rows(JsonWriter& json, const ShadingReport& report, const char* key,
 
 }  // namespace
 
-std::string compare_textures(const Terrain& on, const Terrain& off, TextureComparison& result) {
+std::string compare_textures(const World& on, const World& off, TextureComparison& result) {
   const MaterialSet& a = on.materials();
   const MaterialSet& b = off.materials();
   if (a.count == 0 || a.count != b.count || a.side != b.side)

@@ -74,7 +74,7 @@ std::string measure(const ShadowSuiteOptions& options) {
   BenchView view;
   if (std::string error = view.open(options.scene, options.look); !error.empty()) return error;
   const GroundHeights ground = view.ground();
-  const LatticeBox box = view.scene().terrain().box();
+  const LatticeBox box = view.scene().world().box();
   const int maps = options.scene.shadows.count;
   std::printf("a frame    maps drawn  triangles in maps          ms, median             ms, mean\n");
   for (const std::string_view name : {"oblique", "low"}) {

@@ -23,7 +23,8 @@ bool inside(std::int64_t value, std::int64_t least, std::int64_t most) {
 Status RendererSettings::validate() const {
   if (!inside(vertex_pages, 1, kMostPages))
     return invalid("not within its range", "vertex_pages", vertex_pages);
-  if (!inside(morph_rows, 1, kMostPages)) return invalid("not within its range", "morph_rows", morph_rows);
+  if (!inside(morph_rows, 1, kMostViews * kMostPages))
+    return invalid("not within its range", "morph_rows", morph_rows);
   if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
     return invalid("not within its range", "stream_indices", stream_indices);
   }

@@ -20,8 +20,9 @@ enum class Show : std::uint8_t {
 };
 
 struct RendererSettings {
-  std::uint32_t vertex_pages = 0;    // Config::gpu_vertex_pages, 1..kMostPages
-  std::uint32_t morph_rows = 0;      // rows of thresholds, 1..kMostPages
+  std::uint32_t vertex_pages = 0;  // Config::gpu_vertex_pages, 1..kMostPages
+  // Rows of thresholds: Config::max_views x max_resident_patches, 1..kMostViews x kMostPages.
+  std::uint32_t morph_rows = 0;
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
   // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or

@@ -30,6 +30,7 @@ struct ViewInput {
   Camera camera;
   FrameLight light;
   float least_cos2 = 1.0f;                      // ErrorScale's, which the morph rows were made for
+  std::uint32_t first_morph_row = 0;            // of the view's thresholds; a page's texel counts from it
   std::span<const DrawItem> items;              // of a valid draw list; may be empty
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items needs, PatchShading::needs
   PixelSkips skips;
@@ -68,6 +69,7 @@ struct DrawTarget {
 // What is drawn into a shadow map. items, pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
+  std::uint32_t first_morph_row = 0;
   std::span<const DrawItem> items;
   PageTable pages;
   std::span<const std::uint16_t> index_table;

@@ -22,7 +22,8 @@ Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings,
                        int index, const CascadeInput& input, FrameCounts& counts) {
   const Gl& gl = device.gl;
   device.push_group("shadow");
-  const shader::FrameBlock block = make_cascade_block(input.cascade);
+  shader::FrameBlock block = make_cascade_block(input.cascade);
+  block.first_rows.x = static_cast<int>(input.first_morph_row);
   use_block(device, nth(Object::cascade_block_0, index), KARST_BINDING_FRAME, as_bytes(block));
   gl.BindFramebuffer(GL_FRAMEBUFFER, name_of(device, nth(Object::shadow_target_0, index)));
   DrawState state;

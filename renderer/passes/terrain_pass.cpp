@@ -40,6 +40,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   const int upright_height = on_its_side ? target.viewport.width : target.viewport.height;
   shader::FrameBlock block =
       make_frame_block(input.camera, input.least_cos2, input.light, settings.extent, upright_height);
+  block.first_rows.x = static_cast<int>(input.first_morph_row);
   turn_frame_block(block, input.quarter_turns);
   block.view_scale.w = target.linear ? 1.0f : 0.0f;
   if (target.depth_zero_to_one) {

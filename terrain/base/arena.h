@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A bump arena over bytes that the caller owns. Open while a Terrain is created, frozen ever after: a frozen
+// A bump arena over bytes that the caller owns. Open while its users are created, frozen ever after: a frozen
 // arena hands out nothing. Every block is counted against the consumer that asked for it.
 // Nothing is returned to the arena; consumers that reuse memory keep pools inside their own blocks.
 #pragma once

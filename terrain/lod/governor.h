@@ -45,7 +45,8 @@ class Governor {
   Load load_;
   State state_;
   float scale_ = 1;
-  float too_small_ = 0;  // largest scale that was too small for these eyes
+  float too_small_ = 0;   // largest scale that was too small for these eyes
+  bool settled_ = false;  // adjust() found nothing better for the last load
 };
 
 }  // namespace karst::core

@@ -171,6 +171,8 @@ struct LodEye {
   glm::vec3 eye{0.0f};  // lattice steps from the octree's minimum corner
   glm::vec3 forward{0.0f, 0.0f, -1.0f};
   float least_cos2 = 1;
+
+  friend bool operator==(const LodEye&, const LodEye&) = default;
 };
 LodEye make_lod_eye(const Camera& camera, float least_cos2);
 

@@ -130,18 +130,18 @@ class Residency {
   // What the last select() of all views looked at, to tell whether anything moved.
   struct Seen {
     LodEye eye;
-    ErrorScale optics;  // at error_px as it was asked for
+    float pixels = 0;  // ErrorScale's
     double error_px = 0;
     double weight = 0;
     int top_level = 0;
-    bool operator==(const Seen&) const = default;
+    friend bool operator==(const Seen&, const Seen&) = default;
   };
 
   Status find_shading();
-  Status begin_views(std::span<const ViewRequest> requests);
-  Status fill_thresholds();
-  float least_weight() const;
-  Governor::Load add_up();
+  Status begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests);
+  Status fill_thresholds(std::span<ViewState> views);
+  bool stand_still();
+  std::uint32_t count_pages(std::uint32_t& seen);
   void govern();
   void fill_curve(DemandCurve& curve) const;
   Status hold_heights(PatchId patch, int level);
@@ -160,7 +160,7 @@ class Residency {
   Governor governor_;
   std::span<ViewState> views_;  // of the last select()
   std::array<Seen, kMostViews> seen_{};
-  std::size_t seen_count_ = 0;
+  double least_weight_ = 1;
   Turns turns_;
 };
 

@@ -87,8 +87,14 @@ class ViewState {
   void order_lacking(const ResidentPool& pool);
   bool lacking_is_ordered() const { return lacking_is_heap_; }
   const LackingPatch* most_urgent() const { return lacking_count_ == 0 ? nullptr : blocks_.lacking.data(); }
-  void pop_lacking();
+  // Takes the most urgent one out, and returns it.
+  LackingPatch pop_lacking();
   void clear_lacking() { lacking_count_ = 0; }
+  // Lists nothing.
+  void clear() {
+    selection_ = {};
+    lacking_count_ = 0;
+  }
 
  private:
   struct Blocks {

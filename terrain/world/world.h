@@ -170,6 +170,7 @@ class World {
   HeightCache cache_;
   BoundsTree tree_;
   Occluders occluders_;
+  bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };
 
 }  // namespace karst::core

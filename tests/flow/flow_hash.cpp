@@ -11,7 +11,7 @@
 #include "terrain/draw/index_batches.h"
 #include "terrain/patch/fit_heights.h"
 #include "terrain/view/camera.h"
-#include "terrain/world/terrain.h"
+#include "terrain/world/terrain_parts.h"
 #include "tests/support/test_world.h"
 
 namespace karst::core {
@@ -79,19 +79,21 @@ bool run() {
   const std::vector<std::byte> file = world.file();
   print("file", std::span<const std::byte>(file));
 
-  const Config config = Terrain::config_for(world.info(), kLevel);
-  const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
-  Terrain terrain;
-  if (!terrain.create(config, memory.bytes()).ok() || !terrain.load(file).ok()) return false;
-  print("index_table", terrain.index_table());
+  const Config config = World::config_for(world.info(), kLevel);
+  const test::AlignedBytes memory(terrain_budget(config).cpu_bytes());
+  TerrainParts parts;
+  if (!parts.create(config, memory.bytes()).ok() || !parts.load(file).ok()) return false;
+  const World& loaded = parts.world;
+  Residency& residency = parts.residency;
+  print("index_table", loaded.index_table());
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(kLevel)));
   std::uint32_t crc = 0;
-  for (PatchId p = 0; p < terrain.patch_count(); ++p) {
-    if (!terrain.generate(p, kLevel, kLevel, vertices).ok()) return false;
+  for (PatchId p = 0; p < loaded.patch_count(); ++p) {
+    if (!residency.generate(p, kLevel, kLevel, vertices).ok()) return false;
     crc = crc32c(std::as_bytes(std::span<const GpuVertex>(vertices)), crc);
   }
   std::printf("vertices %08x\n", crc);
-  print("bounds", terrain.bounds());
+  print("bounds", loaded.bounds());
 
   CameraSettings settings;
   settings.position = {3, 18, 27};
@@ -99,21 +101,21 @@ bool run() {
   settings.pitch_deg = -20;
   Camera camera;
   if (!make_camera(settings, camera).ok()) return false;
-  TerrainView view;
-  view.camera = &camera;
-  Terrain::Selection selection;
-  terrain.begin_frame();
-  if (!terrain.select(view, selection).ok()) return false;
+  ViewRequest request;
+  request.camera = &camera;
+  const auto select = [&] { return residency.select(parts.views_of(1), std::span(&request, 1)); };
+  residency.begin_frame();
+  if (!select().ok()) return false;
   PatchUpload upload;
   Status status;
   std::uint32_t uploads = 0;
-  while (terrain.generate_next(true, upload, status))
+  while (residency.generate_next(true, upload, status))
     uploads = crc32c(std::as_bytes(upload.vertices), uploads);
   std::printf("uploads %08x\n", uploads);
-  print("morph_rows", terrain.take_morph_rows().halves);
-  if (!status.ok() || !terrain.select(view, selection).ok()) return false;
-  print("levels", terrain.levels());
-  print("draw_list", terrain.items());
+  print("morph_rows", residency.take_morph_rows().halves);
+  if (!status.ok() || !select().ok()) return false;
+  print("levels", parts.views[0].levels());
+  print("draw_list", parts.views[0].items());
   return true;
 }
 

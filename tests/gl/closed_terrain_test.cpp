@@ -133,7 +133,7 @@ TEST(ClosedTerrain, NoPixelLooksThrough) {
       ++drawn;
       triangles += counts.triangles;
       capped += world.selection.lod.capped > 0 ? 1 : 0;
-      pool_full += world.selection.pool_full ? 1 : 0;
+      pool_full += world.pool.pool_full ? 1 : 0;
       occluded += world.selection.list.culled_occluded;
     }
     EXPECT_EQ(world.target().take_error(), static_cast<GLenum>(GL_NO_ERROR)) << world.renderer().message();

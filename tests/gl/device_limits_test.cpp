@@ -39,7 +39,7 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = 0; }},
       {"vertex_pages", [](RendererSettings& s) { s.vertex_pages = kMostPages + 1; }},
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = 0; }},
-      {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostPages + 1; }},
+      {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostViews * kMostPages + 1; }},
       {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
       {"cascades", [](RendererSettings& s) { s.cascades = 4; }},
       {"air_blocks", [](RendererSettings& s) { s.air_blocks = 9; }},

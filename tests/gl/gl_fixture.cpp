@@ -50,29 +50,29 @@ Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages) {
   WorldReader reader;
   const Status status = reader.open(ByteSource::of(file));
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
-  return Terrain::config_for(reader.info(), reader.info().level, detail_pages);
+  return World::config_for(reader.info(), reader.info().level, detail_pages);
 }
 
 }  // namespace
 
 DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSettings settings,
                        std::uint32_t detail_pages)
-    : memory_(Terrain::budget(config_of(file, detail_pages)).cpu_bytes()) {
+    : memory_(terrain_budget(config_of(file, detail_pages)).cpu_bytes()) {
   const Config config = config_of(file, detail_pages);
-  EXPECT_TRUE(terrain_.create(config, memory_.bytes()).ok());
-  const Status loaded = terrain_.load(file);
+  EXPECT_TRUE(parts_.create(config, memory_.bytes()).ok());
+  const Status loaded = parts_.load(file);
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
   settings.vertex_pages = config.gpu_vertex_pages;
   settings.morph_rows = config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
-  settings.extent = terrain_.info().extent;
+  settings.extent = world().info().extent;
   if (settings.loader.load == nullptr) settings.loader = GlContext::get().loader();
   const Status made = target_.create(settings.loader, settings.picture);
   EXPECT_TRUE(made.ok()) << made.what() << ' ' << made.field();
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
-  renderer_.upload_sky_line(terrain_.octree());
+  renderer_.upload_sky_line(world().octree());
   upload_first(detail_pages == kMostPages);
   lod.max_level = level();
   lod.resident_level = level();
@@ -80,49 +80,57 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSetti
   lod.distance_voxels = 30;
 }
 
+Status DrawnWorld::select(const ViewRequest& request) {
+  const Status status = residency().select(parts_.views_of(1), std::span(&request, 1));
+  selection = view().selection();
+  pool = residency().governor();
+  return status;
+}
+
 void DrawnWorld::upload_first(bool all) {
   Camera camera;
   EXPECT_TRUE(make_camera(CameraSettings(), camera).ok());
-  TerrainView view;
-  view.camera = &camera;
-  view.lod.mode = LodMode::full;
-  view.lod.max_level = view.lod.resident_level = all ? level() : std::min(level(), 2);
-  view.frustum_culling = view.backface_culling = view.occlusion_culling = false;
-  terrain_.begin_frame();
-  EXPECT_TRUE(terrain_.select(view, selection).ok());
+  ViewRequest request;
+  request.camera = &camera;
+  request.lod.mode = LodMode::full;
+  request.lod.max_level = request.lod.resident_level = all ? level() : std::min(level(), 2);
+  request.frustum_culling = request.backface_culling = request.occlusion_culling = false;
+  residency().begin_frame();
+  EXPECT_TRUE(select(request).ok());
   for (bool made = true; made;) EXPECT_TRUE(upload_next(made).ok());
-  EXPECT_EQ(terrain_.pool().resident(), terrain_.patch_count());
+  EXPECT_EQ(residency().pool().resident(), world().patch_count());
 }
 
 Status DrawnWorld::upload_next(bool& made) {
   PatchUpload upload;
   Status status;
-  made = terrain_.generate_next(false, upload, status);
+  made = residency().generate_next(false, upload, status);
   if (!made) return status;
-  return renderer_.upload_vertices(terrain_.pages(), upload.patch,
+  return renderer_.upload_vertices(residency().pages(), upload.patch,
                                    static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
                                    upload.origin, upload.row);
 }
 
 Status DrawnWorld::prepare(const CameraSettings& settings, ViewInput& input) {
   if (const Status status = make_camera(settings, input.camera); !status.ok()) return status;
-  TerrainView view;
-  view.camera = &input.camera;
-  view.lod = lod;
-  view.width_px = target_.settings().width;
-  view.height_px = target_.settings().height;
-  terrain_.begin_frame();
-  if (const Status status = terrain_.select(view, selection); !status.ok()) return status;
-  const MorphRows rows = terrain_.take_morph_rows();
-  if (!rows.halves.empty()) {
+  ViewRequest request;
+  request.camera = &input.camera;
+  request.lod = lod;
+  request.width_px = target_.settings().width;
+  request.height_px = target_.settings().height;
+  residency().begin_frame();
+  if (const Status status = select(request); !status.ok()) return status;
+  for (MorphRows rows = residency().take_morph_rows(); !rows.halves.empty();
+       rows = residency().take_morph_rows()) {
     if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
       return status;
   }
   input.light = light;
-  input.least_cos2 = terrain_.error_scale().least_cos2;
-  input.items = terrain_.items();
-  input.pages = terrain_.pages();
-  input.index_table = terrain_.index_table();
+  input.least_cos2 = view().error_scale().least_cos2;
+  input.first_morph_row = residency().first_morph_row(view());
+  input.items = view().items();
+  input.pages = residency().pages();
+  input.index_table = world().index_table();
   input.max_level = level();
   return {};
 }

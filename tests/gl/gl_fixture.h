@@ -13,7 +13,7 @@
 #include "app/common/picture_target.h"
 #include "platform/display.h"
 #include "renderer/renderer.h"
-#include "terrain/world/terrain.h"
+#include "terrain/world/terrain_parts.h"
 #include "tests/support/test_world.h"
 
 namespace karst::test {
@@ -66,13 +66,13 @@ struct DrawnSettings : RendererSettings {
   GlLoader loader;  // of the target; empty: GlContext's
 };
 
-// A world in a Terrain, ready to draw: with room for all of it, all patches uploaded at the full level; else
+// A world, ready to draw: with room for all of it, all patches uploaded at the full level; else
 // at the base level, and more when frames ask for it.
 class DrawnWorld {
  public:
-  // settings: vertex_pages, morph_rows, stream_indices (0: as many as the terrain's config says) and extent
+  // settings: vertex_pages, morph_rows, stream_indices (0: as many as the config says) and extent
   // are filled in.
-  // detail_pages: Terrain::config_for.
+  // detail_pages: World::config_for.
   DrawnWorld(const TestWorld& world, const Gl& gl, DrawnSettings settings,
              std::uint32_t detail_pages = kMostPages)
       : DrawnWorld(std::span<const std::byte>(world.file()), gl, settings, detail_pages) {}
@@ -88,12 +88,16 @@ class DrawnWorld {
   Status draw(const CameraSettings& camera, FrameCounts* counts = nullptr);
   Picture picture();
 
-  Terrain& terrain() { return terrain_; }
+  World& world() { return parts_.world; }
+  Residency& residency() { return parts_.residency; }
+  ShadowCasters& casters() { return parts_.casters; }
+  ViewState& view() { return parts_.views[0]; }
   core::Renderer& renderer() { return renderer_; }
   app::PictureTarget& target() { return target_; }
-  PageTable pages() { return terrain_.pages(); }
-  int level() const { return terrain_.info().level; }
-  Terrain::Selection selection;  // of the last frame
+  PageTable pages() { return parts_.residency.pages(); }
+  int level() const { return parts_.world.info().level; }
+  ViewState::Selection selection;  // of the last frame
+  Governor::State pool;
   // Of the last frame; changes made here hold for the next.
   FrameLight light;
   LodSettings lod;
@@ -101,11 +105,12 @@ class DrawnWorld {
   int patches_a_frame = 0;
 
  private:
+  Status select(const ViewRequest& request);
   void upload_first(bool all);
   Status upload_next(bool& made);
 
   AlignedBytes memory_;
-  Terrain terrain_;
+  TerrainParts parts_;
   app::PictureTarget target_;
   core::Renderer renderer_;
 };

@@ -278,7 +278,7 @@ TEST(Renderer, PagesMayLieAnywhere) {
   for (PatchId p = 0; p < patches; ++p) {
     ASSERT_TRUE(upload(p, 0, p % 4 == 0 ? 1 : 2));
     std::array<std::uint16_t, kMorphRow> row;
-    make_morph_row(surface, usual.terrain().lods(), p, row);
+    make_morph_row(surface, usual.residency().thresholds().lods(usual.view().threshold_set()), p, row);
     ASSERT_TRUE(renderer.upload_morph_rows(row_of(p), row).ok());
   }
   input.pages = pages.table();

@@ -49,18 +49,19 @@ struct Triangles::Ray {
   double beyond;
 };
 
-Triangles::Triangles(Terrain& terrain) : tree_(&terrain.tree()) {
-  const int level = terrain.info().level;
+Triangles::Triangles(DrawnWorld& drawn) : tree_(&drawn.world().tree()) {
+  const World& world = drawn.world();
+  const int level = world.info().level;
   const auto a_patch = static_cast<std::size_t>(patch_vertices(level));
   IndexRange ranges[kMaxIndexRanges];
   EXPECT_EQ(index_ranges(level, 0, 0, ranges), 1);
-  const auto table = terrain.index_table().subspan(ranges[0].first, ranges[0].count);
+  const auto table = world.index_table().subspan(ranges[0].first, ranges[0].count);
   table_.assign(table.begin(), table.end());
   chunks_a_patch_ = (ranges[0].count + kChunkIndices - 1) / kChunkIndices;
   std::vector<GpuVertex> vertices(a_patch);
-  const Surface surface = terrain.surface();
-  for (PatchId p = 0; p < terrain.patch_count(); ++p) {
-    EXPECT_TRUE(terrain.generate(p, level, level, vertices).ok());
+  const Surface surface = world.surface();
+  for (PatchId p = 0; p < world.patch_count(); ++p) {
+    EXPECT_TRUE(drawn.residency().generate(p, level, level, vertices).ok());
     const auto first_vertex = static_cast<std::uint32_t>(vertices_.size());
     const glm::ivec3 origin = patch_origin(surface.volume_of(p));
     for (const GpuVertex& v : vertices) {
@@ -156,7 +157,7 @@ void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
   ASSERT_TRUE(drawn.prepare(settings, input).ok());
   fit.camera = &input.camera;
   fit.to_sun = sun_direction(drawn.light);
-  fit.world = drawn.terrain().box();
+  fit.world = drawn.world().box();
   fit.light = &light;
   fit.cascades = cascades;
   ASSERT_TRUE(fit.validate().ok());
@@ -168,8 +169,12 @@ void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
   for (int n = 0; n < fit.settings.count; ++n) {
     CascadeInput cascade;
     cascade.cascade = cascades[n];
-    Terrain::Casters casters;
-    ASSERT_TRUE(drawn.terrain().select_casters(cascade.cascade, error_texels, casters).ok());
+    ShadowCasters::Result casters;
+    ASSERT_TRUE(
+        drawn.casters()
+            .select(drawn.world(), drawn.residency(), drawn.view(), cascade.cascade, error_texels, casters)
+            .ok());
+    cascade.first_morph_row = input.first_morph_row;
     EXPECT_EQ(casters.lacking, 0u);
     hashes[n] = casters.hash;
     caster_triangles += casters.triangles;

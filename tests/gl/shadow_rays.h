@@ -14,10 +14,10 @@ namespace karst::test {
 // how much it faces the sun (green); blue is the sky.
 Gl showing_shadows();
 
-// A terrain's triangles at its full level, voxels.
+// A world's triangles at its full level, voxels.
 class Triangles {
  public:
-  explicit Triangles(Terrain& terrain);
+  explicit Triangles(DrawnWorld& drawn);
 
   // Distance along a ray (unit length) to the first triangle that is further than `beyond`; negative where
   // there is none.
@@ -61,7 +61,7 @@ class ShadowedWorld {
   LightSpace light;
   Cascade cascades[kMostCascades];
   double error_texels = 1;                   // of casters
-  std::uint64_t hashes[kMostCascades] = {};  // Terrain::Casters
+  std::uint64_t hashes[kMostCascades] = {};  // ShadowCasters::Result
   std::uint64_t caster_triangles = 0;        // of the last frame
 };
 

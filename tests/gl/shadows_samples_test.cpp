@@ -29,10 +29,10 @@ CameraSettings camera_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
 }
 
 // Two from above, one on the ground, and one between a roof and the ground below it where there is one.
-std::vector<CameraSettings> cameras_of(const Terrain& terrain, const Triangles& triangles) {
+std::vector<CameraSettings> cameras_of(const World& world, const Triangles& triangles) {
   const double unit = kStepsPerVoxel;
-  const glm::dvec3 low = glm::dvec3(terrain.box().min) / unit;
-  const glm::dvec3 size = glm::dvec3(terrain.box().max) / unit - low;
+  const glm::dvec3 low = glm::dvec3(world.box().min) / unit;
+  const glm::dvec3 size = glm::dvec3(world.box().max) / unit - low;
   const auto at = [&](double x, double y, double z) { return low + size * glm::dvec3(x, y, z); };
   std::vector<CameraSettings> cameras = {camera_at(at(0.5, 1.15, 0.98), 0, -35),
                                          camera_at(at(0.15, 0.95, 0.2), -130, -25)};
@@ -68,8 +68,8 @@ TEST_P(ShadowsOfSamples, AgreeWithRaysOnTheCpu) {
   settings.debug = true;
   settings.cascades = CascadeSettings().count;
   ShadowedWorld world(std::as_bytes(std::span(file)), test::showing_shadows(), settings);
-  const Triangles triangles(world.drawn.terrain());
-  const std::vector<CameraSettings> cameras = cameras_of(world.drawn.terrain(), triangles);
+  const Triangles triangles(world.drawn);
+  const std::vector<CameraSettings> cameras = cameras_of(world.drawn.world(), triangles);
   Tally all;
   for (const double elevation : {15.0, 35.0, 65.0}) {
     Tally tally;

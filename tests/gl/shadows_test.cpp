@@ -62,7 +62,7 @@ TEST(Shadows, AgreeWithRaysOnTheCpu) {
       settings.shadow_size = size;
       settings.shadow_bits = bits;
       ShadowedWorld shadowed(world, showing_shadows(), settings);
-      const Triangles triangles(shadowed.drawn.terrain());
+      const Triangles triangles(shadowed.drawn);
       Tally tally;
       for (const double azimuth : {40.0, 205.0, 290.0}) {
         for (const double elevation : {20.0, 50.0}) {
@@ -129,7 +129,7 @@ TEST(Shadows, BeginAtTheFootOfWhatCasts) {
     settings.shadow_size = 512;
     ShadowedWorld world(field, showing_shadows(), settings);
     world.fit.settings.reach_voxels = 256;
-    const Triangles triangles(world.drawn.terrain());
+    const Triangles triangles(world.drawn);
     for (const double elevation : {15.0, 20.0, 30.0, 45.0, 60.0, 75.0}) {
       double gap = 0;
       for (const double azimuth : {270.0, 240.0, 305.0}) {

@@ -310,7 +310,6 @@ const Exceptions& circles() {
 
 const Exceptions& large_classes() {
   static const Exceptions kList = {
-      {"Terrain", 53, "all stages' memory"},
   };
   return kList;
 }

@@ -9,6 +9,7 @@
 
 #include "terrain/base/budget.h"
 #include "tests/support/heap_count.h"
+#include "tests/support/loaded_parts.h"
 #include "tests/support/query_world.h"
 
 namespace karst::core {

@@ -3,7 +3,7 @@
 #include "terrain/shading/materials.h"
 
 #include "terrain/file/world_reader.h"
-#include "terrain/world/terrain.h"
+#include "tests/support/loaded_parts.h"
 #include "tests/support/test_world.h"
 #include "tests/support/world_bytes.h"
 
@@ -296,7 +296,7 @@ TEST(Materials, ASectionThatIsMissingIsNamed) {
   EXPECT_TRUE(without("LGTS").ok());
 }
 
-TEST(Materials, ATerrainHandsThemOut) {
+TEST(Materials, AWorldHandsThemOut) {
   const test::TestWorld shape =
       test::TestWorld({8, 6, 8}, [](glm::ivec3 v) { return v.y < 2 + (v.x + v.z) % 2; });
   const WorldInfo info = shape.info();
@@ -314,29 +314,28 @@ TEST(Materials, ATerrainHandsThemOut) {
   std::vector<std::byte> file;
   ASSERT_TRUE(write_world({info, &shape.octree(), read_patches(plain), materials}, file).ok());
 
-  const Config config = Terrain::config_for(info, info.level);
-  const test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
-  Terrain terrain;
-  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
-  EXPECT_EQ(terrain.materials().count, 0u);
-  const Status status = terrain.load(file);
+  const Config config = World::config_for(info, info.level);
+  test::LoadedParts parts(config);
+  World& world = parts.world;
+  EXPECT_EQ(world.materials().count, 0u);
+  const Status status = world.load(file);
   ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
-  EXPECT_EQ(terrain.materials().count, 2u);
-  EXPECT_STREQ(terrain.materials().materials[1].name, "two");
-  ASSERT_EQ(terrain.lights().size(), 1u);
-  EXPECT_EQ(terrain.lights()[0].radius, 4);
-  EXPECT_TRUE(same_bytes(terrain.material_overrides(), overrides));
+  EXPECT_EQ(world.materials().count, 2u);
+  EXPECT_STREQ(world.materials().materials[1].name, "two");
+  ASSERT_EQ(world.lights().size(), 1u);
+  EXPECT_EQ(world.lights()[0].radius, 4);
+  EXPECT_TRUE(same_bytes(world.material_overrides(), overrides));
   std::vector<std::byte> out(2 * texture_image_bytes(set.format, set.side, 0));
-  ASSERT_TRUE(terrain.read_textures(TextureArray::normal_roughness, 0, 0, 2, out).ok());
+  ASSERT_TRUE(world.read_textures(TextureArray::normal_roughness, 0, 0, 2, out).ok());
   EXPECT_EQ(out[9], std::byte{7});
 
   // Loading a world without any leaves none.
-  ASSERT_TRUE(terrain.load(plain).ok());
-  EXPECT_EQ(terrain.materials().count, 0u);
-  EXPECT_TRUE(terrain.lights().empty());
-  EXPECT_TRUE(terrain.material_overrides().empty());
-  ASSERT_FALSE(terrain.load(std::span(file).first(100)).ok());
-  EXPECT_EQ(terrain.materials().count, 0u);
+  ASSERT_TRUE(world.load(plain).ok());
+  EXPECT_EQ(world.materials().count, 0u);
+  EXPECT_TRUE(world.lights().empty());
+  EXPECT_TRUE(world.material_overrides().empty());
+  ASSERT_FALSE(world.load(std::span(file).first(100)).ok());
+  EXPECT_EQ(world.materials().count, 0u);
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ class Bench {
     char log[512];
     Status status = programs_.create(gl_, {}, log);
     EXPECT_TRUE(status.ok());
-    const Surface surface = world_.terrain().surface();
+    const Surface surface = world_.world().surface();
     const std::uint32_t slot = slot_pages(kLevel);
     vertices_.resize(surface.patches.size() * slot * kPageVertices);
     std::vector<GpuVertex> patch(static_cast<std::size_t>(patch_vertices(kLevel)));
@@ -126,7 +126,7 @@ class Bench {
     const PageTable resident = world_.pages();
     pages_ = test::TestPages(surface.patches.size(), world_.renderer().settings().vertex_pages);
     for (PatchId p = 0; p < surface.patches.size(); ++p) {
-      EXPECT_TRUE(world_.terrain().generate(p, kLevel, kLevel, patch).ok());
+      EXPECT_TRUE(world_.residency().generate(p, kLevel, kLevel, patch).ok());
       std::copy(patch.begin(), patch.end(), vertices_.begin() + p * std::ptrdiff_t{slot} * kPageVertices);
       pages_.set(p, p * slot, slot);
       const Volume& v = surface.volume_of(p);
@@ -211,7 +211,7 @@ class Bench {
     stream_indices_ = world_.renderer().settings().stream_indices;
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr{stream_indices_} * 4, nullptr, GL_STREAM_DRAW);
     make_array(tabled_, buffers_[2]);
-    const auto table = world_.terrain().index_table();
+    const auto table = world_.world().index_table();
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(table.size_bytes()), table.data(),
                    GL_STATIC_DRAW);
   }

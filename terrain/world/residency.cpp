@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/world/residency.h"
+
+#include <algorithm>
+#include <new>
+
+#include "terrain/base/check.h"
+
+namespace karst::core {
+namespace {
+
+// Patches a frame that generate_next() looks at beyond what the views lack.
+constexpr std::uint32_t kAheadPatches = 256;
+// Nearer by this factor, a patch is about to be needed: the camera gets there within a second or so.
+constexpr float kAheadDistance = 0.85f;
+
+constexpr std::uint32_t pages_at(int level) {
+  return level <= 0 ? 0 : slot_pages(level);
+}
+
+}  // namespace
+
+void Residency::add_to(Budget& budget, const Config& config) {
+  count_blocks<Blocks>(config, budget);
+  ThresholdSets::add_to(budget, config);
+}
+
+Status Residency::create(const Config& config, Arena& arena) {
+  config_ = config;
+  world_ = nullptr;
+  if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
+  pool_.create(blocks_.pool);
+  return thresholds_.create(config, arena);
+}
+
+Status Residency::attach(World& world) {
+  world_ = &world;
+  lent_ = world.lend();
+  views_ = {};
+  governor_.reset();
+  thresholds_.reset();
+  if (const Status status = find_shading(); !status.ok()) return status;
+  forget();
+  return {};
+}
+
+void Residency::forget() {
+  pool_.reset(world_->patch_count(), world_->base_level());
+  for (ViewState& view : views_) view.clear_lacking();
+  turns_.ahead_left = 0;
+  thresholds_.forget_rows();
+}
+
+Status Residency::set_shading_skips(const ShadingSkips& skips) {
+  if (skips == shading_skips_) return {};
+  shading_skips_ = skips;
+  if (const Status status = find_shading(); !status.ok()) return status;
+  forget();
+  return {};
+}
+
+std::span<const PatchShading> Residency::shading() const {
+  return blocks_.shading.first(world_->patch_count());
+}
+
+// Uses the memory that making vertices needs, and gives it back to that.
+Status Residency::find_shading() {
+  if (world_->patch_count() > 0) {
+    FindPatchShading find;
+    find.surface = world_->surface();
+    find.bounds = world_->bounds();
+    find.cones = world_->shading_cones();
+    find.materials = &world_->materials();
+    find.overrides = world_->material_overrides();
+    find.octree = &world_->octree();
+    find.extent = world_->info().extent;
+    find.lights = world_->lights();
+    find.skips = shading_skips_;
+    find.sky = {std::launder(reinterpret_cast<std::int16_t*>(lent_.scratch.data())),
+                lent_.scratch.size() / sizeof(std::int16_t)};
+    find.out = blocks_.shading.first(world_->patch_count());
+    if (const Status status = find.validate(); !status.ok()) return status;
+    find.run();
+  }
+  patch_scratch_ = make_patch_scratch(lent_.scratch);
+  return {};
+}
+
+// --- Vertices
+
+std::uint64_t Residency::height_groups_read() const {
+  return lent_.cache == nullptr ? 0 : lent_.cache->groups_read();
+}
+
+Status Residency::hold_heights(PatchId patch, int level) {
+  if (lent_.cache == nullptr) return {};
+  GenerateVertices generate;
+  generate.surface = world_->surface();
+  generate.level = level;
+  lent_.cache->begin();
+  Status result;
+  generate.for_each_block(patch, [&](std::uint32_t block) {
+    if (result.ok()) result = lent_.cache->hold(block, world_->height_source());
+  });
+  return result;
+}
+
+Status Residency::generate(PatchId patch, int level, int emit_level, std::span<GpuVertex> out) {
+  KARST_ASSERT(patch < world_->patch_count());
+  KARST_ASSERT(1 <= emit_level && emit_level <= level && level <= world_->info().level);
+  if (const Status status = hold_heights(patch, level); !status.ok()) return status;
+  GenerateVertices generate;
+  generate.surface = world_->surface();
+  generate.heights = lent_.cache == nullptr ? world_->heights() : lent_.cache->heights();
+  generate.level = level;
+  generate.emit_level = emit_level;
+  generate.scratch = patch_scratch_;
+  generate.run(patch, out, nullptr);
+  return {};
+}
+
+bool Residency::make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
+  const int old_level = pool_.level(patch);
+  if (!pool_.raise(patch, level)) return false;
+  status = generate(patch, world_->info().level, level, blocks_.vertices);
+  if (!status.ok()) {
+    pool_.lower(patch, old_level);
+    return false;
+  }
+  const int first = old_level == 0 ? 0 : patch_vertices(old_level);
+  const Volume& volume = world_->surface().volume_of(patch);
+  upload = {patch,
+            pool_.row(patch),
+            first,
+            blocks_.vertices.subspan(static_cast<std::size_t>(first),
+                                     static_cast<std::size_t>(patch_vertices(level) - first)),
+            {volume.corner[0], volume.corner[1], volume.corner[2]},
+            blocks_.shading[patch]};
+  if (old_level == 0) thresholds_.touch(world_->surface(), patch, upload.row);
+  return true;
+}
+
+// --- What to make next
+
+ViewState* Residency::most_urgent_view() {
+  ViewState* best = nullptr;
+  for (ViewState& view : views_) {
+    if (!view.lacking_is_ordered()) view.order_lacking(pool_);
+    const LackingPatch* const top = view.most_urgent();
+    if (top != nullptr && (best == nullptr || less_urgent(*best->most_urgent(), *top))) best = &view;
+  }
+  return best;
+}
+
+bool Residency::generate_next(bool ahead, PatchUpload& upload, Status& status) {
+  status = {};
+  while (ViewState* const view = most_urgent_view()) {
+    const LackingPatch next = view->pop_lacking();
+    // Another view may want it finer: then it is made once.
+    const int wanted = std::max<int>(next.wanted, pool_.needed(next.patch));
+    // Where the whole need finds no room, a part of it may; in a full pool holes get the least that fills
+    // them.
+    const bool least = governor_.state().pool_full && pool_.level(next.patch) == 0;
+    for (int level = least ? std::min(world_->base_level(), wanted) : wanted; level > pool_.level(next.patch);
+         --level) {
+      if (!pool_.make_room(next.patch, level)) continue;
+      if (make_resident(next.patch, level, upload, status)) return true;
+      if (!status.ok()) return false;
+    }
+  }
+  return ahead && generate_ahead(upload, status);
+}
+
+// The level that a patch would have at the pictures' corners and a little nearer; base_level() where details
+// of what is not seen would take the place of what is.
+int Residency::wanted_ahead(PatchId patch) const {
+  const int base = world_->base_level();
+  if (governor_.state().pool_full) return pool_.keeps_base() ? base : 0;
+  int wanted = base;
+  for (const ViewState& view : views_) {
+    if (view.settings().mode != LodMode::error) continue;
+    const PatchLod& lod = thresholds_.lods(view.threshold_set())[patch];
+    wanted = std::max(wanted, level_at(lod, least_apparent_distance(lod, view.eye()) * kAheadDistance));
+  }
+  return wanted;
+}
+
+// Patches get their turn by number. What is out of view wants the level it would have at the picture's
+// corner: turning the camera then finds it ready.
+bool Residency::generate_ahead(PatchUpload& upload, Status& status) {
+  const std::uint32_t spare = pool_.page_count() / 8;
+  for (; turns_.ahead_left > 0; --turns_.ahead_left) {
+    if (turns_.ahead >= world_->patch_count()) turns_.ahead = 0;
+    const PatchId patch = turns_.ahead++;
+    const int wanted = wanted_ahead(patch);
+    const int held = pool_.level(patch);
+    if (wanted <= held) continue;
+    const std::uint32_t pages = pages_at(wanted) - pages_at(held);
+    // A coarse version of everything comes before details of what is not seen yet.
+    if (pages + (wanted > world_->base_level() ? spare : 0) > pool_.free_pages()) continue;
+    if (!make_resident(patch, wanted, upload, status)) {
+      if (!status.ok()) return false;
+      continue;
+    }
+    --turns_.ahead_left;
+    return true;
+  }
+  return false;
+}
+
+bool Residency::generate_base(PatchUpload& upload, Status& status) {
+  status = {};
+  const std::uint32_t patches = world_->patch_count();
+  if (!pool_.keeps_base() || pool_.resident() == patches) return false;
+  for (std::uint32_t looked = 0; looked < patches; ++looked) {
+    if (turns_.base >= patches) turns_.base = 0;
+    const PatchId patch = turns_.base++;
+    if (pool_.level(patch) == 0) return make_resident(patch, world_->base_level(), upload, status);
+  }
+  return false;
+}
+
+// --- A frame
+
+Status Residency::select(std::span<ViewState> views, std::span<const ViewRequest> requests) {
+  views_ = {};
+  if (views.size() != requests.size() || views.size() > config_.max_views) {
+    return {StatusCode::invalid_argument, "not a request a view, or more than max_views", "views",
+            views.size()};
+  }
+  Status limit;
+  Status status = begin_views(views, requests);
+  if (status.ok()) status = fill_thresholds(views);
+  for (ViewState& view : views) {
+    if (!status.ok()) break;
+    status =
+        view.choose(*world_, thresholds_.lods(view.threshold_set()), pool_.levels(), blocks_.list_scratch);
+    if (status.code() != StatusCode::limit_reached) continue;
+    limit = status;
+    status = {};
+  }
+  if (!status.ok()) {
+    for (ViewState& view : views) view.clear();
+    return status;
+  }
+  views_ = views;
+  const bool by_error = std::any_of(views.begin(), views.end(), [](const ViewState& view) {
+    return view.settings().mode == LodMode::error;
+  });
+  turns_.ahead_left = by_error ? std::min(kAheadPatches, world_->patch_count()) : 0;
+  govern();
+  return limit;
+}
+
+Status Residency::begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests) {
+  least_weight_ = requests.empty() ? 1 : requests[0].weight;
+  for (const ViewRequest& request : requests) least_weight_ = std::min(least_weight_, request.weight);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const double scale = std::max(1.0, double{governor_.scale()} * (least_weight_ / requests[v].weight));
+    if (const Status status = views[v].begin(*world_, requests[v], scale); !status.ok()) return status;
+  }
+  return {};
+}
+
+Status Residency::fill_thresholds(std::span<ViewState> views) {
+  std::array<ThresholdSets::Key, kMostViews> keys;
+  std::array<int, kMostViews> sets{};
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    keys[v] = views[v].threshold_key();
+    sets[v] = views[v].threshold_set();
+  }
+  thresholds_.assign(std::span(keys).first(views.size()), std::span(sets).first(views.size()), pool_.frame());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    views[v].set_threshold_set(sets[v]);
+    SetThresholds job;
+    job.scale = keys[v].scale;
+    job.morphing = keys[v].morphing;
+    job.max_level = keys[v].top_level;
+    job.surface = world_->surface();
+    job.bounds = world_->bounds();
+    job.errors = world_->level_errors();
+    if (const Status status = thresholds_.fill(sets[v], job, pool_); !status.ok()) return status;
+  }
+  return {};
+}
+
+// Whether all views are those of the last select().
+bool Residency::stand_still() {
+  bool still = true;
+  for (std::size_t v = 0; v < seen_.size(); ++v) {
+    Seen seen;
+    if (v < views_.size()) {
+      const ViewState& view = views_[v];
+      seen = {view.eye(), view.error_scale().pixels, view.wanted_error_px(), view.weight(),
+              view.settings().top_level()};
+    }
+    still = still && seen == seen_[v];
+    seen_[v] = seen;
+  }
+  return still;
+}
+
+// Tells the pool what the views want, and adds up the pages for it; seen: patches. A patch that several views
+// see counts once, at the most that one of them wants.
+std::uint32_t Residency::count_pages(std::uint32_t& seen) {
+  std::uint32_t pages = 0;
+  std::uint32_t missing = 0;
+  const auto count = [&](int before, int wanted) {
+    seen += before == 0 ? 1 : 0;
+    if (wanted > before) pages += pages_at(wanted) - pages_at(before);
+  };
+  pool_.begin_selection();
+  for (const ViewState& view : views_) {
+    for (const DrawItem& item : view.items()) count(pool_.see(item.patch, item.level), item.level);
+    missing += view.selection().lod.missing;
+  }
+  // What is missing has no row in the pool to note it in.
+  const std::span<std::uint32_t> noted = blocks_.list_scratch.first(world_->patch_count());
+  if (missing > 0 && views_.size() > 1) std::fill(noted.begin(), noted.end(), 0u);
+  for (const ViewState& view : views_) {
+    for (const LackingPatch& patch : view.lacking()) {
+      int before = pool_.see(patch.patch, patch.wanted);
+      if (views_.size() > 1 && pool_.level(patch.patch) == 0) {
+        before = static_cast<int>(noted[patch.patch]);
+        noted[patch.patch] = static_cast<std::uint32_t>(std::max<int>(before, patch.wanted));
+      }
+      count(before, patch.wanted);
+    }
+  }
+  return pages;
+}
+
+// Raises the error that is aimed at while the views need more than the pool has (design 4.8).
+void Residency::govern() {
+  Governor::Load load;
+  std::uint32_t seen = 0;
+  load.pages = count_pages(seen);
+  // One page a patch is taken whatever the error is.
+  load.base = pool_.keeps_base() ? world_->patch_count() : seen;
+  load.pages += load.base - std::min(load.base, seen);
+  load.page_count = pool_.page_count();
+  load.still = stand_still();
+  for (const ViewState& view : views_) {
+    if (view.settings().mode != LodMode::error) continue;
+    load.morphing = true;
+    const double most = kMostErrorPx / view.wanted_error_px() * (view.weight() / least_weight_);
+    load.most_scale = std::max(load.most_scale, static_cast<float>(most));
+  }
+  if (!governor_.note(load)) return;
+  DemandCurve curve;
+  fill_curve(curve);
+  governor_.adjust(curve);
+}
+
+void Residency::fill_curve(DemandCurve& curve) const {
+  const LevelErrors errors = world_->level_errors();
+  for (const ViewState& view : views_) {
+    if (view.settings().mode != LodMode::error) continue;
+    const std::span<const PatchLod> lods = thresholds_.lods(view.threshold_set());
+    const auto pixels = static_cast<float>(double{view.error_scale().pixels} / view.wanted_error_px());
+    const auto weight = static_cast<float>(view.weight() / least_weight_);
+    const auto add = [&](PatchId patch) {
+      curve.add(errors, patch, lods[patch], least_apparent_distance(lods[patch], view.eye()), pixels, weight,
+                view.settings().top_level());
+    };
+    for (const DrawItem& item : view.items()) add(item.patch);
+    for (const LackingPatch& patch : view.lacking()) {
+      if (view.levels()[patch.patch] == 0) add(patch.patch);
+    }
+  }
+  curve.finish();
+}
+
+}  // namespace karst::core
