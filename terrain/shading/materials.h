@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the ground is made of: materials with the rules of where they lie, the layout of their textures, and
-// point lights. Plain values as they lie in the world file (docs/formats.md); terrain/world/terrain.h hands
+// point lights. Plain values as they lie in the world file (docs/formats.md); terrain/world/world.h hands
 // them out, the renderer's shader covers the ground with them.
 #pragma once
 
