@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "terrain/world/terrain.h"
+#include "tests/support/loaded_parts.h"
 #include "tests/support/process.h"
 #include "tests/support/query_world.h"
 
@@ -33,21 +33,19 @@ TEST_P(QueryOnSample, MeetsTheTrianglesOfItsLevel) {
   const auto file = std::as_bytes(std::span(text));
   WorldReader reader;
   ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
-  const Config config = Terrain::config_for(reader.info(), 3);
-  test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
-  Terrain terrain;
-  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
-  ASSERT_TRUE(terrain.load(file).ok());
+  const Config config = World::config_for(reader.info(), 3);
+  test::LoadedParts parts(config);
+  ASSERT_TRUE(parts.load(file).ok());
   QueryWorld world;
-  world.surface = terrain.surface();
-  world.bounds = terrain.bounds();
-  world.tree = &terrain.tree();
-  world.heights = terrain.heights();
-  world.height_blocks = terrain.info().height_blocks;
+  world.surface = parts.world.surface();
+  world.bounds = parts.world.bounds();
+  world.tree = &parts.world.tree();
+  world.heights = parts.world.heights();
+  world.height_blocks = parts.world.info().height_blocks;
   TestQuery query(world, 3, 128);
-  const TriangleSoup soup(terrain.surface(), terrain.heights(), 3);
+  const TriangleSoup soup(parts.world.surface(), parts.world.heights(), 3);
 
-  const LatticeBox box = terrain.box();
+  const LatticeBox box = parts.world.box();
   const glm::dvec3 low = glm::dvec3(box.min) * kStep;
   const glm::dvec3 size = glm::dvec3(box.max - box.min) * kStep;
   Random random{17};
@@ -93,7 +91,8 @@ TEST_P(QueryOnSample, MeetsTheTrianglesOfItsLevel) {
     }
   }
   EXPECT_GT(met, 20);
-  std::printf("%s: %u patches, columns of up to %zu surfaces\n", GetParam(), terrain.patch_count(), deepest);
+  std::printf("%s: %u patches, columns of up to %zu surfaces\n", GetParam(), parts.world.patch_count(),
+              deepest);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, QueryOnSample, testing::Values("canyon", "caves", "arches", "hills"),

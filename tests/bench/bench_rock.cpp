@@ -18,7 +18,7 @@ namespace karst::core {
 namespace {
 
 constexpr int kLevel = 3;
-constexpr std::uint32_t kSearches = 256;  // TerrainView's default
+constexpr std::uint32_t kSearches = 256;  // ViewRequest's default
 
 struct Ways {
   const char* name;

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "terrain/world/terrain.h"
+#include "tests/support/loaded_parts.h"
 #include "tests/support/query_world.h"
 
 namespace karst::core {
@@ -15,39 +15,24 @@ namespace {
 using test::TestQuery;
 using test::TestWorld;
 
-// One reader of a file that all queries share.
-struct FileHeights {
-  WorldReader reader;
-  std::vector<std::uint32_t> crcs;
-};
-
 // Two threads ask a world whose heights are read, beside one that chooses and makes what is drawn of it.
 TEST(QueryThreads, AnswerTheSameBitsBesideAThreadThatDraws) {
   const TestWorld world = test::rolling_world();
   const std::vector<std::byte> file = world.file();
-  Config config = Terrain::config_for(world.info(), world.info().level);
+  Config config = World::config_for(world.info(), world.info().level);
   config.max_height_blocks = HeightCache::kLeastGroups * kHeightGroup;
   ASSERT_LT(config.max_height_blocks, world.info().height_blocks);
-  test::AlignedBytes memory(Terrain::budget(config).cpu_bytes());
-  Terrain terrain;
-  ASSERT_TRUE(terrain.create(config, memory.bytes()).ok());
-  ASSERT_TRUE(terrain.load(file).ok());
-  ASSERT_FALSE(terrain.holds_all_heights());
+  test::LoadedParts parts(config);
+  ASSERT_TRUE(parts.load(file).ok());
+  ASSERT_FALSE(parts.world.holds_all_heights());
 
-  FileHeights heights;
-  ASSERT_TRUE(heights.reader.open(ByteSource::of(file)).ok());
-  heights.crcs.resize(height_groups(world.info().height_blocks));
-  ASSERT_TRUE(heights.reader.read_height_crcs(heights.crcs).ok());
   QueryWorld asked;
-  asked.surface = terrain.surface();
-  asked.bounds = terrain.bounds();
-  asked.tree = &terrain.tree();
-  asked.heights.level = terrain.info().level;
-  asked.height_blocks = terrain.info().height_blocks;
-  asked.source = {&heights, [](const void* context, std::uint32_t group, std::span<std::int16_t> out) {
-                    const auto* from = static_cast<const FileHeights*>(context);
-                    return from->reader.read_heights(group, from->crcs[group], out);
-                  }};
+  asked.surface = parts.world.surface();
+  asked.bounds = parts.world.bounds();
+  asked.tree = &parts.world.tree();
+  asked.heights.level = parts.world.info().level;
+  asked.height_blocks = parts.world.info().height_blocks;
+  asked.source = parts.world.height_source();
   TestQuery alone(asked, 3, 4096);
   const std::vector<QueryHit> expected = test::ask_all(*alone, Wait::for_file, 9, 150);
 
@@ -62,15 +47,14 @@ TEST(QueryThreads, AnswerTheSameBitsBesideAThreadThatDraws) {
     settings.yaw_deg = 12.0 * frame;
     Camera camera;
     ASSERT_TRUE(make_camera(settings, camera).ok());
-    TerrainView view;
+    ViewRequest view;
     view.camera = &camera;
     view.lod.max_level = world.info().level;
-    Terrain::Selection selection;
-    terrain.begin_frame();
-    ASSERT_TRUE(terrain.select(view, selection).ok());
+    parts.residency.begin_frame();
+    ASSERT_TRUE(parts.select(view).ok());
     PatchUpload upload;
     Status status;
-    for (int n = 0; n < 20 && terrain.generate_next(true, upload, status); ++n) {
+    for (int n = 0; n < 20 && parts.residency.generate_next(true, upload, status); ++n) {
     }
     ASSERT_TRUE(status.ok());
   }
