@@ -28,7 +28,7 @@ std::string wrong(const OptionValue& value, std::string_view text) {
   return line.append(": ").append(text);
 }
 
-std::string store_sample(void* options, const OptionValue& value) {
+Error store_sample(void* options, const OptionValue& value) {
   bake_of(options).job.sample = value.text;
   std::string known;
   for (const SampleName& sample : sample_names()) {
@@ -38,12 +38,12 @@ std::string store_sample(void* options, const OptionValue& value) {
   return wrong(value, "'").append(value.text).append("' is not one of ").append(known);
 }
 
-std::string store_z_scale(void* options, const OptionValue& value) {
+Error store_z_scale(void* options, const OptionValue& value) {
   bake_of(options).job.read.z_scale = value.number;
   return value.number == 0 ? wrong(value, "0 leaves no heights") : std::string();
 }
 
-std::string store_nodata(void* options, const OptionValue& value) {
+Error store_nodata(void* options, const OptionValue& value) {
   Bake& job = bake_of(options).job;
   bool fill = false;
   for (std::string_view list = value.text;;) {
@@ -66,9 +66,9 @@ std::string store_nodata(void* options, const OptionValue& value) {
   return fill && job.leave_holes ? wrong(value, "both fill and hole") : std::string();
 }
 
-std::string store_crop(void* options, const OptionValue& value) {
+Error store_crop(void* options, const OptionValue& value) {
   double numbers[4];
-  if (std::string error = parse_numbers(value.text, value.what, ',', numbers); !error.empty()) return error;
+  if (Error error = parse_numbers(value.text, value.what, ',', numbers); !error.ok()) return error;
   for (int k = 0; k < 4; ++k) {
     const double v = numbers[k];
     if (!(v >= (k < 2 ? 0 : 2) && v <= kMaxElevationSide) || v != static_cast<int>(v)) {
@@ -79,30 +79,30 @@ std::string store_crop(void* options, const OptionValue& value) {
   return {};
 }
 
-std::string store_materials(void* options, const OptionValue& value) {
+Error store_materials(void* options, const OptionValue& value) {
   MaterialOptions& materials = bake_of(options).job.materials;
   materials.none = value.text == "none";
   if (!materials.none) materials.path = value.text;
   return {};
 }
 
-std::string store_material_side(void* options, const OptionValue& value) {
+Error store_material_side(void* options, const OptionValue& value) {
   bake_of(options).job.materials.side = static_cast<int>(value.integer);
   const bool is_power = std::has_single_bit(static_cast<std::uint64_t>(value.integer));
   return is_power ? std::string() : wrong(value, "not a power of two");
 }
 
-std::string store_material_format(void* options, const OptionValue& value) {
+Error store_material_format(void* options, const OptionValue& value) {
   bake_of(options).job.materials.format = value.integer == 0 ? TextureFormat::etc2 : TextureFormat::rgba8;
   return {};
 }
 
-std::string store_voxel(void* options, const OptionValue& value) {
+Error store_voxel(void* options, const OptionValue& value) {
   bake_of(options).job.voxel_m = value.number;
   return {};
 }
 
-std::string store_levels(void* options, const OptionValue& value) {
+Error store_levels(void* options, const OptionValue& value) {
   bake_of(options).job.level = static_cast<int>(value.integer);
   return {};
 }
@@ -226,7 +226,7 @@ constexpr OptionGroup kGroups[] = {
     {"world", kWorldRows}, {"of a DEM", kDemRows}, {"materials", kMaterialRows}, {"run", kRunRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
-std::string check_source(const CommandLine& line) {
+Error check_source(const CommandLine& line) {
   const bool sample = line.has("sample");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
   if (!sample && line.positional().size() != 1) return "one DEM or --sample NAME is needed; see --help";
@@ -255,10 +255,10 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"};
 
-std::string parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
-  if (std::string error = line.parse(words, kBakeSpec); !error.empty()) return error;
+Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
+  if (Error error = line.parse(words, kBakeSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
-  if (std::string error = check_source(line); !error.empty()) return error;
+  if (Error error = check_source(line); !error.ok()) return error;
   if (!line.has("sample")) options.job.read.path = line.positional()[0];
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};

@@ -4,6 +4,7 @@
 
 #include "app/command_line/command_line.h"
 #include "bake/pipeline/bake.h"
+#include "platform/base/error.h"
 
 #include <span>
 #include <string>
@@ -20,9 +21,8 @@ struct BakeOptions {
 
 extern const app::CommandSpec kBakeSpec;
 
-// Empty where the command line is right, else what is wrong with it. With --help and --version options are
+// The error tells what is wrong with the command line. With --help and --version options are
 // left alone.
-[[nodiscard]] std::string parse_bake_options(std::span<const char* const> words, app::CommandLine& line,
-                                             BakeOptions& options);
+Error parse_bake_options(std::span<const char* const> words, app::CommandLine& line, BakeOptions& options);
 
 }  // namespace karst::bake

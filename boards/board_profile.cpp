@@ -128,7 +128,7 @@ std::size_t find_key(std::string_view name) {
   return i;
 }
 
-std::string parse_line(std::string_view line, bool (&given)[kKeyCount], BoardProfile& profile) {
+Error parse_line(std::string_view line, bool (&given)[kKeyCount], BoardProfile& profile) {
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos) return "expected `key = value  # reason`";
   const std::string_view name = trimmed(line.substr(0, equals));
@@ -163,7 +163,7 @@ std::uint64_t BoardProfile::scan_out_bytes() const {
          static_cast<std::uint64_t>(height) * (rgb565 ? 2 : 4);
 }
 
-std::string parse_board(std::string_view text, const std::string& source, BoardProfile& profile) {
+Error parse_board(std::string_view text, const std::string& source, BoardProfile& profile) {
   profile = {};
   bool given[kKeyCount] = {};
   for (int number = 1; !text.empty(); ++number) {
@@ -171,8 +171,8 @@ std::string parse_board(std::string_view text, const std::string& source, BoardP
     const std::string_view line = trimmed(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line.empty() || line.front() == '#') continue;
-    if (const std::string error = parse_line(line, given, profile); !error.empty()) {
-      return source + ": line " + std::to_string(number) + ": " + error;
+    if (const Error error = parse_line(line, given, profile); !error.ok()) {
+      return source + ": line " + std::to_string(number) + ": " + error.text();
     }
   }
   for (std::size_t i = 0; i < kKeyCount; ++i) {
@@ -181,11 +181,11 @@ std::string parse_board(std::string_view text, const std::string& source, BoardP
   return {};
 }
 
-std::string find_board(std::string_view name, BoardProfile& profile) {
+Error find_board(std::string_view name, BoardProfile& profile) {
   std::string names;
   for (const BoardText& board : board_texts()) {
     if (board.name == name) {
-      std::string error = parse_board(board.text, std::string("board ").append(name), profile);
+      Error error = parse_board(board.text, std::string("board ").append(name), profile);
       profile.name = name;
       return error;
     }

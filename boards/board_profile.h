@@ -10,6 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "platform/base/error.h"
+
 namespace karst::core {
 
 struct BoardProfile {
@@ -42,12 +44,11 @@ struct BoardText {
 // The built-in profiles, sorted by name.
 std::span<const BoardText> board_texts();
 
-// Empty on success, else one line that names source and line: an unknown or missing key, a value outside its
+// The error names source and line: an unknown or missing key, a value outside its
 // range, a missing reason, a key given twice.
-[[nodiscard]] std::string parse_board(std::string_view text, const std::string& source,
-                                      BoardProfile& profile);
+Error parse_board(std::string_view text, const std::string& source, BoardProfile& profile);
 
-// The built-in profile of that name. Empty on success, else a line that names those that there are.
-[[nodiscard]] std::string find_board(std::string_view name, BoardProfile& profile);
+// The built-in profile of that name. The error names those that there are.
+Error find_board(std::string_view name, BoardProfile& profile);
 
 }  // namespace karst::core

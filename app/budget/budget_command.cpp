@@ -31,17 +31,17 @@ struct BudgetOptions {
   bool json = false;
 };
 
-std::string store_board(void* options, const OptionValue& value) {
+Error store_board(void* options, const OptionValue& value) {
   auto& budget = *static_cast<BudgetOptions*>(options);
   budget.board_name = value.text;
-  if (std::string error = read_board(value.text, budget.board); !error.empty()) return error;
+  if (Error error = read_board(value.text, budget.board); !error.ok()) return error;
   budget.level = budget.board.level;
   budget.width = budget.board.width;
   budget.height = budget.board.height;
   return {};
 }
 
-std::string store_size(void* options, const OptionValue& value) {
+Error store_size(void* options, const OptionValue& value) {
   auto& budget = *static_cast<BudgetOptions*>(options);
   budget.width = value.width;
   budget.height = value.height;
@@ -77,8 +77,8 @@ constexpr OptionRow kRows[] = {
 constexpr OptionGroup kGroups[] = {{"options", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
-std::string parse(std::span<const char* const> words, CommandLine& line, BudgetOptions& options) {
-  if (std::string error = line.parse(words, kBudgetSpec); !error.empty()) return error;
+Error parse(std::span<const char* const> words, CommandLine& line, BudgetOptions& options) {
+  if (Error error = line.parse(words, kBudgetSpec); !error.ok()) return error;
   if (line.wants_help()) return {};
   if (line.positional().size() > 1) return "more than one WORLD";
   if (!line.positional().empty()) options.world = line.positional()[0];
@@ -109,9 +109,9 @@ WorldBudget default_budget(const BudgetOptions& options) {
   return result;
 }
 
-std::string world_budget(const BudgetOptions& options, WorldBudget& result) {
+Error world_budget(const BudgetOptions& options, WorldBudget& result) {
   FileSource file;
-  if (std::string error = file.open(options.world); !error.empty()) return error;
+  if (Error error = file.open(options.world); !error.ok()) return error;
   WorldReader reader;
   if (const Status status = reader.open(file.source()); !status.ok()) {
     return status_text(options.world, status);
@@ -250,8 +250,8 @@ int run_budget(std::span<const char* const> words) {
   WorldBudget world;
   if (options.world.empty()) {
     world = default_budget(options);
-  } else if (const std::string error = world_budget(options, world); !error.empty()) {
-    print_error("karst budget", error);
+  } else if (const Error error = world_budget(options, world); !error.ok()) {
+    print_error("karst budget", error.text());
     return kExitFailure;
   }
   const BoardUse use = add_up(options, world);

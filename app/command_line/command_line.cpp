@@ -29,8 +29,7 @@ const OptionRow* find_row(const CommandSpec& spec, std::string_view word) {
   return found;
 }
 
-std::string read_word(std::string_view text, const OptionRow& row, const std::string& what,
-                      std::int64_t& place) {
+Error read_word(std::string_view text, const OptionRow& row, const std::string& what, std::int64_t& place) {
   place = 0;
   for (std::string_view rest = row.words;; ++place) {
     const std::size_t blank = rest.find(' ');
@@ -41,7 +40,7 @@ std::string read_word(std::string_view text, const OptionRow& row, const std::st
   return what + ": " + quoted(text) + " is not one of " + row.words;
 }
 
-std::string read_value(const OptionRow& row, const std::string& what, OptionValue& value) {
+Error read_value(const OptionRow& row, const std::string& what, OptionValue& value) {
   switch (row.kind) {
     case ValueKind::flag:
       value.integer = 1;
@@ -71,7 +70,7 @@ void assign_text(std::string& out, std::string_view text) {
   out = text;
 }
 
-std::string CommandLine::parse(std::span<const char* const> words, const CommandSpec& spec) {
+Error CommandLine::parse(std::span<const char* const> words, const CommandSpec& spec) {
   spec_ = &spec;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string_view word = words[i];
@@ -116,7 +115,7 @@ bool CommandLine::has(std::string_view name) const {
   return false;
 }
 
-std::string CommandLine::store(std::span<void* const> targets) const {
+Error CommandLine::store(std::span<void* const> targets) const {
   for (std::size_t part = 0; part < spec_->parts.size(); ++part) {
     for (const OptionGroup& group : spec_->parts[part]) {
       for (const OptionRow& row : group.rows) {
@@ -126,9 +125,9 @@ std::string CommandLine::store(std::span<void* const> targets) const {
         OptionValue value;
         value.what = what;
         value.text = given->value;
-        if (std::string error = read_value(row, what, value); !error.empty()) return error;
+        if (Error error = read_value(row, what, value); !error.ok()) return error;
         if (row.store == nullptr) continue;
-        if (std::string error = row.store(targets[part], value); !error.empty()) return error;
+        if (Error error = row.store(targets[part], value); !error.ok()) return error;
       }
     }
   }

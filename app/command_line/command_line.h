@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Reads a command line by its table: --name VALUE, --name=VALUE, -n VALUE, --flag, and positional words; "--"
 // ends the options. A word that begins with a dash and a digit or a point is a value. Each option may be
-// given once. Functions that can fail return an empty string on success, else one line for the user.
+// given once.
 #pragma once
 
 #include <span>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/command_line/option_table.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -17,10 +18,10 @@ class CommandLine {
  public:
   // Finds the options and their values, and stores nothing. words: without the program's and the command's
   // name; they and spec must outlive this object.
-  [[nodiscard]] std::string parse(std::span<const char* const> words, const CommandSpec& spec);
+  Error parse(std::span<const char* const> words, const CommandSpec& spec);
   // Checks the values that were given and stores them, in the order of the table and not of the words.
   // targets[i]: the struct of spec.parts[i].
-  [[nodiscard]] std::string store(std::span<void* const> targets) const;
+  Error store(std::span<void* const> targets) const;
 
   bool has(std::string_view name) const;
   bool wants_help() const { return has("help"); }

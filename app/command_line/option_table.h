@@ -10,7 +10,7 @@
 //   constexpr OptionPart kParts[] = {kGroups};
 //   constexpr CommandSpec kSpec = {.name = "draw", .parts = kParts};
 //   CommandLine line;  DrawOptions options;  void* targets[] = {&options};
-//   if (error = line.parse(words, kSpec); error.empty()) error = line.store(targets);
+//   if (error = line.parse(words, kSpec); error.ok()) error = line.store(targets);
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,8 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -53,9 +55,9 @@ struct OptionRow {
   double max = 0;
   const char* words = nullptr;  // "error distance full"
   const char* help = "";        // a clause; the range, the unit and what holds without it are added
-  // Called once where the option is given and its value is what kind says. Empty where it could be stored,
-  // else one line for the user. Null: it is enough that the option is there.
-  std::string (*store)(void* options, const OptionValue& value) = nullptr;
+  // Called once where the option is given and its value is what kind says. The error tells what is
+  // wrong with the value. Null: it is enough that the option is there.
+  Error (*store)(void* options, const OptionValue& value) = nullptr;
 };
 
 struct OptionGroup {
@@ -117,7 +119,7 @@ struct OwnerOf<Member Owner::*> {
 // Stores into a member, or a member of a member: put<&ViewOptions::kms, &KmsOptions::card>. Text into
 // strings, numbers into floating point, the rest into bool, integers and enums (words in their order).
 template <auto first, auto... rest>
-std::string put(void* options, const OptionValue& value) {
+Error put(void* options, const OptionValue& value) {
   auto& owner = *static_cast<typename OwnerOf<decltype(first)>::type*>(options);
   assign(((owner.*first).*....*rest), value);
   return {};
@@ -125,7 +127,7 @@ std::string put(void* options, const OptionValue& value) {
 
 // A flag that switches something off.
 template <auto first, auto... rest>
-std::string put_false(void* options, const OptionValue&) {
+Error put_false(void* options, const OptionValue&) {
   return put<first, rest...>(options, {});
 }
 

@@ -31,7 +31,7 @@ std::string number_text(double number) {
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, number).ptr);
 }
 
-std::string parse_number(std::string_view text, std::string_view what, double min, double max, double& out) {
+Error parse_number(std::string_view text, std::string_view what, double min, double max, double& out) {
   double number = 0;
   if (!read_whole(text, number)) return std::string(what) + ": " + quoted(text) + " is not a number";
   if (!(number >= min && number <= max)) {
@@ -42,8 +42,8 @@ std::string parse_number(std::string_view text, std::string_view what, double mi
   return {};
 }
 
-std::string parse_integer(std::string_view text, std::string_view what, std::int64_t min, std::int64_t max,
-                          std::int64_t& out) {
+Error parse_integer(std::string_view text, std::string_view what, std::int64_t min, std::int64_t max,
+                    std::int64_t& out) {
   std::int64_t number = 0;
   if (!read_whole(text, number)) return std::string(what) + ": " + quoted(text) + " is not a whole number";
   if (number < min || number > max) {
@@ -54,8 +54,8 @@ std::string parse_integer(std::string_view text, std::string_view what, std::int
   return {};
 }
 
-std::string parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
-                          std::size_t marked, bool* mark) {
+Error parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
+                    std::size_t marked, bool* mark) {
   if (mark != nullptr) *mark = false;
   const auto wrong_count = [&] {
     return std::string(what) + ": " + quoted(text) + " is not " + std::to_string(out.size()) + " numbers";
@@ -82,16 +82,15 @@ std::string parse_numbers(std::string_view text, std::string_view what, char sep
   return blank ? std::string() : wrong_count();
 }
 
-std::string parse_size(std::string_view text, std::string_view what, int max, int& width, int& height) {
+Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height) {
   const std::size_t cross = text.find('x');
   if (cross == std::string_view::npos) {
     return std::string(what) + ": " + quoted(text) + " is not WIDTHxHEIGHT";
   }
   std::int64_t w = 0;
   std::int64_t h = 0;
-  if (std::string error = parse_integer(text.substr(0, cross), what, 1, max, w); !error.empty()) return error;
-  if (std::string error = parse_integer(text.substr(cross + 1), what, 1, max, h); !error.empty())
-    return error;
+  if (Error error = parse_integer(text.substr(0, cross), what, 1, max, w); !error.ok()) return error;
+  if (Error error = parse_integer(text.substr(cross + 1), what, 1, max, h); !error.ok()) return error;
   width = static_cast<int>(w);
   height = static_cast<int>(h);
   return {};

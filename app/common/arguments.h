@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Values that people write, and what they are told. Every function that can fail returns an empty string on
-// success, else one line for the user.
+// Values that people write, and what they are told.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -15,17 +16,15 @@ inline constexpr int kExitFailure = 1;  // a file, an image, a camera or the mac
 inline constexpr int kExitUsage = 2;    // the command line is wrong
 
 // what: how messages name the value, for instance "--fov". Ranges are inclusive; NaN is never accepted.
-[[nodiscard]] std::string parse_number(std::string_view text, std::string_view what, double min, double max,
-                                       double& out);
-[[nodiscard]] std::string parse_integer(std::string_view text, std::string_view what, std::int64_t min,
-                                        std::int64_t max, std::int64_t& out);
+Error parse_number(std::string_view text, std::string_view what, double min, double max, double& out);
+Error parse_integer(std::string_view text, std::string_view what, std::int64_t min, std::int64_t max,
+                    std::int64_t& out);
 // Exactly out.size() finite numbers with `separator` between them ("X,Y,Z"); ' ' stands for any run of
 // blanks. Where mark is not null, the number out[marked] may have a ~ before it; *mark tells whether it has.
-[[nodiscard]] std::string parse_numbers(std::string_view text, std::string_view what, char separator,
-                                        std::span<double> out, std::size_t marked = 0, bool* mark = nullptr);
+Error parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
+                    std::size_t marked = 0, bool* mark = nullptr);
 // "1280x720": two integers, each in [1, max].
-[[nodiscard]] std::string parse_size(std::string_view text, std::string_view what, int max, int& width,
-                                     int& height);
+Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height);
 
 // Shortest text that reads back as the same number.
 std::string number_text(double number);

@@ -25,10 +25,10 @@ constexpr double kOverviewHorizon = 0.31;
 // From here on nearer things are cut: small enough to walk through a cave with.
 constexpr double kNearest = 1.0 / 32;  // voxels
 
-std::string parse_place(std::string_view text, std::string_view what, char separator, CameraPlace& place) {
+Error parse_place(std::string_view text, std::string_view what, char separator, CameraPlace& place) {
   double numbers[5];
   bool above_ground = false;
-  if (std::string error = parse_numbers(text, what, separator, numbers, 1, &above_ground); !error.empty()) {
+  if (Error error = parse_numbers(text, what, separator, numbers, 1, &above_ground); !error.ok()) {
     return error;
   }
   place.position_m = {numbers[0], numbers[1], numbers[2]};
@@ -50,16 +50,15 @@ glm::dvec3 corner(const LatticeBox& box, int n) {
 
 }  // namespace
 
-std::string parse_camera(std::string_view text, std::string_view what, CameraPlace& place) {
+Error parse_camera(std::string_view text, std::string_view what, CameraPlace& place) {
   return parse_place(text, what, ',', place);
 }
 
-std::string parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place) {
+Error parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place) {
   return parse_place(line, what, ' ', place);
 }
 
-std::string parse_camera_path(std::string_view text, const std::string& file,
-                              std::vector<CameraPlace>& path) {
+Error parse_camera_path(std::string_view text, const std::string& file, std::vector<CameraPlace>& path) {
   path.clear();
   std::size_t line_number = 0;
   while (!text.empty()) {
@@ -72,8 +71,8 @@ std::string parse_camera_path(std::string_view text, const std::string& file,
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
     const std::string what = file + ": line " + std::to_string(line_number);
     CameraPlace place;
-    if (std::string error = parse_camera_line(line, what, place); !error.empty()) {
-      return error + "; a line is X Y Z YAW PITCH";
+    if (Error error = parse_camera_line(line, what, place); !error.ok()) {
+      return error.text() + "; a line is X Y Z YAW PITCH";
     }
     if (path.size() == kMaxPathFrames)
       return what + ": more than " + std::to_string(kMaxPathFrames) + " frames";

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "platform/base/error.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
 
@@ -22,16 +23,14 @@ struct CameraPlace {
 
 inline constexpr std::size_t kMaxPathFrames = 1'000'000;
 
-// "X,Y,Z,YAW,PITCH", or "X,~H,Z,YAW,PITCH" for H metres above the ground. Empty on success, else a line that
-// names `what`.
-[[nodiscard]] std::string parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
+// "X,Y,Z,YAW,PITCH", or "X,~H,Z,YAW,PITCH" for H metres above the ground. The error names `what`.
+Error parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
 // The same with blanks in place of the commas, as lines of paths and poses have it.
-[[nodiscard]] std::string parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place);
+Error parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place);
 
 // A path: a line "X Y Z YAW PITCH" a frame; empty lines and what follows a # are left out. Messages name file
 // and line.
-[[nodiscard]] std::string parse_camera_path(std::string_view text, const std::string& file,
-                                            std::vector<CameraPlace>& path);
+Error parse_camera_path(std::string_view text, const std::string& file, std::vector<CameraPlace>& path);
 
 // A camera for the picture, above_ground being false; near and far fitted to the world's box. box: in lattice
 // steps.

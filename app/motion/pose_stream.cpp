@@ -39,7 +39,7 @@ void set_ipv4(in_addr address, std::uint16_t port, Address& out) {
   out.length = sizeof ipv4;
 }
 
-std::string parse_udp(std::string_view text, Address& out) {
+Error parse_udp(std::string_view text, Address& out) {
   const std::string what = "--poses " + std::string(text);
   text.remove_prefix(4);
   std::string host;
@@ -49,7 +49,7 @@ std::string parse_udp(std::string_view text, Address& out) {
     text.remove_prefix(colon + 1);
   }
   std::int64_t port = 0;
-  if (std::string error = parse_integer(text, what + ": the port", 1, 65'535, port); !error.empty()) {
+  if (Error error = parse_integer(text, what + ": the port", 1, 65'535, port); !error.ok()) {
     return error;
   }
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
@@ -74,7 +74,7 @@ std::string parse_udp(std::string_view text, Address& out) {
 
 }  // namespace
 
-std::string check_pose_source(std::string_view text) {
+Error check_pose_source(std::string_view text) {
   Address ignored;
   if (text == "-") return {};
   if (text.starts_with("udp:")) return parse_udp(text, ignored);
@@ -114,13 +114,13 @@ bool PoseLines::take_line(std::string_view line, std::int64_t now, CameraPlace& 
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.find_first_not_of(" \t") == std::string_view::npos) return false;
   CameraPlace taken;
-  std::string error = parse_camera_line(line, what_, taken);
-  if (error.empty() && std::fabs(taken.pitch_deg) > 90)
+  Error error = parse_camera_line(line, what_, taken);
+  if (error.ok() && std::fabs(taken.pitch_deg) > 90)
     error = what_ + ": the pitch is not within -90..90 degrees";
-  if (error.empty() && std::fabs(taken.yaw_deg) > 1e6)
+  if (error.ok() && std::fabs(taken.yaw_deg) > 1e6)
     error = what_ + ": the yaw is not within -1e6..1e6 degrees";
-  if (!error.empty()) {
-    complain(error + "; a line is X Y Z YAW PITCH", now);
+  if (!error.ok()) {
+    complain(error.text() + "; a line is X Y Z YAW PITCH", now);
     return false;
   }
   place = taken;
@@ -150,7 +150,7 @@ PoseStream::~PoseStream() {
   if (fd_ > 2) close(fd_);
 }
 
-std::string PoseStream::open(const std::string& source, PoseLines::Report report) {
+Error PoseStream::open(const std::string& source, PoseLines::Report report) {
   if (source == "-") {
     lines_ = PoseLines("standard input", std::move(report));
     // A copy, so that not waiting on it stays our own affair as far as the system allows.
@@ -160,7 +160,7 @@ std::string PoseStream::open(const std::string& source, PoseLines::Report report
     return {};
   }
   Address address;
-  if (std::string error = parse_udp(source, address); !error.empty()) return error;
+  if (Error error = parse_udp(source, address); !error.ok()) return error;
   lines_ = PoseLines(source, std::move(report));
   datagrams_ = true;
   fd_ = socket(address.storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

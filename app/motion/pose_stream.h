@@ -11,14 +11,15 @@
 #include <string_view>
 
 #include "app/common/camera_path.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 
 // Longer lines are no poses.
 inline constexpr std::size_t kLongestPoseLine = 512;
 
-// "-", "udp:PORT" or "udp:ADDRESS:PORT", ADDRESS being IPv4 or [IPv6]. Empty where it is one.
-[[nodiscard]] std::string check_pose_source(std::string_view text);
+// "-", "udp:PORT" or "udp:ADDRESS:PORT", ADDRESS being IPv4 or [IPv6]. An error where it is none.
+Error check_pose_source(std::string_view text);
 
 // Puts lines together from pieces, and tells the last pose.
 class PoseLines {
@@ -58,8 +59,8 @@ class PoseStream {
   PoseStream& operator=(const PoseStream&) = delete;
   ~PoseStream();
 
-  // source: as check_pose_source() accepts it. Empty on success.
-  [[nodiscard]] std::string open(const std::string& source, PoseLines::Report report);
+  // source: as check_pose_source() accepts it.
+  Error open(const std::string& source, PoseLines::Report report);
   int fd() const { return fd_; }  // -1: there is none, or it has ended
   // Reads all there is, without waiting. True where place is a new pose.
   bool dispatch(CameraPlace& place);

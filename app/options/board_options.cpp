@@ -5,16 +5,16 @@
 
 namespace karst::app {
 
-std::string read_board(std::string_view text, BoardProfile& profile) {
+Error read_board(std::string_view text, BoardProfile& profile) {
   if (!text.ends_with(".board")) {
-    const std::string error = find_board(text, profile);
-    return error.empty() ? error : "--board: " + error;
+    const Error error = find_board(text, profile);
+    return error.ok() ? error : Error("--board: " + error.text());
   }
   const std::string path(text);
   MappedFile file;
-  if (std::string error = file.open(path); !error.empty()) return error;
+  if (Error error = file.open(path); !error.ok()) return error;
   const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  std::string error = parse_board(content, path, profile);
+  Error error = parse_board(content, path, profile);
   profile.name = path;
   return error;
 }

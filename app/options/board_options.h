@@ -7,12 +7,13 @@
 
 #include "app/options/scene_options.h"
 #include "boards/board_profile.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 using namespace core;
 
-// text: a built-in board's name, or a file whose name ends in .board. Empty on success.
-[[nodiscard]] std::string read_board(std::string_view text, BoardProfile& profile);
+// text: a built-in board's name, or a file whose name ends in .board.
+Error read_board(std::string_view text, BoardProfile& profile);
 
 // Size, level of detail, pool, shadows, colour, buffers and memory of a scene.
 void set_board(const BoardProfile& profile, SceneArguments& scene);

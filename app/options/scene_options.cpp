@@ -10,27 +10,27 @@
 namespace karst::app {
 namespace {
 
-std::string store_board(void* options, const OptionValue& value) {
+Error store_board(void* options, const OptionValue& value) {
   auto& scene = *static_cast<SceneArguments*>(options);
   BoardProfile board;
-  std::string error = read_board(value.text, board);
-  if (!error.empty()) return error;
+  Error error = read_board(value.text, board);
+  if (!error.ok()) return error;
   scene.board = value.text;
   set_board(board, scene);
   return {};
 }
 
-std::string store_size(void* options, const OptionValue& value) {
+Error store_size(void* options, const OptionValue& value) {
   auto& scene = *static_cast<SceneArguments*>(options);
   scene.width = value.width;
   scene.height = value.height;
   return {};
 }
 
-std::string store_sun(void* options, const OptionValue& value) {
+Error store_sun(void* options, const OptionValue& value) {
   auto& scene = *static_cast<SceneArguments*>(options);
   double sun[2] = {0, 0};
-  if (std::string error = parse_numbers(value.text, value.what, ',', sun); !error.empty()) return error;
+  if (Error error = parse_numbers(value.text, value.what, ',', sun); !error.ok()) return error;
   const auto wrong = [&](const char* text) { return std::string(value.what) + text; };
   if (std::fabs(sun[0]) > 360) return wrong(": not within -360..360 degrees (sun_azimuth_deg)");
   if (std::fabs(sun[1]) > 90) return wrong(": not within -90..90 degrees (sun_elevation_deg)");
@@ -39,7 +39,7 @@ std::string store_sun(void* options, const OptionValue& value) {
   return {};
 }
 
-std::string store_no_skip(void* options, const OptionValue& value) {
+Error store_no_skip(void* options, const OptionValue& value) {
   std::uint32_t& drawn = static_cast<SceneArguments*>(options)->drawn_anyway;
   for (std::string_view list = value.text;;) {
     const std::size_t comma = list.find(',');
@@ -61,24 +61,24 @@ std::string store_no_skip(void* options, const OptionValue& value) {
   }
 }
 
-std::string store_vertex_memory(void* options, const OptionValue& value) {
+Error store_vertex_memory(void* options, const OptionValue& value) {
   static_cast<SceneArguments*>(options)->vertex_bytes = static_cast<std::uint64_t>(value.number * (1 << 20));
   return {};
 }
 
-std::string store_max_memory(void* options, const OptionValue& value) {
+Error store_max_memory(void* options, const OptionValue& value) {
   static_cast<SceneArguments*>(options)->max_memory = static_cast<std::uint64_t>(value.integer) << 20;
   return {};
 }
 
-std::string store_shadow_size(void* options, const OptionValue& value) {
+Error store_shadow_size(void* options, const OptionValue& value) {
   if (value.integer % kShadowSizeStep != 0) {
     return std::string(value.what) + ": not a multiple of " + std::to_string(kShadowSizeStep);
   }
   return put<&SceneArguments::shadow_size>(options, value);
 }
 
-std::string store_camera(void* options, const OptionValue& value) {
+Error store_camera(void* options, const OptionValue& value) {
   auto& camera = *static_cast<CameraArguments*>(options);
   camera.has_camera = true;
   return parse_camera(value.text, value.what, camera.camera);
@@ -275,7 +275,7 @@ const OptionGroup kSceneGroups[4] = {{"picture", kPictureRows},
                                      {"drape", kDrapeRows}};
 const OptionGroup kCameraGroups[1] = {{"camera", kCameraRows}};
 
-std::string check_scene(const SceneArguments& scene, bool has_drape_repeat) {
+Error check_scene(const SceneArguments& scene, bool has_drape_repeat) {
   if (has_drape_repeat && scene.drape.empty()) return "--drape-repeat needs a --drape";
   return {};
 }

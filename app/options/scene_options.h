@@ -7,6 +7,7 @@
 
 #include "app/command_line/option_table.h"
 #include "app/common/camera_path.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -73,7 +74,7 @@ struct SceneArguments {
 extern const OptionGroup kSceneGroups[4];
 
 // What the table cannot say of one option alone: --drape-repeat without --drape.
-[[nodiscard]] std::string check_scene(const SceneArguments& scene, bool has_drape_repeat);
+Error check_scene(const SceneArguments& scene, bool has_drape_repeat);
 
 // Where pictures are taken from, of karst render and karst view.
 struct CameraArguments {

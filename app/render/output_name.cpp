@@ -12,7 +12,7 @@ std::string pad(std::size_t number, std::size_t digits, char fill) {
 
 }  // namespace
 
-std::string OutputName::parse(std::string_view pattern) {
+Error OutputName::parse(std::string_view pattern) {
   *this = OutputName();
   std::string* part = &before_;
   for (std::size_t i = 0; i < pattern.size(); ++i) {

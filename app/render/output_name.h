@@ -6,13 +6,14 @@
 #include <string>
 #include <string_view>
 
+#include "platform/base/error.h"
+
 namespace karst::app {
 
 class OutputName {
  public:
   // pattern: at most one of %d, %1d .. %9d, %01d .. %09d stands for the frame's number; %% is a percent sign.
-  // Returns an empty string on success, else one line for the user.
-  [[nodiscard]] std::string parse(std::string_view pattern);
+  Error parse(std::string_view pattern);
 
   // A pattern without a place for the number gets "_%04d" before its extension where there are several
   // frames.

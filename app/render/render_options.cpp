@@ -8,7 +8,7 @@ namespace {
 
 using Kind = ValueKind;
 
-std::string store_output(void* options, const OptionValue& value) {
+Error store_output(void* options, const OptionValue& value) {
   auto& render = *static_cast<RenderOptions*>(options);
   render.output = value.text;
   return OutputName().parse(value.text);
@@ -47,9 +47,8 @@ constinit const CommandSpec kRenderSpec = {
         "karst render canyon.karst -o near.png --camera 20,~2,60,35,-5 --sun 120,20 --size 1920x1080\n"
         "karst render canyon.karst --path flight.txt --stats flight.json\n"};
 
-std::string parse_render_options(std::span<const char* const> words, CommandLine& line,
-                                 RenderOptions& options) {
-  if (std::string error = line.parse(words, kRenderSpec); !error.empty()) return error;
+Error parse_render_options(std::span<const char* const> words, CommandLine& line, RenderOptions& options) {
+  if (Error error = line.parse(words, kRenderSpec); !error.ok()) return error;
   if (line.wants_help()) return {};
   if (line.positional().size() != 1) {
     return line.positional().empty() ? "which WORLD?" : "more than one WORLD";
@@ -58,7 +57,7 @@ std::string parse_render_options(std::span<const char* const> words, CommandLine
   if (!line.has("output") && !line.has("stats")) return "nothing to do: give -o OUT.png or --stats FILE.json";
   if (line.has("camera") && line.has("path")) return "--camera and --path exclude each other";
   void* const targets[] = {&options, &options.camera, &options.scene};
-  if (std::string error = line.store(targets); !error.empty()) return error;
+  if (Error error = line.store(targets); !error.ok()) return error;
   return check_scene(options.scene, line.has("drape-repeat"));
 }
 

@@ -7,6 +7,7 @@
 
 #include "app/command_line/command_line.h"
 #include "app/options/scene_options.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -20,8 +21,7 @@ struct RenderOptions {
 
 extern const CommandSpec kRenderSpec;
 
-// Empty where the command line is right, else what is wrong with it. With --help options are left alone.
-[[nodiscard]] std::string parse_render_options(std::span<const char* const> words, CommandLine& line,
-                                               RenderOptions& options);
+// The error tells what is wrong with the command line. With --help options are left alone.
+Error parse_render_options(std::span<const char* const> words, CommandLine& line, RenderOptions& options);
 
 }  // namespace karst::app

@@ -10,30 +10,30 @@ using Kind = ValueKind;
 
 constexpr double kLongest_s = 1e9;  // more than a machine's life
 
-std::string store_mode(void* options, const OptionValue& value) {
+Error store_mode(void* options, const OptionValue& value) {
   return parse_mode(value.text, value.what, static_cast<ViewOptions*>(options)->kms.mode);
 }
 
-std::string store_kms(void* options, const OptionValue& value) {
+Error store_kms(void* options, const OptionValue& value) {
   KmsOptions& kms = static_cast<ViewOptions*>(options)->kms;
   kms.atomic = value.text != "legacy";
   kms.legacy = value.text != "atomic";
   return {};
 }
 
-std::string store_window(void* options, const OptionValue&) {
+Error store_window(void* options, const OptionValue&) {
   static_cast<ViewOptions*>(options)->output = ViewOptions::Output::window;
   return {};
 }
 
-std::string store_headless(void* options, const OptionValue&) {
+Error store_headless(void* options, const OptionValue&) {
   auto& view = *static_cast<ViewOptions*>(options);
   if (view.output == ViewOptions::Output::window) return "--window and --headless exclude each other";
   view.output = ViewOptions::Output::headless;
   return {};
 }
 
-std::string store_poses(void* options, const OptionValue& value) {
+Error store_poses(void* options, const OptionValue& value) {
   static_cast<ViewOptions*>(options)->poses = value.text;
   return check_pose_source(value.text);
 }
@@ -194,8 +194,8 @@ constinit const CommandSpec kViewSpec = {
         "karst view canyon.karst --connector HDMI-A-1 --mode 1920x1080@60 --rotate 90\n"
         "simulator | karst view canyon.karst --poses - --navigate none\n"};
 
-std::string parse_view_options(std::span<const char* const> words, CommandLine& line, ViewOptions& options) {
-  if (std::string error = line.parse(words, kViewSpec); !error.empty()) return error;
+Error parse_view_options(std::span<const char* const> words, CommandLine& line, ViewOptions& options) {
+  if (Error error = line.parse(words, kViewSpec); !error.ok()) return error;
   if (line.wants_help()) return {};
   const bool lists = line.has("list-outputs");
   const std::size_t worlds = line.positional().size();
@@ -206,7 +206,7 @@ std::string parse_view_options(std::span<const char* const> words, CommandLine& 
   if (line.has("path") && line.has("poses")) return "--path and --poses exclude each other";
   if (worlds == 1) options.world = line.positional()[0];
   void* const targets[] = {&options, &options.camera, &options, &options.scene};
-  if (std::string error = line.store(targets); !error.empty()) return error;
+  if (Error error = line.store(targets); !error.ok()) return error;
   if (!line.has("format") && options.scene.rgb565) options.kms.format = ColourFormat::rgb565;
   if (!line.has("buffers")) options.kms.buffers = options.scene.buffers;
   options.scene.rgb565 = options.kms.format == ColourFormat::rgb565;

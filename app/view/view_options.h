@@ -9,6 +9,7 @@
 #include "app/command_line/command_line.h"
 #include "app/motion/navigator.h"
 #include "app/options/scene_options.h"
+#include "platform/base/error.h"
 #include "platform/kms/kms_display.h"
 
 namespace karst::app {
@@ -41,8 +42,7 @@ struct ViewOptions {
 
 extern const CommandSpec kViewSpec;
 
-// Empty where the command line is right, else what is wrong with it. With --help options are left alone.
-[[nodiscard]] std::string parse_view_options(std::span<const char* const> words, CommandLine& line,
-                                             ViewOptions& options);
+// The error tells what is wrong with the command line. With --help options are left alone.
+Error parse_view_options(std::span<const char* const> words, CommandLine& line, ViewOptions& options);
 
 }  // namespace karst::app

@@ -11,13 +11,13 @@ using namespace app;
 using Kind = ValueKind;
 
 // "1,2,4" or "none".
-std::string parse_list(const OptionValue& value, double min, double max, std::vector<double>& out) {
+Error parse_list(const OptionValue& value, double min, double max, std::vector<double>& out) {
   out.clear();
   if (value.text == "none") return {};
   for (std::string_view rest = value.text;;) {
     const std::size_t comma = rest.find(',');
-    if (std::string error = parse_number(rest.substr(0, comma), value.what, min, max, out.emplace_back());
-        !error.empty()) {
+    if (Error error = parse_number(rest.substr(0, comma), value.what, min, max, out.emplace_back());
+        !error.ok()) {
       return error;
     }
     if (comma == std::string_view::npos) return {};
@@ -25,11 +25,11 @@ std::string parse_list(const OptionValue& value, double min, double max, std::ve
   }
 }
 
-std::string store_targets(void* options, const OptionValue& value) {
+Error store_targets(void* options, const OptionValue& value) {
   return parse_list(value, kLeastErrorTarget, kMostErrorTarget, static_cast<BenchOptions*>(options)->targets);
 }
 
-std::string store_distances(void* options, const OptionValue& value) {
+Error store_distances(void* options, const OptionValue& value) {
   return parse_list(value, 0, kMostReach, static_cast<BenchOptions*>(options)->distances);
 }
 
@@ -195,17 +195,17 @@ constexpr const char* kUnused[] = {
     "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat "};
 constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows", "queries"};
 
-std::string check(const CommandLine& line, const BenchOptions& options) {
+Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);
-  std::string error;
+  Error error;
   for_each_option(kBenchSpec, [&](const OptionRow& row) {
-    if (!line.has(row.name) || !error.empty()) return;
+    if (!line.has(row.name) || !error.ok()) return;
     const std::string name = std::string(1, ' ').append(row.name).append(" ");
     if (std::string_view(kUnused[suite]).find(name) != std::string_view::npos) {
       error = std::string("--") + row.name + ": the suite " + kSuiteNames[suite] + " has no use for it";
     }
   });
-  if (!error.empty()) return error;
+  if (!error.ok()) return error;
   if (!options.elevation.empty() && options.pixel_size_m == 0) return "--elevation: needs --pixel-size";
   if (options.targets.empty() && options.distances.empty() && !options.full) return "nothing to measure";
   if (options.suite == SuiteName::shadows && options.scene.shadows == 0)
@@ -230,14 +230,13 @@ constinit const CommandSpec kBenchSpec = {
         "karst-bench canyon.karst\n"
         "karst-bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg\n"};
 
-std::string parse_bench_options(std::span<const char* const> words, CommandLine& line,
-                                BenchOptions& options) {
-  if (std::string error = line.parse(words, kBenchSpec); !error.empty()) return error;
+Error parse_bench_options(std::span<const char* const> words, CommandLine& line, BenchOptions& options) {
+  if (Error error = line.parse(words, kBenchSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
   if (line.positional().size() != 1) return "takes one WORLD";
   options.world = line.positional()[0];
   void* const targets[] = {&options, &options.scene};
-  if (std::string error = line.store(targets); !error.empty()) return error;
+  if (Error error = line.store(targets); !error.ok()) return error;
   const bool levels_alone = options.suite == SuiteName::lod || options.suite == SuiteName::pareto;
   if (levels_alone && !line.has("shadows") && !line.has("board")) options.scene.shadows = 0;
   return check(line, options);

@@ -9,6 +9,7 @@
 
 #include "app/command_line/command_line.h"
 #include "app/options/scene_options.h"
+#include "platform/base/error.h"
 
 namespace karst::bench {
 
@@ -37,9 +38,8 @@ struct BenchOptions {
 
 extern const app::CommandSpec kBenchSpec;
 
-// Empty where the command line is right, else what is wrong with it: an option that the suite has no use for,
-// too. With --help and --version options are left alone.
-[[nodiscard]] std::string parse_bench_options(std::span<const char* const> words, app::CommandLine& line,
-                                              BenchOptions& options);
+// The error tells what is wrong with the command line: an option that the suite has no use for, too.
+// With --help and --version options are left alone.
+Error parse_bench_options(std::span<const char* const> words, app::CommandLine& line, BenchOptions& options);
 
 }  // namespace karst::bench

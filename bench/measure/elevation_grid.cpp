@@ -92,10 +92,9 @@ bool ElevationGrid::inside(double x_m, double z_m, double margin_cells) const {
          std::abs(z_m) <= (0.5 * (rows - 1) - margin_cells) * spacing_z_m;
 }
 
-std::string read_elevation_png(const std::string& path, double pixel_size_m, double z_scale,
-                               ElevationGrid& grid) {
+Error read_elevation_png(const std::string& path, double pixel_size_m, double z_scale, ElevationGrid& grid) {
   MappedFile file;
-  if (std::string error = file.open(path); !error.empty()) return error;
+  if (Error error = file.open(path); !error.ok()) return error;
   Source source{file.bytes(), {}};
   grid = {};
   grid.spacing_x_m = grid.spacing_z_m = pixel_size_m;

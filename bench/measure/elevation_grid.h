@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "platform/base/error.h"
+
 namespace karst::bench {
 
 struct ElevationGrid {
@@ -28,9 +30,8 @@ struct ElevationGrid {
   bool inside(double x_m, double z_m, double margin_cells) const;
 };
 
-// Reads a grey PNG of 8 or 16 bits, heights = samples x z_scale. Returns an empty string on success, else
-// one line that names the file and the cause. pixel_size_m, z_scale: as given to karst-bake.
-[[nodiscard]] std::string read_elevation_png(const std::string& path, double pixel_size_m, double z_scale,
-                                             ElevationGrid& grid);
+// Reads a grey PNG of 8 or 16 bits, heights = samples x z_scale. The error names the file and the cause.
+// pixel_size_m, z_scale: as given to karst-bake.
+Error read_elevation_png(const std::string& path, double pixel_size_m, double z_scale, ElevationGrid& grid);
 
 }  // namespace karst::bench

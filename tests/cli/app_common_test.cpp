@@ -50,17 +50,17 @@ TEST(JsonWriter, NumbersReadBackAsTheyWere) {
 
 TEST(Arguments, NumbersAreWholeWords) {
   double number = 0;
-  EXPECT_EQ(parse_number("+2.5", "x", 0, 10, number), "");
+  EXPECT_EQ(parse_number("+2.5", "x", 0, 10, number).text(), "");
   EXPECT_EQ(number, 2.5);
   for (const char* text : {"", "2.5m", " 2", "0x10", "nan", "+-2", "1e999"}) {
-    EXPECT_NE(parse_number(text, "x", -1e308, 1e308, number), "") << text;
+    EXPECT_NE(parse_number(text, "x", -1e308, 1e308, number).text(), "") << text;
   }
   EXPECT_EQ(number, 2.5) << "left alone by errors";
   std::int64_t whole = 0;
   for (const char* text : {"", "1.0", "99999999999999999999", "4"}) {
-    EXPECT_NE(parse_integer(text, "x", 0, 3, whole), "") << text;
+    EXPECT_NE(parse_integer(text, "x", 0, 3, whole).text(), "") << text;
   }
-  EXPECT_EQ(parse_integer("3", "x", 0, 3, whole), "");
+  EXPECT_EQ(parse_integer("3", "x", 0, 3, whole).text(), "");
 }
 
 TEST(AtomicFile, NewFilesHaveTheUsualRights) {

@@ -29,7 +29,7 @@ struct Drawing {
   bool quiet = false;
   bool loud = true;
 };
-std::string store_width(void* options, const OptionValue& value) {
+Error store_width(void* options, const OptionValue& value) {
   static_cast<Drawing*>(options)->width = value.width;
   return {};
 }
@@ -51,7 +51,7 @@ constexpr CommandSpec kDraw = {"draw", "draws",   "FILE\n--quiet", "Draws. .Dots
                                kParts, "draw x\n"};
 
 std::string read(const std::vector<const char*>& words, Drawing& drawing, CommandLine& line) {
-  if (std::string error = line.parse(words, kDraw); !error.empty()) return error;
+  if (Error error = line.parse(words, kDraw); !error.ok()) return error.text();
   void* const targets[] = {&drawing};
   return line.store(targets);
 }
@@ -151,8 +151,8 @@ TEST(SceneOptions, EachIsStored) {
     const std::array<const char*, 2> words = {option.c_str(), c.value};
     CommandLine line;
     void* const targets[] = {&scene};
-    ASSERT_EQ(line.parse(words, kSpec), "");
-    EXPECT_EQ(line.store(targets), "");
+    ASSERT_EQ(line.parse(words, kSpec).text(), "");
+    EXPECT_EQ(line.store(targets).text(), "");
     EXPECT_TRUE(c.is_stored(scene)) << c.name;
     in_table.erase(c.name);
   }

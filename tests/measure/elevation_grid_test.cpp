@@ -33,7 +33,7 @@ TEST(ReadElevation, SixteenBits) {
   const test::Folder folder;
   const std::string path = folder.write("a.png", png_of(PNG_FORMAT_LINEAR_Y, 3, 2, kSamples));
   ElevationGrid grid;
-  ASSERT_EQ(read_elevation_png(path, 2.5, 0.5, grid), "");
+  ASSERT_EQ(read_elevation_png(path, 2.5, 0.5, grid).text(), "");
   EXPECT_EQ(grid.columns, 3);
   EXPECT_EQ(grid.rows, 2);
   EXPECT_EQ(grid.spacing_x_m, 2.5);
@@ -47,13 +47,13 @@ TEST(ReadElevation, WhatIsNoElevation) {
   ElevationGrid grid;
   const auto refused = [&](const std::string& bytes, const std::string& why) {
     const std::string path = folder.write("bad.png", bytes);
-    EXPECT_EQ(read_elevation_png(path, 1, 1, grid), path + ": " + why);
+    EXPECT_EQ(read_elevation_png(path, 1, 1, grid).text(), path + ": " + why);
   };
   refused("not a picture", "not a PNG file");
   refused(png_of(PNG_FORMAT_RGB, 3, 2, colours.data()), "not grey of 8 or 16 bits");
   refused(png_of(PNG_FORMAT_LINEAR_Y, 1, 2, kSamples), "not 2..32768 samples a side");
   refused(grey.substr(0, grey.size() - 30), "cut short");
-  EXPECT_NE(read_elevation_png(folder.path("none.png"), 1, 1, grid), "");
+  EXPECT_NE(read_elevation_png(folder.path("none.png"), 1, 1, grid).text(), "");
 }
 
 TEST(ElevationGrid, RangeHoldsBothDiagonals) {

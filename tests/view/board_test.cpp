@@ -31,7 +31,7 @@ TEST(Board, AllThatArePromisedAreThereAndSound) {
   std::set<std::string> names;
   for (const BoardText& board : board_texts()) {
     BoardProfile profile;
-    EXPECT_EQ(find_board(board.name, profile), "");
+    EXPECT_EQ(find_board(board.name, profile).text(), "");
     EXPECT_EQ(profile.name, board.name);
     names.insert(board.name);
   }
@@ -44,7 +44,7 @@ TEST(Board, AllThatArePromisedAreThereAndSound) {
 TEST(Board, WrongProfilesAreTold) {
   const auto error = [](const std::string& text) {
     BoardProfile profile;
-    return parse_board(text, "x.board", profile);
+    return parse_board(text, "x.board", profile).text();
   };
   EXPECT_EQ(error(text_of("tiny")), "");
   EXPECT_NE(error(""), "");
@@ -65,14 +65,14 @@ TEST(Board, WrongProfilesAreTold) {
     EXPECT_NE(error(with("cascades", wrong)).find("cascades is not"), std::string::npos) << wrong;
   }
   BoardProfile profile;
-  EXPECT_NE(find_board("pdp-11", profile).find("'pdp-11' is not one of am625, "), std::string::npos);
+  EXPECT_NE(find_board("pdp-11", profile).text().find("'pdp-11' is not one of am625, "), std::string::npos);
 }
 
 // What the renderer would refuse is no profile: budget and view agree.
 TEST(Board, ShadowMapsAreThoseThatTheRendererTakes) {
   for (const char* right : {"cascades = 1x512 # x\n", "cascades = 3x2048 # x\n", "cascades = 2x1040 # x\n"}) {
     BoardProfile profile;
-    EXPECT_EQ(parse_board(with("cascades", right), "x.board", profile), "") << right;
+    EXPECT_EQ(parse_board(with("cascades", right), "x.board", profile).text(), "") << right;
   }
 }
 

@@ -70,10 +70,10 @@ TEST(PoseLines, LongLinesCostNothing) {
 
 TEST(PoseStream, SourcesAreChecked) {
   for (const char* good : {"-", "udp:4000", "udp:0.0.0.0:4000", "udp:[::1]:4000"}) {
-    EXPECT_EQ(check_pose_source(good), "") << good;
+    EXPECT_EQ(check_pose_source(good).text(), "") << good;
   }
   for (const char* bad : {"", "4000", "tcp:4000", "udp:", "udp:0", "udp:65536", "udp:host:1", "udp:[x]:1"}) {
-    EXPECT_NE(check_pose_source(bad), "") << bad;
+    EXPECT_NE(check_pose_source(bad).text(), "") << bad;
   }
 }
 
