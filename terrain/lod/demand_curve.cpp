@@ -15,6 +15,9 @@ constexpr std::uint32_t kOne = 127u << 23;  // 1.0f
 constexpr int kStepShift = 23 - 4;          // sixteen steps a doubling
 static_assert(DemandCurve::kStepsPerDoubling == 1 << (23 - kStepShift));
 
+// A part of the pages that is left is worth no coarser picture.
+constexpr std::uint32_t kWorthwhile = 16;
+
 constexpr float kSteepest = 1.1547006f;  // morph.h: G
 constexpr float kMorphStarts = 1.0f - kMorphShare;
 
@@ -58,9 +61,10 @@ void DemandCurve::finish() {
   for (std::size_t step = pages_.size() - 1; step > 0; --step) pages_[step - 1] += pages_[step];
 }
 
-int DemandCurve::coarsest_step() const {
-  int step = kSteps - 1;
-  while (step > 0 && detail_pages(step - 1) == detail_pages(kSteps - 1)) --step;
+int DemandCurve::coarsest_step(int last) const {
+  const std::uint32_t left = detail_pages(last);
+  int step = last;
+  while (step > 0 && detail_pages(step - 1) <= left + left / kWorthwhile) --step;
   return step;
 }
 

@@ -34,8 +34,9 @@ class DemandCurve {
   // Pages beyond one a patch at a step's scale, of all patches added. Precondition: finish() was called.
   std::uint32_t detail_pages(int step) const { return pages_[static_cast<std::size_t>(step)]; }
   void finish();
-  // The least step from which on nothing more is saved. Precondition: finish() was called.
-  int coarsest_step() const;
+  // The least step from which on, up to a last one, next to nothing more is saved: what is left is needed at
+  // any scale. Precondition: finish() was called.
+  int coarsest_step(int last) const;
 
  private:
   std::array<std::uint32_t, kSteps> pages_{};

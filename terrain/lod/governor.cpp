@@ -55,7 +55,8 @@ void Governor::adjust(const DemandCurve& curve) {
   const float before = scale_;
   int step = step_for(curve, room * kAimedUse / correction);
   if (load_.pages > load_.page_count) {
-    step = std::min(std::max(step, now + 1), curve.coarsest_step() + kMargin);
+    const int last = DemandCurve::step_below(load_.most_scale);
+    step = std::min(std::max(step, now + 1), curve.coarsest_step(last) + kMargin);
     scale_ = std::max(scale_, std::min(DemandCurve::scale_at(step), load_.most_scale));
   } else {
     if (curve.detail_pages(0) * correction <= room) step = 0;

@@ -300,6 +300,15 @@ bool Residency::stand_still() {
   return still;
 }
 
+// What is drawn coarser than it is held, because a neighbour lacks something, is kept as far as it is wanted:
+// if the neighbour took its pages, the two would take them from each other for ever.
+int Residency::kept_level(const ViewState& view, const DrawItem& item) const {
+  const int held = pool_.level(item.patch);
+  if (held <= item.level || view.settings().mode != LodMode::error) return std::max<int>(held, item.level);
+  const PatchLod& lod = thresholds_.lods(view.threshold_set())[item.patch];
+  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye())), int{item.level}, held);
+}
+
 // Tells the pool what the views want, and adds up the pages for it; seen: patches. A patch that several views
 // see counts once, at the most that one of them wants.
 std::uint32_t Residency::count_pages(std::uint32_t& seen) {
@@ -311,7 +320,11 @@ std::uint32_t Residency::count_pages(std::uint32_t& seen) {
   };
   pool_.begin_selection();
   for (const ViewState& view : views_) {
-    for (const DrawItem& item : view.items()) count(pool_.see(item.patch, item.level), item.level);
+    const bool lowered = view.selection().lod.lowered > 0;
+    for (const DrawItem& item : view.items()) {
+      const int wanted = lowered ? kept_level(view, item) : item.level;
+      count(pool_.see(item.patch, wanted), wanted);
+    }
     missing += view.selection().lod.missing;
   }
   // What is missing has no row in the pool to note it in.

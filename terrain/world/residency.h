@@ -142,6 +142,7 @@ class Residency {
   Status fill_thresholds(std::span<ViewState> views);
   bool stand_still();
   std::uint32_t count_pages(std::uint32_t& seen);
+  int kept_level(const ViewState& view, const DrawItem& item) const;
   void govern();
   void fill_curve(DemandCurve& curve) const;
   Status hold_heights(PatchId patch, int level);

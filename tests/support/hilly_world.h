@@ -15,6 +15,16 @@ inline TestWorld hilly_world(int level = 3) {
   return world;
 }
 
+// Wide and smooth, 56 x 10 x 56 voxels: what is far needs little.
+inline TestWorld wide_world(int level = 4) {
+  TestWorld world({56, 10, 56}, [](glm::ivec3 v) {
+    return v.y + 0.5 < 5 + 3 * value_noise(5, glm::dvec3(v.x, 0, v.z) / 14.0);
+  });
+  world.set_heights(
+      level, [](glm::dvec3 p) { return 900 * value_noise(6, p / 0.9) + 80 * value_noise(7, p * 4.0); });
+  return world;
+}
+
 inline Camera camera_at(glm::dvec3 position, double yaw_deg, double fov_y_deg = 60, double pitch_deg = 0) {
   CameraSettings settings;
   settings.position = position;
