@@ -3,6 +3,7 @@
 // triangle that is drawn, at every level and whatever else is culled. And eyes that count as outside are.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "terrain/draw/draw_list.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/measure/normal_cone.h"
+#include "tests/support/any_camera.h"
 #include "tests/support/morphed_surface.h"
 
 namespace karst::core {
@@ -173,6 +175,52 @@ struct Scene {
   std::vector<DrawItem> items;
 };
 
+Camera any_camera(Random& random, const CameraSettings& settings, test::AnyProjection kind) {
+  CameraMatrices matrices = test::any_matrices(random, kind, settings.near_voxels, 30);
+  const Camera at_zero = test::camera_of(matrices);
+  matrices.position = settings.position - eye_lattice(at_zero) / double{kStepsPerVoxel};
+  return test::camera_of(matrices);
+}
+
+// Whatever the view: a patch that is not listed shows nothing.
+TEST(Occlusion, WhatIsNotListedIsOutOfViewOrFacesAway) {
+  Random random{303};
+  std::size_t visible = 0;
+  std::size_t back_facing = 0;
+  for (int round = 0; round < 6; ++round) {
+    const int level = 1 + round % 3;
+    const TestWorld source = make_caves(random, level, round % 2 == 0);
+    Scene scene(source, 0);
+    const Drawn drawn(scene.world, level);
+    for (int n = 0; n < 60; ++n) {
+      CameraSettings settings;
+      settings.near_voxels = std::exp2(-5.0 + 3.0 * random.unit());
+      settings.position = glm::dvec3(26, 20, 26) * glm::dvec3(random.unit(), random.unit(), random.unit());
+      const Camera camera = any_camera(random, settings, test::kAnyProjections[n % 6]);
+      BuildDrawList::Result result;
+      const std::vector<bool> listed = scene.list(camera, false, result);
+      if (camera.parallel) back_facing += result.culled_backface;
+      const glm::dvec3 eye = eye_lattice(camera);
+      for (PatchId p = 0; p < listed.size(); ++p) {
+        for (int k = 0; k < 4; ++k) {
+          const std::size_t t = static_cast<std::size_t>(random.below(static_cast<int>(drawn.triangles())));
+          const glm::dvec3 a = drawn.corner(p, t, 0);
+          const glm::dvec3 normal = glm::cross(drawn.corner(p, t, 1) - a, drawn.corner(p, t, 2) - a);
+          const glm::dvec3 view = camera.view_from_world * (a - eye) / double{kStepsPerVoxel};
+          const glm::dvec4 clip = camera.clip_from_view * glm::dvec4(view, 1.0);
+          if (!(std::max({std::abs(clip.x), std::abs(clip.y), std::abs(clip.z)}) <= clip.w)) continue;
+          if (!(glm::dot(normal, camera.parallel ? camera.forward : a - eye) < 0)) continue;
+          ++visible;
+          ASSERT_TRUE(listed[p]) << "round " << round << ", view " << n << ", patch " << p;
+        }
+      }
+    }
+  }
+  std::printf("%zu points in view, %zu patches that face away in parallel views\n", visible, back_facing);
+  EXPECT_GT(visible, 20'000u);
+  EXPECT_GT(back_facing, 1'000u);
+}
+
 TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
   Random random{301};
   std::size_t hidden = 0;
@@ -180,6 +228,8 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
   std::size_t active = 0;
   std::size_t from_air = 0;
   std::size_t frames = 0;
+  std::size_t hidden_from_any = 0;
+  std::size_t rays_from_any = 0;
   for (int round = 0; round < 12; ++round) {
     const int level = 1 + round % 3;
     const TestWorld source = make_caves(random, level, round % 3 != 0);
@@ -206,6 +256,9 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
       }
       Camera camera;
       ASSERT_TRUE(make_camera(settings, camera).ok());
+      // A third of the views are of any other kind, with the same place for an eye.
+      const bool any = n % 3 == 2;
+      if (any) camera = any_camera(random, settings, test::kAnyProjections[random.below(6)]);
       BuildDrawList::Result result;
       const std::vector<bool> all = scene.list(camera, false, result);
       const std::vector<bool> listed = scene.list(camera, true, result);
@@ -221,11 +274,11 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
           settings.position * double{kStepsPerVoxel}, 2.0 * settings.near_voxels * kStepsPerVoxel);
       active += outside ? 1u : 0u;
       hidden += culled.size();
+      hidden_from_any += any ? culled.size() : 0;
+      ASSERT_TRUE(culled.empty() || !camera.parallel);
       from_air += outside ? 0 : culled.size();
       if (culled.empty()) continue;
       const glm::dvec3 eye = eye_lattice(camera);
-      const Frustum frustum = make_frustum(camera);
-      const glm::dvec3 forward = -world_from_view(camera)[2];
       for (int k = 0; k < 100; ++k) {
         const PatchId p = culled[static_cast<std::size_t>(random.below(static_cast<int>(culled.size())))];
         const std::size_t t = static_cast<std::size_t>(random.below(static_cast<int>(drawn.triangles())));
@@ -238,13 +291,17 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
         const glm::dvec3 way = q - eye;
         // What faces away is not drawn anyway, nor what is out of view.
         if (!(glm::dot(glm::cross(b - a, c - a), way) < 0)) continue;
-        const LatticeBox point{glm::ivec3(glm::floor(q)), glm::ivec3(glm::ceil(q))};
-        if (classify(frustum, point, kAllPlanes) == kOutside) continue;
-        const double depth = glm::dot(way, forward);
-        if (depth <= settings.near_voxels * kStepsPerVoxel) continue;
-        // What lies before the near plane is not drawn.
+        const glm::dvec3 view = camera.view_from_world * way / double{kStepsPerVoxel};
+        const glm::dvec4 clip = camera.clip_from_view * glm::dvec4(view, 1.0);
+        if (!(std::max({std::abs(clip.x), std::abs(clip.y), std::abs(clip.z)}) <= clip.w)) continue;
+        // What lies before the near plane is not drawn: z and w change in proportion to the way, but for z's
+        // value at the eye.
         ++rays;
-        const double near = settings.near_voxels * kStepsPerVoxel / depth;
+        rays_from_any += any ? 1u : 0u;
+        const double sign = camera.reversed_depth ? -1.0 : 1.0;
+        const double at_eye = sign * camera.clip_from_view[3][2];
+        const double near = -at_eye / (sign * clip.z - at_eye + clip.w);
+        ASSERT_TRUE(near > 0.0 && near <= 1.0);
         bool covered = false;
         for (PatchId other = 0; other < scene.world.patches() && !covered; ++other) {
           if (!listed[other]) continue;
@@ -257,6 +314,9 @@ TEST(Occlusion, WhatIsCulledLiesBehindAFrontThatIsDrawn) {
   }
   std::printf("%zu of %zu eyes outside, %zu patches hidden, %zu of them from other eyes, %zu rays\n", active,
               frames, hidden, from_air, rays);
+  std::printf("%zu patches hidden in views of any kind, %zu rays\n", hidden_from_any, rays_from_any);
+  EXPECT_GT(hidden_from_any, 1'000u);
+  EXPECT_GT(rays_from_any, 100u);
   EXPECT_GT(from_air, 1'000u);
   EXPECT_GT(active, frames / 10);
   EXPECT_GT(hidden, 10'000u);

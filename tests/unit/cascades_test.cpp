@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 
+#include "terrain/lod/morph.h"
 #include "tests/support/test_world.h"
 
 namespace karst::core {
@@ -145,6 +146,23 @@ TEST_F(Cascades, TurningChangesNothing) {
     settings.fov_y_deg = between(random, 20, 120);
     const Fitted now = fit(settings);
     for (std::size_t c = 0; c < 3; ++c) EXPECT_TRUE(now.cascades[c].same_as(before.cascades[c]));
+  }
+}
+
+// Surfaces in maps are those of the picture: of a parallel view, at its constant distance.
+TEST_F(Cascades, OfParallelViewsHaveTheirDistance) {
+  CameraMatrices matrices;
+  matrices.position = {123.4, 45.6, 78.9};
+  matrices.clip_from_view = glm::dmat4(0.05, 0, 0, 0, 0, 0.05, 0, 0, 0, 0, -0.01, 0, 0, 0, 0, 1);
+  Camera camera;
+  ASSERT_TRUE(make_camera(matrices, camera).ok());
+  Fitted parallel;
+  stage(parallel, camera).run();
+  const Fitted perspective = fit_at(matrices.position);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(parallel.cascades[c].least_cos2, make_error_scale(camera, 100, 100, 1).least_cos2);
+    EXPECT_EQ(perspective.cascades[c].least_cos2, 1.0f);
+    EXPECT_FALSE(parallel.cascades[c].same_as(perspective.cascades[c]));
   }
 }
 
