@@ -132,6 +132,22 @@ TEST_F(Halls, OneIsHiddenFromTheOther) {
   EXPECT_EQ(seen.other, 0);
 }
 
+// Its rays do not come from the eye, however small its picture and near its near plane.
+TEST_F(Halls, NothingIsHiddenInAParallelView) {
+  build(Occluders::word_count(kExtent, -1));
+  EXPECT_GT(frame(1000).culled_occluded, 0u);
+  CameraMatrices matrices;
+  matrices.position = {8.5, 9.0, 9.0};
+  matrices.view_from_world = camera_.view_from_world;
+  matrices.clip_from_view = glm::dmat4(2, 0, 0, 0, 0, 2, 0, 0, 0, 0, -0.02, 0, 0, 0, -1.0002, 1);
+  ASSERT_TRUE(make_camera(matrices, camera_).ok());
+  ASSERT_TRUE(camera_.parallel);
+  const BuildDrawList::Result result = frame(1000);
+  EXPECT_FALSE(occlusion_.active());
+  EXPECT_EQ(result.culled_occluded, 0u);
+  EXPECT_GT(listed(result).other, 0);
+}
+
 TEST_F(Halls, AFrameIsBoundedAndTheNextOnesGoOn) {
   build(Occluders::word_count(kExtent, 0));
   const std::uint64_t heap = test::heap_calls();
