@@ -112,7 +112,13 @@ Status DrawnWorld::upload_next(bool& made) {
 }
 
 Status DrawnWorld::prepare(const CameraSettings& settings, ViewInput& input) {
-  if (const Status status = make_camera(settings, input.camera); !status.ok()) return status;
+  Camera camera;
+  if (const Status status = make_camera(settings, camera); !status.ok()) return status;
+  return prepare(camera, input);
+}
+
+Status DrawnWorld::prepare(const Camera& camera, ViewInput& input) {
+  input.camera = camera;
   ViewRequest request;
   request.camera = &input.camera;
   request.lod = lod;
@@ -143,6 +149,10 @@ Status DrawnWorld::draw(const ViewInput& input, FrameCounts* counts) {
   } else {
     target_.begin();
   }
+  if (input.camera.reversed_depth) {
+    const float farthest = 0;
+    GlContext::get().gl().ClearBufferfv(GL_DEPTH, 0, &farthest);
+  }
   const Status status = renderer_.draw(input, {.viewport = target_.viewport(), .sky = !drape});
   target_.end();
   const FrameCounts drawn = renderer_.end_frame();
@@ -151,8 +161,14 @@ Status DrawnWorld::draw(const ViewInput& input, FrameCounts* counts) {
 }
 
 Status DrawnWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
+  Camera camera;
+  if (const Status status = make_camera(settings, camera); !status.ok()) return status;
+  return draw(camera, counts);
+}
+
+Status DrawnWorld::draw(const Camera& camera, FrameCounts* counts) {
   ViewInput input;
-  if (const Status status = prepare(settings, input); !status.ok()) return status;
+  if (const Status status = prepare(camera, input); !status.ok()) return status;
   Status status = draw(input, counts);
   bool made = true;
   for (int i = 0; i < patches_a_frame && made && status.ok(); ++i) status = upload_next(made);

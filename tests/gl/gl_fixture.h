@@ -84,8 +84,10 @@ class DrawnWorld {
   Status prepare(const CameraSettings& camera, ViewInput& input);
   // Draws it into the target.
   Status draw(const ViewInput& input, FrameCounts* counts = nullptr);
+  Status prepare(const Camera& camera, ViewInput& input);
   // Both, and draws it.
   Status draw(const CameraSettings& camera, FrameCounts* counts = nullptr);
+  Status draw(const Camera& camera, FrameCounts* counts = nullptr);
   Picture picture();
 
   World& world() { return parts_.world; }
