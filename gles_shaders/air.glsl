@@ -77,6 +77,11 @@ vec3 karst_haze(vec3 light, vec3 from_eye) {
   vec3 ray = mat3(karst_world) * from_eye;
   float distance_voxels = length(ray);
   vec3 direction = ray / max(distance_voxels, 1e-6);
+  if (karst_view_scale.z > 0.5) {
+    // A parallel view: as terrain.frag has it.
+    direction = karst_ray_forward.xyz;
+    distance_voxels = max(dot(ray, direction), 0.0);
+  }
   float hazed = 1.0 - exp(-distance_voxels * karst_view_scale.x);
   return mix(light, karst_sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed);
 }

@@ -10,6 +10,7 @@ KARST_BLOCK(KarstAir) {
   vec4 karst_sky_zenith;
   vec4 karst_sky_horizon;
   vec4 karst_view_scale;
+  vec4 karst_ray_forward;
   vec4 karst_shadow_x;
   vec4 karst_shadow_y;
   vec4 karst_shadow_z;

@@ -170,6 +170,7 @@ shader::KarstAir make_air_block(const shader::FrameBlock& block, const glm::mat4
           .karst_sky_zenith = block.sky_zenith,
           .karst_sky_horizon = block.sky_horizon,
           .karst_view_scale = block.view_scale,
+          .karst_ray_forward = block.ray_forward,
           .karst_shadow_x = block.shadow_x,
           .karst_shadow_y = block.shadow_y,
           .karst_shadow_z = block.shadow_z,
