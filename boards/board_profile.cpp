@@ -5,12 +5,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "renderer/renderer.h"
-#include "terrain/base/lattice.h"
-#include "terrain/patch/gpu_vertex.h"
-#include "terrain/shadow/cascades.h"
+#include "karst/plan.h"
 
-namespace karst::core {
+namespace karst {
 namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
@@ -68,7 +65,7 @@ constexpr Key kKeys[] = {
      [](std::string_view v, BoardProfile& p) {
        double w = 0;
        double h = 0;
-       constexpr double kMost = RendererSettings::kMaxPicture;
+       constexpr double kMost = kMostPictureSide;
        if (!read_pair(v, w, h) || !whole(w, 16, kMost) || !whole(h, 16, kMost)) return false;
        p.width = static_cast<int>(w);
        p.height = static_cast<int>(h);
@@ -87,7 +84,7 @@ constexpr Key kKeys[] = {
     {"level", "1..6",
      [](std::string_view v, BoardProfile& p) {
        double n = 0;
-       if (!read(v, n) || !whole(n, 1, kMaxLevel)) return false;
+       if (!read(v, n) || !whole(n, 1, kFinestLevel)) return false;
        p.level = static_cast<int>(n);
        return true;
      }},
@@ -104,12 +101,11 @@ constexpr Key kKeys[] = {
        double n = 0;
        double side = 0;
        if (v == "0") return true;
-       if (!read_pair(v, n, side) || !whole(n, 1, kMostCascades) || !whole(side, 0, kMostCascadeSize))
-         return false;
-       CascadeSettings settings;  // what the renderer takes
-       settings.count = p.cascades = static_cast<int>(n);
-       settings.size = p.cascade_side = static_cast<int>(side);
-       return settings.validate().ok();
+       if (!read_pair(v, n, side) || !whole(n, 1, kMostShadowMaps)) return false;
+       p.cascades = static_cast<int>(n);
+       p.cascade_side = static_cast<int>(side);
+       return whole(side / kShadowSizeStep, double{kLeastShadowSize} / kShadowSizeStep,
+                    double{kMostShadowSize} / kShadowSizeStep);
      }},
     {"drape", "0, or 256..16384 pixels a side, a power of two",
      [](std::string_view v, BoardProfile& p) {
@@ -194,4 +190,4 @@ Error find_board(std::string_view name, BoardProfile& profile) {
   return std::string("'").append(name).append("' is not one of ").append(names);
 }
 
-}  // namespace karst::core
+}  // namespace karst

@@ -12,7 +12,7 @@
 
 #include "platform/base/error.h"
 
-namespace karst::core {
+namespace karst {
 
 struct BoardProfile {
   std::string name;             // of the file
@@ -51,4 +51,4 @@ Error parse_board(std::string_view text, const std::string& source, BoardProfile
 // The built-in profile of that name. The error names those that there are.
 Error find_board(std::string_view name, BoardProfile& profile);
 
-}  // namespace karst::core
+}  // namespace karst

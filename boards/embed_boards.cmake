@@ -8,6 +8,6 @@ foreach(file ${BOARDS})
   file(READ ${file} text)
   string(APPEND entries "    {\"${name}\", R\"board(${text})board\"},\n")
 endforeach()
-set(head "// Made by embed_boards.cmake.\n#include \"boards/board_profile.h\"\n\nnamespace karst::core {\n\n")
+set(head "// Made by embed_boards.cmake.\n#include \"boards/board_profile.h\"\n\nnamespace karst {\n\n")
 file(WRITE ${OUTPUT} "${head}constexpr BoardText kTexts[] = {\n${entries}};\n
-std::span<const BoardText> board_texts() { return kTexts; }\n\n}  // namespace karst::core\n")
+std::span<const BoardText> board_texts() { return kTexts; }\n\n}  // namespace karst\n")

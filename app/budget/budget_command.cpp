@@ -10,21 +10,21 @@
 #include "app/common/arguments.h"
 #include "app/common/file_source.h"
 #include "app/common/json_writer.h"
+#include "app/common/picture_target.h"
 #include "app/common/status_text.h"
 #include "app/options/board_options.h"
 #include "app/options/scene_ranges.h"
-#include "scene/scene.h"
-#include "terrain/draw/index_batches.h"
+#include "karst/plan.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
-using namespace core;
 namespace {
 
 struct BudgetOptions {
   std::string world;
   std::string board_name;
   BoardProfile board;  // where board_name is not empty
-  int level = kMaxLevel;
+  int level = kMostLevel;
   int width = 1280;
   int height = 720;
   bool list_boards = false;
@@ -88,73 +88,69 @@ Error parse(std::span<const char* const> words, CommandLine& line, BudgetOptions
   return line.store(targets);
 }
 
-WorldBudget default_budget(const BudgetOptions& options) {
-  WorldBudget result;
-  if (!options.board_name.empty()) {
-    result.config.max_level = static_cast<std::uint32_t>(options.level);
-    result.config.gpu_vertex_pages =
-        static_cast<std::uint32_t>(options.board.vertex_bytes / (kPageVertices * sizeof(GpuVertex)));
-    result.config.max_draw_items = std::min(result.config.max_draw_items, result.config.gpu_vertex_pages);
-    result.config.max_resident_patches =
-        std::min(result.config.max_resident_patches, result.config.max_draw_items);
-    result.config.stream_indices = std::min(result.config.stream_indices,
-                                            result.config.max_draw_items * max_patch_indices(options.level));
-  }
-  result.picture.width = options.width;
-  result.picture.height = options.height;
-  result.renderer.vertex_pages = result.config.gpu_vertex_pages;
-  result.renderer.morph_rows = result.config.max_views * result.config.max_resident_patches;
-  result.renderer.stream_indices = result.config.stream_indices;
-  result.renderer.extent = glm::ivec3(1 << result.config.max_depth);
-  return result;
-}
-
-Error world_budget(const BudgetOptions& options, WorldBudget& result) {
-  FileSource file;
-  if (Error error = file.open(options.world); !error.ok()) return error;
-  WorldReader reader;
-  if (const Status status = reader.open(file.source()); !status.ok()) {
-    return status_text(options.world, status);
-  }
-  const WorldInfo& info = reader.info();
-  const int level = std::min(options.level, info.level);
-  result = budget_of(info, level, options.width, options.height, options.board.vertex_bytes);
-  result.renderer.material_count = reader.materials().count;
-  result.renderer.material_side = reader.materials().side;
-  result.renderer.material_format = reader.materials().format;
-  return {};
-}
-
-// What a board has beside the scene: the largest image that its profile allows, and what the screen shows.
-struct BoardUse {
+// What the program takes beside karst, and whether a board has it.
+struct BudgetUse {
+  std::uint64_t target = 0;  // the picture
+  std::uint64_t drape = 0;   // the largest image that the board's profile allows
   std::uint64_t cpu = 0;
   std::uint64_t gpu = 0;
   bool fits = true;
 };
 
-// Completes the budget: by the profile's colour and drape, and with the heights that find room.
-BoardUse add_up(const BudgetOptions& options, WorldBudget& world) {
+// The plan, with as many heights as find room on the board.
+Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   const BoardProfile& board = options.board;
   const bool has_board = !options.board_name.empty();
-  world.picture.rgb565 = board.rgb565;
-  world.renderer.cascades = CascadeSettings().count;
+  Needs& needs = plan.needs;
+  needs.level = static_cast<std::uint32_t>(options.level);
+  needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   if (has_board) {
-    world.renderer.cascades = board.cascades;
-    if (board.cascades > 0) world.renderer.shadow_size = board.cascade_side;
+    needs.vertex_bytes = board.vertex_bytes;
+    needs.shadow_maps = static_cast<std::uint32_t>(board.cascades);
+    if (board.cascades > 0) needs.shadow_size = static_cast<std::uint32_t>(board.cascade_side);
+    needs.max_cpu_bytes = board.cpu_bytes;
+    use.drape = board.drape_bytes();
   }
-  if (has_board && board.drape_side > 0) {
-    world.renderer.drape_width = world.renderer.drape_height = board.drape_side;
+  Status status;
+  if (options.world.empty()) {
+    status = make_plan(plan);
+  } else {
+    FileSource file;
+    if (Error error = file.open(options.world); !error.ok()) return error;
+    status = make_plan(file.source(), plan);
   }
-  world.add_up();
-  if (has_board) fit_heights(world, board.cpu_bytes + world.budget.gpu_bytes());
-  BoardUse use{world.budget.cpu_bytes(), world.budget.gpu_bytes(), true};
-  if (!has_board) return use;
+  // What does not fit is still printed.
+  const bool too_large = status.code() == StatusCode::limit_reached && plan.term_count > 0;
+  if (!status.ok() && !too_large) return {options.world.empty() ? "the limits" : options.world, status};
+  PictureSettings picture;
+  picture.width = options.width;
+  picture.height = options.height;
+  picture.rgb565 = board.rgb565;
+  use.target = picture.bytes();
+  use.cpu = plan.cpu_bytes;
+  use.gpu = plan.gpu_bytes + use.target + use.drape;
+  if (!has_board) return {};
   use.gpu += board.scan_out_bytes();
-  use.fits = use.cpu <= board.cpu_bytes && use.gpu <= board.gpu_bytes && world.config.validate().ok();
-  return use;
+  use.fits = status.ok() && use.cpu <= board.cpu_bytes && use.gpu <= board.gpu_bytes;
+  return {};
 }
 
-void print_json(const BudgetOptions& options, const WorldBudget& world, const BoardUse& use) {
+// The bytes of one side, by name.
+template <class Print>
+void each_term(const Plan& plan, const BudgetUse& use, bool gpu, const Print& print) {
+  for (std::uint32_t n = 0; n < plan.term_count; ++n) {
+    if (plan.terms[n].gpu == gpu) print(plan.terms[n].name, plan.terms[n].bytes);
+  }
+  if (!gpu) return;
+  print("targets", use.target);
+  if (use.drape > 0) print("drape", use.drape);
+}
+
+std::uint64_t total_of(const Plan& plan, const BudgetUse& use, bool gpu) {
+  return gpu ? plan.gpu_bytes + use.target + use.drape : plan.cpu_bytes;
+}
+
+void print_json(const BudgetOptions& options, const Plan& plan, const BudgetUse& use) {
   JsonWriter json;
   json.begin_object();
   if (!options.board_name.empty()) {
@@ -165,15 +161,12 @@ void print_json(const BudgetOptions& options, const WorldBudget& world, const Bo
     json.field("cpu_used", use.cpu).field("gpu_used", use.gpu).field("fits", use.fits).end_object();
   }
   json.key("config").begin_object();
-  for (const ConfigField& field : kConfigFields) json.field(field.name, world.config.*field.member);
+  for (std::uint32_t n = 0; n < plan.limit_count; ++n) json.field(plan.limits[n].name, plan.limits[n].value);
   json.end_object();
   for (const bool gpu : {false, true}) {
     json.key(gpu ? "gpu_bytes" : "cpu_bytes").begin_object();
-    for (const Budget::Term& term : world.budget.terms()) {
-      if (term.gpu == gpu) json.field(term.name, std::uint64_t{term.bytes});
-    }
-    json.field("total", std::uint64_t{gpu ? world.budget.gpu_bytes() : world.budget.cpu_bytes()})
-        .end_object();
+    each_term(plan, use, gpu, [&](const char* name, std::uint64_t bytes) { json.field(name, bytes); });
+    json.field("total", total_of(plan, use, gpu)).end_object();
   }
   json.end_object();
   std::fputs(json.text().c_str(), stdout);
@@ -181,7 +174,7 @@ void print_json(const BudgetOptions& options, const WorldBudget& world, const Bo
 
 constexpr double kMiB = 1 << 20;
 
-void print_board(const BudgetOptions& options, const BoardUse& use) {
+void print_board(const BudgetOptions& options, const BudgetUse& use) {
   const BoardProfile& board = options.board;
   const auto line = [](const char* name, std::uint64_t bytes) {
     std::printf("  %-16s %12llu\n", name, static_cast<unsigned long long>(bytes));
@@ -200,19 +193,21 @@ void print_board(const BudgetOptions& options, const BoardUse& use) {
   check("GPU", use.gpu, board.gpu_bytes);
 }
 
-void print_text(const WorldBudget& world) {
+void print_text(const Plan& plan, const BudgetUse& use) {
   std::puts("limit                    value    default  range, unit, reason");
-  for (const ConfigField& field : kConfigFields) {
-    std::printf("%-18s %11u %10u  %u..%u %s: %s\n", field.name, world.config.*field.member,
-                field.default_value, field.min, field.max, field.unit, field.reason);
+  for (std::uint32_t n = 0; n < plan.limit_count; ++n) {
+    const Limit& limit = plan.limits[n];
+    std::printf("%-20s %9u %10u  %u..%u %s: %s\n", limit.name, limit.value, limit.standard, limit.least,
+                limit.most, limit.unit, limit.reason);
   }
   for (const bool gpu : {false, true}) {
     std::printf("\n%s\n", gpu ? "GPU bytes" : "CPU bytes");
-    for (const Budget::Term& term : world.budget.terms()) {
-      if (term.gpu == gpu) std::printf("  %-16s %12zu\n", term.name, term.bytes);
-    }
-    const std::size_t total = gpu ? world.budget.gpu_bytes() : world.budget.cpu_bytes();
-    std::printf("  %-16s %12zu  (%.2f MiB)\n", "total", total, static_cast<double>(total) / (1 << 20));
+    each_term(plan, use, gpu, [](const char* name, std::uint64_t bytes) {
+      std::printf("  %-16s %12llu\n", name, static_cast<unsigned long long>(bytes));
+    });
+    const std::uint64_t total = total_of(plan, use, gpu);
+    std::printf("  %-16s %12llu  (%.2f MiB)\n", "total", static_cast<unsigned long long>(total),
+                static_cast<double>(total) / (1 << 20));
   }
 }
 
@@ -247,24 +242,20 @@ int run_budget(std::span<const char* const> words) {
     for (const BoardText& board : board_texts()) std::puts(board.name);
     return kExitOk;
   }
-  WorldBudget world;
-  if (options.world.empty()) {
-    world = default_budget(options);
-  } else if (const Error error = world_budget(options, world); !error.ok()) {
+  Plan plan;
+  BudgetUse use;
+  if (const Error error = make_budget(options, plan, use); !error.ok()) {
     print_error("karst budget", error.text());
     return kExitFailure;
   }
-  const BoardUse use = add_up(options, world);
   if (options.json) {
-    print_json(options, world, use);
+    print_json(options, plan, use);
   } else {
-    print_text(world);
+    print_text(plan, use);
     if (!options.board_name.empty()) print_board(options, use);
   }
   if (use.fits) return kExitOk;
-  const Status status = world.config.validate();
-  std::string reason = status.ok() ? "" : status_text(": the limits", status);
-  print_error("karst budget", "it does not fit " + options.board_name + reason);
+  print_error("karst budget", "it does not fit " + options.board_name);
   return kExitFailure;
 }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Where pictures are taken from: given, read from a path file, or chosen to show the whole world.
+// Where pictures are taken from, as it is given or read from a path file.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "platform/base/error.h"
-#include "terrain/view/camera.h"
-#include "terrain/view/frustum.h"
 
 namespace karst::app {
-using namespace core;
 
-// A camera as users state it: metres and degrees, space as in CameraSettings.
+// A camera as users state it: metres to the east, up and to the south; degrees. Yaw 0 looks north (-z) and
+// grows to the left, pitch grows upwards.
 struct CameraPlace {
   glm::dvec3 position_m{0.0};
   double yaw_deg = 0.0;
@@ -31,13 +31,5 @@ Error parse_camera_line(std::string_view line, std::string_view what, CameraPlac
 // A path: a line "X Y Z YAW PITCH" a frame; empty lines and what follows a # are left out. Messages name file
 // and line.
 Error parse_camera_path(std::string_view text, const std::string& file, std::vector<CameraPlace>& path);
-
-// A camera for the picture, above_ground being false; near and far fitted to the world's box. box: in lattice
-// steps.
-Status place_camera(const CameraPlace& place, const WorldFrame& frame, const LatticeBox& box,
-                    double fov_y_deg, double aspect, Camera& camera);
-
-// Looks over the world from above its south-east corner.
-CameraPlace overview(const WorldFrame& frame, const LatticeBox& box, double fov_y_deg);
 
 }  // namespace karst::app

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <span>
 
 #include "app/common/regular_file.h"
 
@@ -35,10 +36,12 @@ Error FileSource::open(const std::string& path) {
   return {};
 }
 
-ByteSource FileSource::source() const {
-  return {bytes_, this, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
-            return read_all(static_cast<const FileSource*>(context)->file_, offset, out);
-          }};
+Source FileSource::source() {
+  return {bytes_,
+          [](void* user, std::uint64_t offset, std::byte* out, std::size_t count) {
+            return read_all(static_cast<const FileSource*>(user)->file_, offset, {out, count});
+          },
+          this};
 }
 
 }  // namespace karst::app

@@ -4,11 +4,10 @@
 
 #include <string>
 
+#include "karst/types.h"
 #include "platform/base/error.h"
-#include "terrain/file/byte_source.h"
 
 namespace karst::app {
-using namespace core;
 
 class FileSource {
  public:
@@ -22,7 +21,7 @@ class FileSource {
   Error open(const std::string& path);
 
   // Borrows this object. Reading fails where the file has become shorter.
-  ByteSource source() const;
+  Source source();
 
  private:
   int file_ = -1;

@@ -37,6 +37,7 @@
   X(DeleteVertexArrays)           \
   X(Disable)                      \
   X(DrawArrays)                   \
+  X(Finish)                       \
   X(FramebufferRenderbuffer)      \
   X(FramebufferTexture2D)         \
   X(GenFramebuffers)              \
@@ -96,6 +97,8 @@ class PictureTarget {
   void begin(const float (&rgb)[3]);
   // The picture is complete.
   void end();
+  // Waits until the GPU has done all that it was told.
+  void finish() { gl_.Finish(); }
 
   // Copies the picture to framebuffer 0, which is the display's and of the picture's size or larger.
   void present();

@@ -7,14 +7,13 @@
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
+#include "app/common/file_source.h"
 #include "app/common/json_writer.h"
-#include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
-#include "terrain/base/lattice.h"
-#include "terrain/file/world_reader.h"
+#include "karst/world.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
-using namespace core;
 namespace {
 
 struct InfoOptions {
@@ -25,17 +24,17 @@ constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store =
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
-void print_json(const WorldInfo& info, std::size_t file_bytes) {
+void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;
   json.begin_object();
-  json.field("name", info.name).field("file_bytes", std::uint64_t{file_bytes});
+  json.field("name", info.name).field("file_bytes", file_bytes);
   json.field("voxel_size_m", info.voxel_size_m);
   json.key("origin_m").begin_array();
-  for (const double axis : info.origin_m) json.value(axis);
+  json.value(info.origin_m.x).value(info.origin_m.y).value(info.origin_m.z);
   json.end_array().key("extent_voxels").begin_array();
   for (int axis = 0; axis < 3; ++axis) json.value(info.extent[axis]);
   json.end_array();
-  json.field("depth", info.depth).field("level", info.level).field("octets", info.octets);
+  json.field("depth", info.octree_depth).field("level", info.level).field("octets", info.octets);
   json.field("volumes", info.volumes)
       .field("patches", info.patches)
       .field("height_blocks", info.height_blocks);
@@ -43,16 +42,18 @@ void print_json(const WorldInfo& info, std::size_t file_bytes) {
   std::fputs(json.text().c_str(), stdout);
 }
 
-void print_text(const WorldInfo& info, std::size_t file_bytes) {
+void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   const double size = info.voxel_size_m;
-  const double far_m[3] = {info.origin_m[0] + size * info.extent.x, info.origin_m[1] + size * info.extent.y,
-                           info.origin_m[2] + size * info.extent.z};
-  const auto patch = static_cast<double>(patch_vertices(info.level));
+  const Vec3& low = info.origin_m;
+  const double far_m[3] = {low.x + size * info.extent[0], low.y + size * info.extent[1],
+                           low.z + size * info.extent[2]};
+  const double side = (1 << info.level) + 1;  // vertices of a patch
+  const double patch = side * side;
   if (info.name[0] != '\0') std::printf("name           %s\n", info.name);
-  std::printf("file           %zu bytes\n", file_bytes);
-  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent.x, info.extent.y,
-              info.extent.z, size, info.depth);
-  std::printf("from           %.10g, %.10g, %.10g m\n", info.origin_m[0], info.origin_m[1], info.origin_m[2]);
+  std::printf("file           %llu bytes\n", static_cast<unsigned long long>(file_bytes));
+  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent[0], info.extent[1],
+              info.extent[2], size, info.octree_depth);
+  std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
   std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
   std::printf("octets         %u\n", info.octets);
   std::printf("volumes        %u\n", info.volumes);
@@ -86,20 +87,16 @@ int run_info(std::span<const char* const> words) {
     return kExitUsage;
   }
   const std::string path(line.positional()[0]);
-  MappedFile file;
-  std::string error = file.open(path);
-  WorldReader reader;
-  if (error.empty()) {
-    Status status = reader.open(ByteSource::of(file.bytes()));
-    if (status.ok()) status = reader.verify();
-    if (!status.ok()) error = status_text(path, status);
-  }
-  if (!error.empty()) {
-    print_error("karst info", error);
+  FileSource file;
+  Error error = file.open(path);
+  WorldInfo info;
+  const Source source = file.source();
+  if (error.ok()) error = {path, check_world(source, info)};
+  if (!error.ok()) {
+    print_error("karst info", error.text());
     return kExitFailure;
   }
-  const WorldInfo& info = reader.info();
-  options.json ? print_json(info, file.bytes().size()) : print_text(info, file.bytes().size());
+  options.json ? print_json(info, source.bytes) : print_text(info, source.bytes);
   return kExitOk;
 }
 

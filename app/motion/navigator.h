@@ -14,6 +14,8 @@
 #include <functional>
 #include <optional>
 
+#include <glm/vec2.hpp>
+
 #include "app/common/camera_path.h"
 #include "platform/input.h"
 

@@ -10,7 +10,6 @@
 #include "platform/base/error.h"
 
 namespace karst::app {
-using namespace core;
 
 // text: a built-in board's name, or a file whose name ends in .board.
 Error read_board(std::string_view text, BoardProfile& profile);

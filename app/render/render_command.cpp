@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // karst render: pictures and statistics of a world.
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,21 +9,19 @@
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
-#include "app/common/camera_path.h"
+#include "app/common/camera_view.h"
 #include "app/common/mapped_file.h"
 #include "app/common/png_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
-#include "app/motion/camera_ground.h"
-#include "app/options/scene_settings.h"
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
-#include "platform/base/clock.h"
-#include "scene/frame_statistics.h"
-#include "scene/scene.h"
+#include "app/stage/camera_ground.h"
+#include "app/stage/frame_statistics.h"
+#include "app/stage/stage_view.h"
+#include "platform/headless/headless_display.h"
 
 namespace karst::app {
-using namespace core;
 namespace {
 
 // What the options name; none: the overview.
@@ -44,15 +43,12 @@ class Render {
     if (std::string error = read_places(options_.camera, places_); !error.empty()) return error;
     several_ = places_.size() > 1;
     if (std::string error = check_outputs(); !error.empty()) return error;
-    if (std::string error = scene_.open(scene_settings(options_.scene, options_.world)); !error.empty()) {
-      return error;
-    }
+    if (std::string error = open_stage(); !error.empty()) return error;
     if (std::string error = place_cameras(); !error.empty()) return error;
     if (std::string error = draw_frames(); !error.empty()) return error;
-    if (const GLenum code = scene_.target().take_error(); code != GL_NO_ERROR) {
+    if (const unsigned code = stage_.target().take_error(); code != 0) {
       char text[64];
-      std::snprintf(text, sizeof text, "OpenGL error 0x%04x; the pictures may be wrong",
-                    static_cast<unsigned>(code));
+      std::snprintf(text, sizeof text, "OpenGL error 0x%04x; the pictures may be wrong", code);
       return text;
     }
     return write_statistics();
@@ -69,28 +65,35 @@ class Render {
                                                            : check_writable(options_.stats).text();
   }
 
+  std::string open_stage() {
+    if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error.text();
+    std::string error;
+    display_ = open_headless_display({}, error);
+    if (display_ == nullptr) return error;
+    return stage_.attach(*display_, options_.scene.width, options_.scene.height).text();
+  }
+
   std::string place_cameras() {
-    const WorldFrame frame = scene_.frame();
-    const LatticeBox box = scene_.world().box();
-    const double fov_y_deg = options_.scene.fov_y_deg;
-    const double aspect = static_cast<double>(options_.scene.width) / options_.scene.height;
-    if (places_.empty()) places_.push_back(overview(frame, box, fov_y_deg));
-    CameraGround ground(scene_.world(), scene_.residency(), frame);
+    const WorldInfo& world = stage_.world().info();
+    const PictureShape shape{options_.scene.width, options_.scene.height, options_.scene.fov_y_deg, 0};
+    if (places_.empty()) places_.push_back(overview(world, shape.fov_y_deg));
+    CameraGround ground;
+    if (Error error = ground.open(stage_.world()); !error.ok()) return error.text();
+    view_ = stage_view(options_.scene, world);
     bool warned = false;
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const bool path = !options_.camera.path_file.empty();
       const std::string what = path ? options_.camera.path_file + ": frame " + std::to_string(i) : "--camera";
-      if (std::string error = ground.stand(places_[i]); !error.empty()) return what + ": " + error;
-      const Status status = place_camera(places_[i], frame, box, fov_y_deg, aspect, cameras_.emplace_back());
-      if (!status.ok()) return status_text(what, status);
+      if (Error error = ground.stand(places_[i]); !error.ok()) return what + ": " + error.text();
+      ViewState& camera = cameras_.emplace_back(view_.view);
+      if (const Status status = place_view(places_[i], world, shape, camera); !status.ok())
+        return status_text(what, status);
       if (warned) continue;
-      if (const std::string rock = ground.in_rock(places_[i]); !rock.empty()) {
-        print_error("karst render", what + ": " + rock);
+      if (const Error rock = ground.in_rock(places_[i]); !rock.ok()) {
+        print_error("karst render", what + ": " + rock.text());
         warned = true;
       }
     }
-    view_ = view_settings(options_.scene);
-    set_haze(options_.scene, box, view_.light);
     return {};
   }
 
@@ -109,13 +112,13 @@ class Render {
     return {};
   }
 
-  std::string draw_frame(const Camera& camera) {
-    view_.camera = camera;
-    return scene_.draw(view_, records_.emplace_back());
+  std::string draw_frame(const ViewState& camera) {
+    view_.view = camera;
+    return stage_.draw(view_, records_.emplace_back()).text();
   }
 
   std::string write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {
-    if (const Status status = scene_.target().read_colour(rgba); !status.ok())
+    if (const Status status = stage_.target().read_colour(rgba); !status.ok())
       return status_text("picture", status);
     const std::string name = output_.frame(frame, several_);
     std::vector<std::byte> png;
@@ -128,7 +131,7 @@ class Render {
 
   std::string write_statistics() {
     if (options_.stats.empty()) return {};
-    const std::string text = statistics_json(scene_, records_);
+    const std::string text = statistics_json(stage_, records_);
     if (options_.stats == "-") {
       std::fputs(text.c_str(), stdout);
       return {};
@@ -139,10 +142,11 @@ class Render {
   RenderOptions options_;
   OutputName output_;
   bool several_ = false;
-  Scene scene_;
+  std::unique_ptr<Display> display_;  // before stage_, whose objects are in its context
+  Stage stage_;
   std::vector<CameraPlace> places_;
-  std::vector<Camera> cameras_;
-  SceneView view_;  // the camera aside, the same for all frames
+  std::vector<ViewState> cameras_;
+  StageView view_;  // the camera aside, the same for all frames
   std::vector<FrameRecord> records_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/common/camera_view.h"
 #include "app/common/mapped_file.h"
 #include "platform/base/clock.h"
 
@@ -24,35 +25,33 @@ std::string CameraSource::open() {
   return parse_camera_path(text, options_.camera.path_file, path_);
 }
 
-std::string CameraSource::begin(const World& world, Residency& residency, const WorldFrame& frame) {
-  const LatticeBox box = world.box();
-  const glm::dvec3 low = glm::dvec3(box.min) / static_cast<double>(kStepsPerVoxel);
-  const glm::dvec3 high = glm::dvec3(box.max) / static_cast<double>(kStepsPerVoxel);
-  ground_.emplace(world, residency, frame);
+std::string CameraSource::begin(World& world) {
+  const WorldInfo& info = world.info();
+  if (const Error error = ground_.open(world); !error.ok()) return error.text();
   for (std::size_t i = 0; i < path_.size(); ++i) {
-    if (const std::string error = ground_->stand(path_[i]); !error.empty())
-      return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error;
+    if (const Error error = ground_.stand(path_[i]); !error.ok())
+      return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error.text();
   }
   // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
   if (posed_) posed_ = take(place_);
   std::string what = "--poses";
   if (!posed_) {
     what = path_.empty() ? "--camera" : options_.camera.path_file;
-    place_ =
-        options_.camera.has_camera ? options_.camera.camera : overview(frame, box, options_.scene.fov_y_deg);
+    place_ = options_.camera.has_camera ? options_.camera.camera : overview(info, options_.scene.fov_y_deg);
     if (!path_.empty()) place_ = path_.front();
-    if (const std::string error = ground_->stand(place_); !error.empty()) return what + ": " + error;
+    if (const Error error = ground_.stand(place_); !error.ok()) return what + ": " + error.text();
   }
   posed_ = false;
-  if (const std::string rock = ground_->in_rock(place_); !rock.empty()) log_(what + ": " + rock);
+  if (const Error rock = ground_.in_rock(place_); !rock.ok()) log_(what + ": " + rock.text());
   NavigatorSettings settings;
   settings.mode = options_.navigate;
   settings.start = place_;
-  settings.centre_m = frame.origin_m + 0.5 * (low + high) * frame.voxel_size_m;
+  settings.centre_m = {(info.low_m.x + info.high_m.x) / 2, (info.low_m.y + info.high_m.y) / 2,
+                       (info.low_m.z + info.high_m.z) / 2};
   // Across the world in ten seconds.
-  settings.speed_m_s = 0.1 * std::max(high.x - low.x, high.z - low.z) * frame.voxel_size_m;
-  settings.ground_m = [this, frame](const glm::dvec3& place_m) {
-    return ground_->below_m(place_m, kStepVoxels * frame.voxel_size_m, Ground::kFeetLevel);
+  settings.speed_m_s = 0.1 * std::max(info.high_m.x - info.low_m.x, info.high_m.z - info.low_m.z);
+  settings.ground_m = [this, step_m = kStepVoxels * info.voxel_size_m](const glm::dvec3& place_m) {
+    return ground_.below_m(place_m, step_m);
   };
   navigator_.emplace(std::move(settings));
   place_ = navigator_->place();
@@ -69,9 +68,9 @@ bool CameraSource::take_poses() {
 
 // A pose that counts from the ground waits for the world: begin() comes with it.
 bool CameraSource::take(CameraPlace pose) {
-  if (ground_) {
-    if (const std::string error = ground_->stand(pose); !error.empty()) {
-      if (!said_no_ground_) log_("--poses: " + error);
+  if (ground_.is_open()) {
+    if (const Error error = ground_.stand(pose); !error.ok()) {
+      if (!said_no_ground_) log_("--poses: " + error.text());
       said_no_ground_ = true;
       return false;
     }

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "app/motion/camera_ground.h"
 #include "app/motion/navigator.h"
 #include "app/motion/pose_stream.h"
+#include "app/stage/camera_ground.h"
 #include "app/view/view_options.h"
 
 namespace karst::app {
@@ -25,8 +25,8 @@ class CameraSource {
   // Reads the path and opens the poses. Empty on success, as begin().
   [[nodiscard]] std::string open();
   // The world is there: finds the first place, on the ground where it is asked for, and tells once of a
-  // camera in rock. Places count from here on. To be called once; world and residency outlive this object.
-  [[nodiscard]] std::string begin(const World& world, Residency& residency, const WorldFrame& frame);
+  // camera in rock. Places count from here on. To be called once; world outlives this object.
+  [[nodiscard]] std::string begin(World& world);
   bool has_begun() const { return navigator_.has_value(); }
 
   int fd() const { return poses_.fd(); }  // -1: no poses to wait for
@@ -48,7 +48,7 @@ class CameraSource {
 
   const ViewOptions& options_;
   Log log_;
-  std::optional<CameraGround> ground_;
+  CameraGround ground_;
   std::optional<Navigator> navigator_;
   PoseStream poses_;
   std::vector<CameraPlace> path_;

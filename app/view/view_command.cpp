@@ -14,9 +14,10 @@
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
+#include "app/common/camera_view.h"
 #include "app/common/json_writer.h"
 #include "app/common/status_text.h"
-#include "app/options/scene_settings.h"
+#include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
 #include "app/view/frame_scheduler.h"
 #include "app/view/view_options.h"
@@ -70,14 +71,7 @@ class Signals {
 class View {
  public:
   View(ViewOptions options, ConsoleState& console)
-      : options_(std::move(options)),
-        console_(console),
-        camera_(options_, say),
-        view_(view_settings(options_.scene)),
-        scheduler_(clock()) {
-    if (options_.scene.generate_ms < 0) view_.generate_ms = kGenerateMs;
-    view_.wait = false;
-  }
+      : options_(std::move(options)), console_(console), camera_(options_, say), scheduler_(clock()) {}
   View(const View&) = delete;
   View& operator=(const View&) = delete;
   ~View() { detach(); }
@@ -86,8 +80,7 @@ class View {
   std::string run() {
     began_ = now_ns();
     if (std::string error = camera_.open(); !error.empty()) return error;
-    if (std::string error = scene_.load(scene_settings(options_.scene, options_.world)); !error.empty())
-      return error;
+    if (std::string error = load_world(); !error.empty()) return error;
     if (std::string error = open_display(); !error.empty()) return error;
     if (std::string error = open_inputs(); !error.empty()) return error;
     std::string error = loop();
@@ -97,6 +90,7 @@ class View {
 
  private:
   FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
+  std::string load_world();
   std::string open_display();
   std::string open_inputs();
   std::string loop();
@@ -106,7 +100,7 @@ class View {
   void take_signals();
   void take_inputs();
   std::string draw();
-  std::string draw_scene(const Camera& camera);
+  std::string draw_scene();
   bool context_is_lost();
   bool over() const;
   std::string write_statistics();
@@ -117,18 +111,26 @@ class View {
   std::unique_ptr<Seat> seat_;
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
-  Scene scene_;                       // in display_'s context while attached_
-  bool attached_ = false;
+  Stage stage_;                       // in display_'s context while it is attached
   CameraSource camera_;
-  SceneView view_;  // the camera aside, the same for all frames
+  StageView view_;  // the camera aside, the same for all frames
   FrameScheduler scheduler_;
   ViewStatistics statistics_;
+  bool lost_ = false;           // the context
   bool vertices_lost_ = false;  // by the driver, which happens where the screen's mode changes
   bool seat_was_active_ = true;
   bool quit_ = false;
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
+
+std::string View::load_world() {
+  if (const Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error.text();
+  view_ = stage_view(options_.scene, stage_.world().info());
+  if (options_.scene.generate_ms < 0) view_.work_ms = kGenerateMs;
+  view_.wait = false;
+  return {};
+}
 
 std::string View::open_display() {
   std::string error;
@@ -166,10 +168,10 @@ std::string View::loop() {
     if (changes.rebuild) detach();
     if (changes.redraw || changes.rebuild) scheduler_.changed();
     take_inputs();
-    if (!attached_ && display_->ready()) {
+    if (!stage_.attached() && display_->ready()) {
       if (std::string error = attach(); !error.empty()) return error;
     }
-    if (attached_ && scheduler_.due(now_ns(), display_->ready(), display_->refresh_ns())) {
+    if (stage_.attached() && scheduler_.due(now_ns(), display_->ready(), display_->refresh_ns())) {
       if (std::string error = draw(); !error.empty()) return error;
     }
     if (options_.wait_s >= 0 && statistics_.frames() == 0 &&
@@ -187,7 +189,7 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
-  scheduler_.set_moving(attached_ && (camera_.moving() || options_.frames > 0));
+  scheduler_.set_moving(stage_.attached() && (camera_.moving() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {
@@ -239,8 +241,8 @@ std::string View::attach() {
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
   if (Error error = display_->make_current(); !error.ok()) return error.text();
-  if (std::string error = scene_.attach(*display_, size.width, size.height); !error.empty()) return error;
-  attached_ = true;
+  if (const Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error.text();
+  lost_ = false;
   // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
   // without the extension gives none or one that always says that all is well.
   reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusKHR"));
@@ -248,16 +250,11 @@ std::string View::attach() {
     reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusEXT"));
   }
   scheduler_.changed();
-  if (camera_.has_begun()) return {};
-  set_haze(options_.scene, scene_.world().box(), view_.light);
-  return camera_.begin(scene_.world(), scene_.residency(), scene_.frame());
+  return camera_.has_begun() ? std::string() : camera_.begin(stage_.world());
 }
 
 void View::detach() {
-  if (!attached_) return;
-  attached_ = false;
-  // With a lost context, or none, deleting has no effect and is not needed.
-  scene_.detach();
+  stage_.detach(lost_);
 }
 
 std::string View::draw() {
@@ -268,24 +265,21 @@ std::string View::draw() {
   const CameraPlace& place = camera_.advance(scheduler_.time_s(), start, step_s);
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
-  const bool on_its_side = (display_->quarter_turns() & 1) != 0;
-  const double aspect = on_its_side ? static_cast<double>(size.height) / size.width
-                                    : static_cast<double>(size.width) / size.height;
-  Camera camera;
-  const Status placed =
-      place_camera(place, scene_.frame(), scene_.world().box(), options_.scene.fov_y_deg, aspect, camera);
+  const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns()};
+  const Status placed = place_view(place, stage_.world().info(), shape, view_.view);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
     say(status_text("camera", placed));
     return {};
   }
-  if (std::string error = draw_scene(camera); !error.empty()) return error;
+  if (std::string error = draw_scene(); !error.empty()) return error;
   if (vertices_lost_) {
     detach();
     return {};
   }
-  scene_.target().present();
+  stage_.target().present();
   const std::int64_t drawn = now_ns();
   if (context_is_lost()) {
+    lost_ = true;
     display_->context_lost();
     return {};
   }
@@ -294,15 +288,13 @@ std::string View::draw() {
   return error;
 }
 
-std::string View::draw_scene(const Camera& camera) {
-  view_.camera = camera;
-  view_.quarter_turns = display_->quarter_turns();
+std::string View::draw_scene() {
   FrameRecord record;
-  std::string error = scene_.draw(view_, record);
-  vertices_lost_ = record.counts.vertices_lost;
+  const Error error = stage_.draw(view_, record);
+  vertices_lost_ = record.costs.vertices_lost;
   // Drawn coarser than wanted, or more was made meanwhile: the next picture is better.
-  if ((record.flags & kFlagGenerate) != 0) scheduler_.changed();
-  return error;
+  if ((record.result.limits & kLimitWork) != 0) scheduler_.changed();
+  return error.text();
 }
 
 bool View::context_is_lost() {
@@ -311,7 +303,7 @@ bool View::context_is_lost() {
 
 std::string View::write_statistics() {
   if (options_.stats.empty()) return {};
-  const std::string text = statistics_.json(*display_, scene_, camera_.poses());
+  const std::string text = statistics_.json(*display_, stage_, camera_.poses());
   if (options_.stats == "-") {
     std::fputs(text.c_str(), stdout);
     std::fflush(stdout);

@@ -4,10 +4,8 @@
 #include <sys/resource.h>
 
 #include "app/common/json_writer.h"
-#include "scene/scene.h"
 
 namespace karst::app {
-using namespace core;
 namespace {
 
 void write_series(JsonWriter& json, const char* name, const Series& series) {
@@ -21,16 +19,20 @@ double seconds(const timeval& time) {
 
 }  // namespace
 
-std::string ViewStatistics::json(const Display& display, Scene& scene, const PoseLines& poses) const {
+std::string ViewStatistics::json(const Display& display, const Stage& stage, const PoseLines& poses) const {
   const FrameTimes& times = display.times();
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   JsonWriter json;
   json.begin_object();
   json.field("frames", frames());
-  const PictureSettings& settings = scene.target().settings();
-  json.key("size").begin_array().value(settings.width).value(settings.height).end_array();
-  json.field("renderer", scene.renderer().caps().renderer);
+  json.key("size").begin_array().value(stage.width()).value(stage.height()).end_array();
+  json.key("renderer");
+  if (stage.attached()) {
+    json.value(device_info(stage.renderer()).renderer);
+  } else {
+    json.null();
+  }
   json.field("display", std::string_view(display.name()));
   json.field("refresh_ms", static_cast<double>(display.refresh_ns()) * 1e-6);
   write_series(json, "draw_ms", draw_ms_);
@@ -46,8 +48,8 @@ std::string ViewStatistics::json(const Display& display, Scene& scene, const Pos
       .field("malformed", poses.malformed())
       .end_object();
   json.key("bytes").begin_object();
-  json.field("cpu_budget", std::uint64_t{scene.budget().cpu_bytes()});
-  json.field("gpu_budget", std::uint64_t{scene.budget().gpu_bytes()}).end_object();
+  json.field("cpu_budget", stage.cpu_bytes());
+  json.field("gpu_budget", stage.gpu_bytes()).field("gpu_used", stage.gpu_used()).end_object();
   json.end_object();
   return json.text();
 }

@@ -7,11 +7,10 @@
 #include <string>
 
 #include "app/motion/pose_stream.h"
+#include "app/stage/stage.h"
 #include "platform/display.h"
 
 namespace karst::app {
-
-class Scene;
 
 class ViewStatistics {
  public:
@@ -20,7 +19,7 @@ class ViewStatistics {
     present_ms_.add(present_ms);
   }
   std::uint64_t frames() const { return draw_ms_.count(); }
-  std::string json(const Display& display, Scene& scene, const PoseLines& poses) const;
+  std::string json(const Display& display, const Stage& stage, const PoseLines& poses) const;
 
  private:
   Series draw_ms_;     // choosing, listing and submitting

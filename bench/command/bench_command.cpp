@@ -10,7 +10,6 @@
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
 #include "app/common/status_text.h"
-#include "app/options/scene_settings.h"
 #include "bench/command/bench_options.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_lod.h"
@@ -21,7 +20,6 @@
 #include "terrain/file/world_reader.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
 namespace {
 
@@ -37,8 +35,8 @@ int run_on_file(const std::string& path, Suite&& suite) {
   MappedFile file;
   std::string error = file.open(path);
   if (error.empty()) {
-    WorldReader reader;
-    Status status = reader.open(ByteSource::of(file.bytes()));
+    core::WorldReader reader;
+    Status status = reader.open(core::ByteSource::of(file.bytes()));
     if (status.ok()) status = reader.verify();
     if (!status.ok()) error = status_text(path, status);
   }
@@ -67,7 +65,7 @@ int run_queries(const BenchOptions& options) {
 
 int run_lod(const BenchOptions& options) {
   LodSuiteOptions lod;
-  lod.scene = scene_settings(options.scene, options.world);
+  lod.world = options.world;
   lod.look = options.scene;
   take(options.frames, lod.frames);
   lod.json = options.json;
@@ -76,13 +74,13 @@ int run_lod(const BenchOptions& options) {
 
 int run_pareto(const BenchOptions& options) {
   ParetoOptions pareto;
-  pareto.scene = scene_settings(options.scene, options.world);
+  pareto.world = options.world;
   pareto.look = options.scene;
   pareto.path_file = options.path_file;
   take(options.frames, pareto.frames);
   take(options.rounds, pareto.rounds);
   pareto.errors = options.errors;
-  if (options.scene.generate_ms >= 0) pareto.generate_ms = options.scene.generate_ms;
+  if (options.scene.generate_ms >= 0) pareto.work_ms = options.scene.generate_ms;
   pareto.targets = options.targets;
   pareto.distances = options.distances;
   pareto.full = options.full;
@@ -98,7 +96,7 @@ int run_pareto(const BenchOptions& options) {
 
 int run_shading(const BenchOptions& options) {
   ShadingSuiteOptions shading;
-  shading.scene = scene_settings(options.scene, options.world);
+  shading.world = options.world;
   shading.look = options.scene;
   take(options.frames, shading.frames);
   take(options.rounds, shading.rounds);
@@ -109,7 +107,7 @@ int run_shading(const BenchOptions& options) {
 
 int run_shadows(const BenchOptions& options) {
   ShadowSuiteOptions shadows;
-  shadows.scene = scene_settings(options.scene, options.world);
+  shadows.world = options.world;
   shadows.look = options.scene;
   take(options.frames, shadows.frames);
   return run_shadow_suite(shadows);

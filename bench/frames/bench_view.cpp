@@ -10,9 +10,9 @@
 #include <cstdio>
 #include <cstring>
 
-#include "app/common/camera_path.h"
 #include "app/common/status_text.h"
-#include "app/options/scene_settings.h"
+#include "platform/headless/headless_display.h"
+#include "terrain/resident/page_table.h"
 
 namespace karst::bench {
 using namespace app;
@@ -42,12 +42,11 @@ double process_age_ms() {
   return clock_ms(CLOCK_BOOTTIME) - start_ms;
 }
 
-std::uint64_t working_set(const ViewState::Selection& selection, const FrameCounts& counts,
-                          const PictureSettings& settings) {
-  std::uint64_t bytes = counts.triangles * 3 * sizeof(std::uint32_t);
-  for (int level = 1; level <= kMaxLevel; ++level) {
-    bytes +=
-        std::uint64_t{selection.list.at_level[level]} * slot_pages(level) * kPageVertices * sizeof(GpuVertex);
+std::uint64_t working_set(const FrameCosts& costs, const PictureSettings& settings) {
+  std::uint64_t bytes = costs.triangles * 3 * sizeof(std::uint32_t);
+  for (int level = 1; level <= core::kMaxLevel; ++level) {
+    bytes += std::uint64_t{costs.at_level[level]} * core::slot_pages(level) * core::kPageVertices *
+             sizeof(core::GpuVertex);
   }
   return bytes + static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) * 8;
 }
@@ -69,78 +68,91 @@ std::uint64_t peak_resident_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
-std::string BenchView::open(const SceneOptions& options, const SceneArguments& look) {
-  if (std::string error = scene_.open(options); !error.empty()) return error;
-  set_look(look);
+std::string BenchView::open(const std::string& world, const SceneArguments& look, bool keep_depth) {
+  if (std::string error = load(world, look); !error.empty()) return error;
+  std::string error;
+  display_ = open_headless_display({}, error);
+  if (display_ == nullptr) return error;
+  stage_.keep_depth = keep_depth;
+  return stage_.attach(*display_, look.width, look.height).text();
+}
+
+std::string BenchView::load(const std::string& world, const SceneArguments& look) {
+  if (const Error error = stage_.load(world, look, 1); !error.ok()) return error.text();
+  look_ = stage_view(look, stage_.world().info());
+  look_.work_ms = 0;
+  shape_ = {look.width, look.height, look.fov_y_deg, 0};
   return {};
 }
 
-std::string BenchView::load(const SceneOptions& options, const SceneArguments& look) {
-  if (std::string error = scene_.load(options); !error.empty()) return error;
-  set_look(look);
-  return {};
+const core::World& BenchView::terrain() const {
+  return static_cast<const core::WorldObject&>(stage_.world()).terrain.world;
 }
 
-void BenchView::set_look(const SceneArguments& look) {
-  look_ = view_settings(look);
-  set_haze(look, scene_.world().box(), look_.light);
-  fov_y_deg_ = look.fov_y_deg;
+const PlacementFrame& BenchView::placement() const {
+  return static_cast<const core::WorldObject&>(stage_.world()).placement;
 }
 
-std::string BenchView::draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
-                            double generate_ms) {
-  SceneView view = look_;
-  view.camera = camera;
-  view.lod = lod;
-  view.generate_ms = generate_ms;
+LevelChoice BenchView::levels() const {
+  return {look_.inspection.lod, look_.view.error_px, look_.inspection.distance_voxels};
+}
+
+std::string BenchView::draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame,
+                            double work_ms) {
+  StageView view = look_;
+  view.view = camera;
+  view.view.error_px = levels.error_px;
+  view.inspection.lod = levels.mode;
+  view.inspection.distance_voxels = levels.distance_voxels;
+  view.work_ms = work_ms;
   return draw(view, frame);
 }
 
-std::string BenchView::draw(SceneView view, BenchFrame& frame) {
+std::string BenchView::draw(const StageView& view, BenchFrame& frame) {
   frame = {};
   const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
   const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
-  if (std::string error = scene_.draw(view, frame.record); !error.empty()) return error;
+  if (const Error error = stage_.draw(view, frame.record); !error.ok()) return error.text();
   frame.main_cpu_ms = clock_ms(CLOCK_THREAD_CPUTIME_ID) - main_start;
   frame.all_cpu_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - all_start;
-  frame.working_set_bytes =
-      working_set(frame.record.selection, frame.record.counts, scene_.target().settings());
+  frame.working_set_bytes = working_set(frame.record.costs, stage_.target().settings());
   if (first_frame_ms_ == 0) first_frame_ms_ = process_age_ms();
   return {};
 }
 
 std::string BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth) {
-  const PictureSettings& settings = scene_.target().settings();
+  const PictureSettings& settings = stage_.target().settings();
   depth.resize(static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height));
   rgba.resize(depth.size() * 4);
-  Status status = scene_.target().read_colour(rgba);
-  if (status.ok()) status = scene_.target().read_depth(depth);
+  Status status = stage_.target().read_colour(rgba);
+  if (status.ok()) status = stage_.target().read_depth(depth);
   return status.ok() ? std::string() : status_text("picture", status);
 }
 
 GroundHeights BenchView::ground() {
-  const World& world = scene_.world();
+  const core::World& world = terrain();
   GroundHeights ground({world.info().extent.x, world.info().extent.z});
-  const Surface surface = world.surface();
-  for (PatchId patch = 0; patch < world.patch_count(); ++patch) {
-    ground.add(patch_box(surface, world.bounds(), patch));
+  for (core::PatchId patch = 0; patch < world.patch_count(); ++patch) {
+    ground.add(core::patch_box(world.surface(), world.bounds(), patch));
   }
   return ground;
 }
 
-std::string BenchView::place(std::span<const CameraSettings> path, std::vector<Camera>& cameras) {
-  const WorldFrame frame = scene_.frame();
-  const PictureSettings& settings = scene_.target().settings();
-  const double aspect = static_cast<double>(settings.width) / settings.height;
+std::string BenchView::place(const CameraPlace& place, ViewState& camera) {
+  camera = look_.view;
+  const Status status = place_view(place, stage_.world().info(), shape_, camera);
+  return status.ok() ? std::string() : status_text("camera", status);
+}
+
+std::string BenchView::place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras) {
+  const core::WorldFrame& frame = placement().world();
   cameras.clear();
-  for (const CameraSettings& settings_of_frame : path) {
-    CameraPlace place;
-    place.position_m = frame.origin_m + settings_of_frame.position * frame.voxel_size_m;
-    place.yaw_deg = settings_of_frame.yaw_deg;
-    place.pitch_deg = settings_of_frame.pitch_deg;
-    const Status status =
-        place_camera(place, frame, scene_.world().box(), fov_y_deg_, aspect, cameras.emplace_back());
-    if (!status.ok()) return status_text("camera", status);
+  for (const CameraSettings& settings : path) {
+    CameraPlace at;
+    at.position_m = frame.origin_m + settings.position * frame.voxel_size_m;
+    at.yaw_deg = settings.yaw_deg;
+    at.pitch_deg = settings.pitch_deg;
+    if (std::string error = place(at, cameras.emplace_back()); !error.empty()) return error;
   }
   return {};
 }

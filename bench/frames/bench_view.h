@@ -3,18 +3,21 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "app/options/scene_options.h"
+#include "app/common/camera_view.h"
+#include "app/stage/frame_statistics.h"
+#include "app/stage/stage_view.h"
 #include "bench/measure/standard_path.h"
-#include "scene/frame_statistics.h"
-#include "scene/scene.h"
+#include "platform/display.h"
+#include "scene/world/world_object.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
+using core::PlacementFrame;
 
 struct BenchFrame {
   FrameRecord record;
@@ -23,41 +26,51 @@ struct BenchFrame {
   std::uint64_t working_set_bytes = 0;  // GPU: vertices of what is drawn at its level, indices, targets
 };
 
+// How levels of detail are chosen.
+struct LevelChoice {
+  LodMode mode = LodMode::error;
+  double error_px = 4;
+  double distance_voxels = 64;
+};
+
 class BenchView {
  public:
   // Empty on success, else one line for the user. One of the two, to be called once. load() alone leaves it
-  // to the caller to attach the scene to a display.
-  // look: light, skips and field of view of all pictures.
-  [[nodiscard]] std::string open(const SceneOptions& options, const SceneArguments& look);
-  [[nodiscard]] std::string load(const SceneOptions& options, const SceneArguments& look);
+  // to the caller to attach the stage to a display.
+  // look: of all pictures, their size and what they may take included.
+  [[nodiscard]] std::string open(const std::string& world, const SceneArguments& look,
+                                 bool keep_depth = false);
+  [[nodiscard]] std::string load(const std::string& world, const SceneArguments& look);
 
-  // Draws one picture and waits for it.
-  // generate_ms: SceneView's. The rest of the view is look()'s.
-  [[nodiscard]] std::string draw(const Camera& camera, const LodSettings& lod, BenchFrame& frame,
-                                 double generate_ms = SceneView::kComplete);
+  // Draws one picture and waits for it. work_ms: FrameInput's. The rest of the view is look()'s.
+  [[nodiscard]] std::string draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame,
+                                 double work_ms = 0);
   // The same with any other switch of the view.
-  [[nodiscard]] std::string draw(SceneView view, BenchFrame& frame);
+  [[nodiscard]] std::string draw(const StageView& view, BenchFrame& frame);
   // The last picture: colour of 4 bytes a pixel, and depth. Once a picture.
   [[nodiscard]] std::string read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth);
 
-  Scene& scene() { return scene_; }
+  Stage& stage() { return stage_; }
+  // Inside the public world: what the core has.
+  const core::World& terrain() const;
+  const PlacementFrame& placement() const;
   // A view as the options have it; its camera is left open.
-  const SceneView& look() const { return look_; }
-  double fov_y_deg() const { return fov_y_deg_; }
+  const StageView& look() const { return look_; }
+  LevelChoice levels() const;
   GroundHeights ground();
   // Cameras of a flight over this world, near and far fitted to its box.
-  [[nodiscard]] std::string place(std::span<const CameraSettings> path, std::vector<Camera>& cameras);
+  [[nodiscard]] std::string place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras);
+  [[nodiscard]] std::string place(const CameraPlace& place, ViewState& camera);
 
   // Milliseconds from the start of the process to the end of the first frame; 0 before it. The kernel tells
   // the start in steps of 10 ms.
   double first_frame_ms() const { return first_frame_ms_; }
 
  private:
-  void set_look(const SceneArguments& look);
-
-  Scene scene_;
-  SceneView look_;
-  double fov_y_deg_ = 60;
+  std::unique_ptr<Display> display_;  // of open(); before stage_, whose objects are in its context
+  Stage stage_;
+  StageView look_;
+  PictureShape shape_;
   double first_frame_ms_ = 0;
 };
 

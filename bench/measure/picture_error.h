@@ -24,7 +24,8 @@
 #include "terrain/view/camera.h"
 
 namespace karst::bench {
-using namespace core;
+using core::Camera;
+using core::WorldFrame;
 
 // Pixels; NaN where nothing was measured.
 struct ErrorSummary {

@@ -18,7 +18,8 @@
 #include "terrain/view/frustum.h"
 
 namespace karst::bench {
-using namespace core;
+using core::CameraSettings;
+using core::LatticeBox;
 
 // Height of the ground by column of voxels, in voxels: what boxes of patches reach up to.
 class GroundHeights {

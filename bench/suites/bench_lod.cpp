@@ -51,13 +51,13 @@ struct Figures {
 
 void add(const FrameRecord& pass, FrameRecord& frame) {
   frame.frame_ms += pass.frame_ms;
-  frame.cull_lod_ms += pass.cull_lod_ms;
-  frame.generate_ms += pass.generate_ms;
-  frame.upload_ms += pass.upload_ms;
-  frame.submit_ms += pass.submit_ms;
-  frame.counts.triangles += pass.counts.triangles;
-  frame.counts.draw_calls += pass.counts.draw_calls;
-  frame.selection.list.drawn += pass.selection.list.drawn;
+  frame.costs.select_ms += pass.costs.select_ms;
+  frame.costs.generate_ms += pass.costs.generate_ms;
+  frame.costs.upload_ms += pass.costs.upload_ms;
+  frame.costs.submit_ms += pass.costs.submit_ms;
+  frame.costs.triangles += pass.costs.triangles;
+  frame.costs.draw_calls += pass.costs.draw_calls;
+  frame.costs.patches_drawn += pass.costs.patches_drawn;
 }
 
 std::string draw_frames(BenchView& view, std::span<const CameraSettings> path, int passes,
@@ -65,10 +65,10 @@ std::string draw_frames(BenchView& view, std::span<const CameraSettings> path, i
   for (CameraSettings settings : path) {
     FrameRecord& frame = frames.emplace_back();
     for (int pass = 0; pass < passes; ++pass) {
-      std::vector<Camera> camera;
+      std::vector<ViewState> camera;
       if (std::string error = view.place({&settings, 1}, camera); !error.empty()) return error;
       BenchFrame drawn;
-      if (std::string error = view.draw(camera[0], view.look().lod, drawn); !error.empty()) return error;
+      if (std::string error = view.draw(camera[0], view.levels(), drawn); !error.empty()) return error;
       add(drawn.record, frame);
       settings.yaw_deg += 360.0 / passes;
     }
@@ -92,14 +92,14 @@ double mean_of(const std::vector<FrameRecord>& frames, Get get) {
 
 std::string measure_level(const LodSuiteOptions& options, int level, Progress& progress,
                           std::vector<Figures>& all) {
-  SceneOptions scene = options.scene;
-  scene.level = level;
-  if (scene.vertex_bytes == 0) scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
+  SceneArguments look = options.look;
+  look.level = level;
+  if (look.vertex_bytes == 0) look.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
   BenchView view;
-  if (std::string error = view.open(scene, options.look); !error.empty()) return error;
-  const World& world = view.scene().world();
-  if (world.info().level < level) return {};
-  const auto path = make_standard_path("oblique", view.ground(), world.box(), options.frames);
+  if (std::string error = view.open(options.world, look); !error.empty()) return error;
+  const core::World& terrain = view.terrain();
+  if (terrain.info().level < level) return {};
+  const auto path = make_standard_path("oblique", view.ground(), terrain.box(), options.frames);
   for (const int passes : kPasses) {
     std::vector<FrameRecord> warm, frames;
     for (std::vector<FrameRecord>* lap : {&warm, &frames}) {
@@ -108,16 +108,16 @@ std::string measure_level(const LodSuiteOptions& options, int level, Progress& p
     Figures& f = all.emplace_back();
     f.level = level;
     f.passes = passes;
-    f.total_patches = world.patch_count();
-    f.vertices_ms = view.scene().load_times().generate + view.scene().load_times().upload;
-    f.cull_lod_ms = median_of(frames, [](const FrameRecord& r) { return r.cull_lod_ms; });
-    f.generate_ms = median_of(frames, [](const FrameRecord& r) { return r.generate_ms; });
-    f.upload_ms = median_of(frames, [](const FrameRecord& r) { return r.upload_ms; });
-    f.submit_ms = median_of(frames, [](const FrameRecord& r) { return r.submit_ms; });
+    f.total_patches = terrain.patch_count();
+    f.vertices_ms = view.stage().load_times().generate + view.stage().load_times().upload;
+    f.cull_lod_ms = median_of(frames, [](const FrameRecord& r) { return r.costs.select_ms; });
+    f.generate_ms = median_of(frames, [](const FrameRecord& r) { return r.costs.generate_ms; });
+    f.upload_ms = median_of(frames, [](const FrameRecord& r) { return r.costs.upload_ms; });
+    f.submit_ms = median_of(frames, [](const FrameRecord& r) { return r.costs.submit_ms; });
     f.frame_ms = median_of(frames, [](const FrameRecord& r) { return r.frame_ms; });
-    f.triangles = mean_of(frames, [](const FrameRecord& r) { return r.counts.triangles; });
-    f.draw_calls = mean_of(frames, [](const FrameRecord& r) { return r.counts.draw_calls; });
-    f.patches = mean_of(frames, [](const FrameRecord& r) { return r.selection.list.drawn; });
+    f.triangles = mean_of(frames, [](const FrameRecord& r) { return r.costs.triangles; });
+    f.draw_calls = mean_of(frames, [](const FrameRecord& r) { return r.costs.draw_calls; });
+    f.patches = mean_of(frames, [](const FrameRecord& r) { return r.costs.patches_drawn; });
     progress.update(all.size());
   }
   return {};
@@ -178,7 +178,7 @@ std::string run_suite(const LodSuiteOptions& options) {
     if (std::string error = measure_level(options, level, progress, all); !error.empty()) return error;
   }
   progress.finish();
-  if (all.empty()) return options.scene.world + ": has neither level 4 nor level 5";
+  if (all.empty()) return options.world + ": has neither level 4 nor level 5";
   const std::string text = json_text(all);
   if (options.json == "-") {
     std::fputs(text.c_str(), stdout);

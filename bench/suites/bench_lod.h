@@ -6,15 +6,13 @@
 #include <string>
 
 #include "app/options/scene_options.h"
-#include "scene/scene.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
 
 struct LodSuiteOptions {
-  SceneOptions scene;   // its level is not used; vertex_bytes 0: everything stays resident, as K has it
-  SceneArguments look;  // light, skips and levels of its pictures
+  std::string world;
+  SceneArguments look;  // its level is not used; vertex_bytes 0: everything stays resident, as K has it
   int frames = 24;      // of the oblique flight
   std::string json;     // file; "-": printed in place of the table; empty: none
 };

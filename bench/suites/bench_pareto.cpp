@@ -15,7 +15,7 @@
 #include "app/common/mapped_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
-#include "app/motion/camera_ground.h"
+#include "app/stage/camera_ground.h"
 #include "bench/frames/bench_view.h"
 
 namespace karst::bench {
@@ -33,12 +33,12 @@ constexpr std::uint64_t kReferenceMemory = std::uint64_t{1} << 34;  // bytes
 struct Setting {
   std::string mode;
   double target = 0;
-  LodSettings lod;
+  LevelChoice lod;
 };
 
 struct Flight {
   std::string name;
-  std::vector<Camera> cameras;
+  std::vector<ViewState> cameras;
 };
 
 std::vector<Setting> settings_of(const ParetoOptions& options) {
@@ -68,14 +68,12 @@ std::string file_flight(BenchView& view, const std::string& path, std::vector<Fl
   Flight& flight = flights.emplace_back();
   flight.name = path.substr(path.find_last_of('/') + 1);
   flight.name = flight.name.substr(0, flight.name.find_last_of('.'));
-  const PictureSettings& settings = view.scene().target().settings();
-  const double aspect = static_cast<double>(settings.width) / settings.height;
-  CameraGround ground(view.scene().world(), view.scene().residency(), view.scene().frame());
+  CameraGround ground;
+  if (const Error error = ground.open(view.stage().world()); !error.ok()) return error.text();
   for (CameraPlace& place : places) {
-    if (std::string error = ground.stand(place); !error.empty()) return path + ": " + error;
-    const Status status = place_camera(place, view.scene().frame(), view.scene().world().box(),
-                                       view.fov_y_deg(), aspect, flight.cameras.emplace_back());
-    if (!status.ok()) return status_text(path, status);
+    if (const Error error = ground.stand(place); !error.ok()) return path + ": " + error.text();
+    if (std::string error = view.place(place, flight.cameras.emplace_back()); !error.empty())
+      return path + ": " + error;
   }
   return {};
 }
@@ -86,7 +84,7 @@ std::string make_flights(BenchView& view, const ParetoOptions& options, std::vec
   for (const std::string_view name : kStandardPaths) {
     Flight& flight = flights.emplace_back();
     flight.name = name;
-    const auto path = make_standard_path(name, ground, view.scene().world().box(), options.frames);
+    const auto path = make_standard_path(name, ground, view.terrain().box(), options.frames);
     if (std::string error = view.place(path, flight.cameras); !error.empty()) return error;
   }
   return {};
@@ -116,15 +114,15 @@ void summarise_times(const std::vector<BenchFrame>& frames, ParetoRow& row) {
   row.frame_p99_ms = percentile(ms, 0.99);
   row.main_cpu_ms = mid([](const BenchFrame& f) { return f.main_cpu_ms; });
   row.all_cpu_ms = mid([](const BenchFrame& f) { return f.all_cpu_ms; });
-  row.cull_lod_ms = mid([](const BenchFrame& f) { return f.record.cull_lod_ms; });
-  row.generate_ms = mid([](const BenchFrame& f) { return f.record.generate_ms; });
-  row.upload_ms = mid([](const BenchFrame& f) { return f.record.upload_ms; });
-  row.submit_ms = mid([](const BenchFrame& f) { return f.record.submit_ms; });
-  row.triangles = mean([](const BenchFrame& f) { return f.record.counts.triangles; });
-  row.most_triangles = most([](const BenchFrame& f) { return f.record.counts.triangles; });
-  row.draw_calls = mean([](const BenchFrame& f) { return f.record.counts.draw_calls; });
+  row.cull_lod_ms = mid([](const BenchFrame& f) { return f.record.costs.select_ms; });
+  row.generate_ms = mid([](const BenchFrame& f) { return f.record.costs.generate_ms; });
+  row.upload_ms = mid([](const BenchFrame& f) { return f.record.costs.upload_ms; });
+  row.submit_ms = mid([](const BenchFrame& f) { return f.record.costs.submit_ms; });
+  row.triangles = mean([](const BenchFrame& f) { return f.record.costs.triangles; });
+  row.most_triangles = most([](const BenchFrame& f) { return f.record.costs.triangles; });
+  row.draw_calls = mean([](const BenchFrame& f) { return f.record.costs.draw_calls; });
   row.working_set_mib = most([](const BenchFrame& f) { return f.working_set_bytes; }) / kMebibyte;
-  row.bound_px = most([](const BenchFrame& f) { return f.record.selection.lod.bound_px; });
+  row.bound_px = most([](const BenchFrame& f) { return f.record.result.error_px[0]; });
 }
 
 class Measure {
@@ -150,8 +148,8 @@ class Measure {
  private:
   std::string lap(const Flight& flight, const Setting& setting, std::vector<BenchFrame>* frames) {
     BenchFrame frame;
-    for (const Camera& camera : flight.cameras) {
-      if (std::string error = view_->draw(camera, setting.lod, frame, options_.generate_ms); !error.empty()) {
+    for (const ViewState& camera : flight.cameras) {
+      if (std::string error = view_->draw(camera, setting.lod, frame, options_.work_ms); !error.empty()) {
         return error;
       }
       if (frames != nullptr) frames->push_back(frame);
@@ -160,19 +158,19 @@ class Measure {
   }
 
   // Opens the world anew: what an earlier part of the work took is given back first.
-  std::string open(const SceneOptions& scene) {
+  std::string open(const SceneArguments& look, bool keep_depth) {
     view_ = nullptr;
     view_ = std::make_unique<BenchView>();
-    return view_->open(scene, options_.look);
+    return view_->open(options_.world, look, keep_depth);
   }
 
   std::string time_flights() {
-    if (std::string error = open(options_.scene); !error.empty()) return error;
+    if (std::string error = open(options_.look, false); !error.empty()) return error;
     if (std::string error = make_flights(*view_, options_, flights_); !error.empty()) return error;
-    result_.world = view_->scene().world().info().name;
-    result_.renderer = view_->scene().renderer().caps().renderer;
-    result_.width = options_.scene.width;
-    result_.height = options_.scene.height;
+    result_.world = view_->stage().world().info().name;
+    result_.renderer = device_info(view_->stage().renderer()).renderer;
+    result_.width = options_.look.width;
+    result_.height = options_.look.height;
     Progress progress("timing",
                       flights_.size() * static_cast<std::size_t>(options_.rounds) * settings_.size());
     for (const Flight& flight : flights_) {
@@ -208,8 +206,8 @@ class Measure {
   }
 
   // The frames of a flight whose error is measured.
-  static std::vector<Camera> error_frames(const Flight& flight) {
-    std::vector<Camera> cameras;
+  static std::vector<ViewState> error_frames(const Flight& flight) {
+    std::vector<ViewState> cameras;
     const std::size_t stride = std::max<std::size_t>(1, flight.cameras.size() / kErrorFrames);
     for (std::size_t i = 0; i < flight.cameras.size(); i += stride) cameras.push_back(flight.cameras[i]);
     return cameras;
@@ -220,7 +218,7 @@ class Measure {
     std::vector<float> depth;
   };
 
-  std::string draw(const Camera& camera, const LodSettings& lod, Picture& picture) {
+  std::string draw(const ViewState& camera, const LevelChoice& lod, Picture& picture) {
     BenchFrame frame;
     if (std::string error = view_->draw(camera, lod, frame); !error.empty()) return error;
     return view_->read(picture.rgba, picture.depth);
@@ -228,15 +226,14 @@ class Measure {
 
   // Everything at the full level, whatever memory that takes.
   std::string draw_references() {
-    SceneOptions scene = options_.scene;
-    scene.keep_depth = true;
-    scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
-    scene.max_memory = kReferenceMemory;
-    if (std::string error = open(scene); !error.empty()) return error;
-    LodSettings full;
+    SceneArguments look = options_.look;
+    look.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
+    look.max_memory = kReferenceMemory;
+    if (std::string error = open(look, true); !error.empty()) return error;
+    LevelChoice full;
     full.mode = LodMode::full;
     for (const Flight& flight : flights_) {
-      for (const Camera& camera : error_frames(flight)) {
+      for (const ViewState& camera : error_frames(flight)) {
         if (std::string error = draw(camera, full, references_.emplace_back()); !error.empty()) return error;
       }
     }
@@ -244,13 +241,11 @@ class Measure {
   }
 
   std::string measure_errors() {
-    SceneOptions scene = options_.scene;
-    scene.keep_depth = true;
-    if (std::string error = open(scene); !error.empty()) return error;
+    if (std::string error = open(options_.look, true); !error.empty()) return error;
     Progress progress("measuring", flights_.size() * settings_.size());
     std::size_t reference = 0;
     for (std::size_t f = 0; f < flights_.size(); ++f) {
-      const std::vector<Camera> cameras = error_frames(flights_[f]);
+      const std::vector<ViewState> cameras = error_frames(flights_[f]);
       for (std::size_t s = 0; s < settings_.size(); ++s) {
         ParetoRow& row = result_.rows[f * settings_.size() + s];
         if (std::string error = measure(cameras, reference, settings_[s].lod, row); !error.empty())
@@ -262,7 +257,7 @@ class Measure {
     return {};
   }
 
-  std::string measure(std::span<const Camera> cameras, std::size_t first_reference, const LodSettings& lod,
+  std::string measure(std::span<const ViewState> cameras, std::size_t first_reference, const LevelChoice& lod,
                       ParetoRow& row) {
     std::vector<float> px;
     Picture drawn;
@@ -271,15 +266,16 @@ class Measure {
     picture.width = result_.width;
     picture.height = result_.height;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-      picture.camera = cameras[i];
-      if (std::string error = draw(picture.camera, lod, drawn); !error.empty()) return error;
+      if (const Status status = view_->placement().make_camera(cameras[i], picture.camera); !status.ok())
+        return status_text("camera", status);
+      if (std::string error = draw(cameras[i], lod, drawn); !error.empty()) return error;
       picture.depth = drawn.depth;
       if (options_.elevation.empty()) {
         const Picture& reference = references_[first_reference + i];
         errors_against_picture(picture, reference.depth, px);
         difference += mean_colour_difference(drawn.rgba, reference.rgba);
       } else {
-        errors_against_elevation(picture, view_->scene().frame(), grid_, px);
+        errors_against_elevation(picture, view_->placement().world(), grid_, px);
       }
     }
     row.errors = summarise_errors(px);

@@ -9,24 +9,22 @@
 
 #include "app/options/scene_options.h"
 #include "bench/measure/picture_error.h"
-#include "scene/scene.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
 
 struct ParetoOptions {
-  SceneOptions scene;
-  SceneArguments look;    // light and skips of its pictures
-  std::string path_file;  // empty: the standard flights
-  int frames = 120;       // of each standard flight
-  int rounds = 1;         // measured laps of each setting, in turns with all others of the flight
-  bool errors = true;     // false: times and memory alone
-  double generate_ms = SceneView::kComplete;  // of timed frames; errors are of complete ones
-  std::vector<double> targets;                // pixels; mode error
-  std::vector<double> distances;              // voxels; mode distance
-  bool full = false;                          // measures the full level too
-  std::string elevation;  // PNG; empty: pictures are compared with those of the full level
+  std::string world;
+  SceneArguments look;            // light and skips of its pictures
+  std::string path_file;          // empty: the standard flights
+  int frames = 120;               // of each standard flight
+  int rounds = 1;                 // measured laps of each setting, in turns with all others of the flight
+  bool errors = true;             // false: times and memory alone
+  double work_ms = 0;             // of timed frames, 0: complete ones; errors are always of complete ones
+  std::vector<double> targets;    // pixels; mode error
+  std::vector<double> distances;  // voxels; mode distance
+  bool full = false;              // measures the full level too
+  std::string elevation;          // PNG; empty: pictures are compared with those of the full level
   double pixel_size_m = 0;
   double z_scale = 1;
   std::string json, csv, svg, peers;  // files; empty: none. peers is read

@@ -70,9 +70,9 @@ struct Rays {
 
 class QuerySuite {
  public:
-  QuerySuite(const World& world, Query& query, const QuerySuiteOptions& options)
-      : world_(world), query_(query), options_(options), clock_ns_(clock_cost()) {
-    const LatticeBox box = world.box();
+  QuerySuite(const core::World& terrain, core::Query& query, const QuerySuiteOptions& options)
+      : terrain_(terrain), query_(query), options_(options), clock_ns_(clock_cost()) {
+    const LatticeBox box = terrain.box();
     low_ = glm::dvec3(box.min) / double{kStepsPerVoxel};
     high_ = glm::dvec3(box.max) / double{kStepsPerVoxel};
   }
@@ -87,22 +87,22 @@ class QuerySuite {
     const std::vector<glm::dvec3> places = random_places();
     QueryHit hit;
     time_each("ground", places.size(),
-              [&](std::size_t n) { query_.ground(high(places[n]), 1.0, Wait::for_file, hit); });
+              [&](std::size_t n) { query_.ground(high(places[n]), 1.0, core::Wait::for_file, hit); });
     time_wheels(places);
     std::vector<QueryHit> column(16);
     time_each("column", places.size(),
-              [&](std::size_t n) { query_.column(places[n], Wait::for_file, column); });
+              [&](std::size_t n) { query_.column(places[n], core::Wait::for_file, column); });
     time_each("inside", places.size(),
-              [&](std::size_t n) { inside_ += query_.inside(places[n], Wait::for_file); });
-    const double radius = 0.5 / world_.info().voxel_size_m;
+              [&](std::size_t n) { inside_ += query_.inside(places[n], core::Wait::for_file); });
+    const double radius = 0.5 / terrain_.info().voxel_size_m;
     time_each("sphere of 0.5 m, 20 m of way", places.size(), [&](std::size_t n) {
       const glm::dvec3 way =
-          glm::normalize(random.to[n] - random.from[n]) * 20.0 / world_.info().voxel_size_m;
-      query_.sphere(places[n], places[n] + way, radius, Wait::for_file, hit);
+          glm::normalize(random.to[n] - random.from[n]) * 20.0 / terrain_.info().voxel_size_m;
+      query_.sphere(places[n], places[n] + way, radius, core::Wait::for_file, hit);
     });
     PickedVoxel picked;
     time_each("pick of a voxel", places.size(), [&](std::size_t n) {
-      pick_voxel(world_.octree(), random.from[n], random.to[n], world_.octree().depth(), picked);
+      pick_voxel(terrain_.octree(), random.from[n], random.to[n], terrain_.octree().depth(), picked);
     });
   }
 
@@ -118,15 +118,15 @@ class QuerySuite {
   Rays sensor_rays() {
     Rays rays;
     Random random(1);
-    const double reach = 120.0 / world_.info().voxel_size_m;
+    const double reach = 120.0 / terrain_.info().voxel_size_m;
     constexpr std::uint32_t kPlaces = 16;
     constexpr std::uint32_t kBeams = 64;
     const std::uint32_t turns = std::max(1u, options_.rays / (kPlaces * kBeams));
     for (std::uint32_t p = 0; p < kPlaces; ++p) {
       QueryHit ground;
-      while (!query_.ground(high(random.in(low_, high_)), 1.0, Wait::for_file, ground)) {
+      while (!query_.ground(high(random.in(low_, high_)), 1.0, core::Wait::for_file, ground)) {
       }
-      const glm::dvec3 eye = ground.place + glm::dvec3(0, 2.0 / world_.info().voxel_size_m, 0);
+      const glm::dvec3 eye = ground.place + glm::dvec3(0, 2.0 / terrain_.info().voxel_size_m, 0);
       for (std::uint32_t turn = 0; turn < turns; ++turn) {
         const double yaw = 6.283185307179586 * turn / turns;
         for (std::uint32_t beam = 0; beam < kBeams; ++beam) {
@@ -164,7 +164,7 @@ class QuerySuite {
     std::vector<double> ns;
     for (int round = 0; round <= options_.rounds; ++round) {
       const double start = thread_ns();
-      query_.rays(rays.from, rays.to, Wait::for_file, hits);
+      query_.rays(rays.from, rays.to, core::Wait::for_file, hits);
       if (round > 0) ns.push_back(thread_ns() - start);
     }
     const auto met = std::count_if(hits.begin(), hits.end(), [](const QueryHit& h) { return h.found(); });
@@ -179,19 +179,19 @@ class QuerySuite {
     time_each(name, count, [&](std::size_t n) {
       // Far apart in the list, so that none finds what the one before it left in the processor's caches.
       const std::size_t at = n * 7919 % rays.from.size();
-      query_.ray(rays.from[at], rays.to[at], Wait::for_file, hit);
+      query_.ray(rays.from[at], rays.to[at], core::Wait::for_file, hit);
     });
   }
 
   void time_wheels(const std::vector<glm::dvec3>& places) {
-    const double base = 1.25 / world_.info().voxel_size_m;  // half of a car's wheelbase, about
+    const double base = 1.25 / terrain_.info().voxel_size_m;  // half of a car's wheelbase, about
     double sum = 0;
     time_each("four wheels and a normal", places.size(), [&](std::size_t n) {
       QueryHit wheel[4];
       for (int w = 0; w < 4; ++w) {
         const glm::dvec3 at =
             high(places[n]) + glm::dvec3((w & 1) != 0 ? base : -base, 0, w < 2 ? -base : base);
-        query_.ground(at, 1.0, Wait::for_file, wheel[w]);
+        query_.ground(at, 1.0, core::Wait::for_file, wheel[w]);
       }
       const glm::dvec3 up = glm::cross(wheel[3].place - wheel[0].place, wheel[1].place - wheel[2].place);
       sum += up.y / glm::length(up);
@@ -216,8 +216,8 @@ class QuerySuite {
     std::printf("%-37s %9.0f ns in the median, %6.0f ns at 99 %%\n", name, median(medians), median(tails));
   }
 
-  const World& world_;
-  Query& query_;
+  const core::World& terrain_;
+  core::Query& query_;
   const QuerySuiteOptions& options_;
   double clock_ns_;
   glm::dvec3 low_, high_;
@@ -241,29 +241,30 @@ int run_query_suite(std::span<const std::byte> file, const QuerySuiteOptions& op
   WorldReader reader;
   if (const Status opened = reader.open(ByteSource::of(file)); !opened.ok()) return fail(opened);
   const WorldInfo& info = reader.info();
-  const Config config = World::config_for(info, info.level);
+  const Config config = core::World::config_for(info, info.level);
   std::vector<std::byte> memory;
   TerrainParts parts;
   Status status = parts.create(config, aligned(memory, terrain_budget(config).cpu_bytes()));
   if (status.ok()) status = parts.load(file);
+  const core::World& terrain = parts.world;
   if (!status.ok()) return fail(status);
-  const World& world = parts.world;
-  if (world.patch_count() == 0) return fail({StatusCode::invalid_argument, "has no surface", "world"});
-  Query::Limits limits;
+  if (terrain.patch_count() == 0) return fail({StatusCode::invalid_argument, "has no surface", "world"});
+  core::Query::Limits limits;
   limits.level = options.level;
-  limits.patches = options.patches == 0 ? world.patch_count() : options.patches;
+  limits.patches = options.patches == 0 ? terrain.patch_count() : options.patches;
   limits.max_level = std::max(info.level, options.level);
   Budget budget;
-  Query::add_to(budget, limits);
+  core::Query::add_to(budget, limits);
   std::vector<std::byte> query_memory;
   Arena arena(aligned(query_memory, budget.cpu_bytes()));
-  Query query;
+  core::Query query;
   if (status = query.create(limits, arena); !status.ok()) return fail(status);
-  QueryWorld asked{world.surface(), world.bounds(), &world.tree(), world.heights(), info.height_blocks, {}};
-  if (status = query.set_world(asked); !status.ok()) return fail(status);
-  std::printf("%s: %u patches; level %d, %u of them kept in %zu bytes\n", info.name, world.patch_count(),
+  QueryWorld world{terrain.surface(), terrain.bounds(),   &terrain.tree(),
+                   terrain.heights(), info.height_blocks, {}};
+  if (status = query.set_world(world); !status.ok()) return fail(status);
+  std::printf("%s: %u patches; level %d, %u of them kept in %zu bytes\n", info.name, terrain.patch_count(),
               query.level(), limits.patches, budget.cpu_bytes());
-  QuerySuite(world, query, options).run();
+  QuerySuite(terrain, query, options).run();
   return kExitOk;
 }
 

@@ -18,7 +18,6 @@
 #include "app/common/atomic_file.h"
 #include "app/common/progress.h"
 #include "app/common/status_text.h"
-#include "app/options/skips.h"
 #include "bench/frames/bench_view.h"
 #include "bench/measure/picture_error.h"
 #include "platform/headless/headless_display.h"
@@ -31,34 +30,34 @@ constexpr std::string_view kFlights[] = {"low", "oblique", "high"};
 
 using Picture = std::vector<std::uint8_t>;
 
-// A scene in a context of its own.
-struct Stage {
+// A world in a context of its own.
+struct Place {
   std::unique_ptr<Display> display;
   std::unique_ptr<BenchView> view;
 
   // Loads a scene, in place of the one before.
-  std::string set(const SceneOptions& options, const SceneArguments& look) {
+  std::string set(const std::string& world, const SceneArguments& look) {
     std::string error;
     clear();
     if (display == nullptr) display = open_headless_display({}, error);
     if (display == nullptr) return error;
     view = std::make_unique<BenchView>();
-    if (error = display->make_current().text(); !error.empty()) return error;
-    if (error = view->load(options, look); !error.empty()) return error;
-    return view->scene().attach(*display, options.width, options.height);
+    if (const Error current = display->make_current(); !current.ok()) return current.text();
+    if (error = view->load(world, look); !error.empty()) return error;
+    return view->stage().attach(*display, look.width, look.height).text();
   }
   // The renderer goes while its context is current.
   void clear() {
     if (view == nullptr) return;
-    if (display->make_current().ok()) view->scene().detach();
+    if (display->make_current().ok()) view->stage().detach();
     view.reset();
   }
 };
 
 // One way to draw: a scene, and the switches of its views.
 struct Way {
-  Stage* stage = nullptr;
-  SceneView switches;
+  Place* place = nullptr;
+  Inspection switches;
 };
 
 class Suite {
@@ -68,34 +67,33 @@ class Suite {
   Suite& operator=(const Suite&) = delete;
   // Closing either display may take the other's context along.
   ~Suite() {
-    for (Stage* stage : {&main_, &other_}) stage->clear();
+    for (Place* place : {&main_, &other_}) place->clear();
   }
 
   std::string run(ShadingReport& report) {
-    if (std::string error = main_.set(scene_options(), options_.look); !error.empty()) return error;
+    if (std::string error = main_.set(options_.world, look()); !error.empty()) return error;
     if (std::string error = place_cameras(); !error.empty()) return error;
-    report.width = options_.scene.width;
-    report.height = options_.scene.height;
+    report.width = options_.look.width;
+    report.height = options_.look.height;
     report.views = static_cast<int>(cameras_.size());
     report.rounds = options_.rounds;
-    report.renderer = main_.view->scene().renderer().caps().renderer;
+    report.renderer = device_info(main_.view->stage().renderer()).renderer;
     if (std::string error = compare_skips(report); !error.empty()) return error;
     return compare_features(report);
   }
 
  private:
-  SceneOptions scene_options() const {
-    SceneOptions scene = options_.scene;
-    if (scene.vertex_bytes == 0) scene.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
-    return scene;
+  SceneArguments look() const {
+    SceneArguments look = options_.look;
+    if (look.vertex_bytes == 0) look.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
+    return look;
   }
 
   std::string place_cameras() {
     const GroundHeights ground = main_.view->ground();
     for (const std::string_view flight : kFlights) {
-      const auto path =
-          make_standard_path(flight, ground, main_.view->scene().world().box(), options_.frames);
-      std::vector<Camera> cameras;
+      const auto path = make_standard_path(flight, ground, main_.view->terrain().box(), options_.frames);
+      std::vector<ViewState> cameras;
       if (std::string error = main_.view->place(path, cameras); !error.empty()) return error;
       cameras_.insert(cameras_.end(), cameras.begin(), cameras.end());
     }
@@ -103,20 +101,24 @@ class Suite {
   }
 
   // One view one way: the times of the second frame. picture: may be null.
-  std::string measure(const Way& way, const Camera& camera, ShadingTime& time, Picture* picture) {
-    SceneView view = way.switches;
-    view.camera = camera;
-    view.light = way.stage->view->look().light;
-    view.lod = way.stage->view->look().lod;
+  std::string measure(const Way& way, const ViewState& camera, ShadingTime& time, Picture* picture) {
+    StageView view = way.place->view->look();
+    const Inspection& levels = view.inspection;
+    Inspection switches = way.switches;
+    switches.lod = levels.lod;
+    switches.distance_voxels = levels.distance_voxels;
+    switches.show = levels.show;
+    view.inspection = switches;
+    view.view = camera;
     BenchFrame frame;
-    std::string error = way.stage->display->make_current().text();
-    for (int k = 0; k < 2 && error.empty(); ++k) error = way.stage->view->draw(view, frame);
+    std::string error = way.place->display->make_current().text();
+    for (int k = 0; k < 2 && error.empty(); ++k) error = way.place->view->draw(view, frame);
     if (!error.empty()) return error;
     time = {frame.record.frame_ms, frame.all_cpu_ms};
     if (picture == nullptr) return {};
-    picture->resize(static_cast<std::size_t>(options_.scene.width) *
-                    static_cast<std::size_t>(options_.scene.height) * 4);
-    const Status status = way.stage->view->scene().target().read_colour(*picture);
+    picture->resize(static_cast<std::size_t>(options_.look.width) *
+                    static_cast<std::size_t>(options_.look.height) * 4);
+    const Status status = way.place->view->stage().target().read_colour(*picture);
     return status.ok() ? std::string() : status_text("picture", status);
   }
 
@@ -161,12 +163,13 @@ class Suite {
 
   std::string compare_skips(ShadingReport& report) {
     std::vector<Way> off;
-    SceneView none;
-    for (const Skip& skip : kSkips) {
+    Inspection none;
+    for (int n = 0; n < kSkipCount; ++n) {
+      const auto skip = static_cast<SkipChoice>(n);
       off.push_back({&main_, {}});
-      skip.in(off.back().switches) = false;
-      skip.in(none) = false;
-      report.skips.push_back(row_of(skip.name, "skipped", "drawn"));
+      skip_of(off.back().switches, skip) = false;
+      skip_of(none, skip) = false;
+      report.skips.push_back(row_of(kSkipNames[n], "skipped", "drawn"));
     }
     const std::size_t alone = off.size();
     off.push_back({&main_, none});
@@ -219,13 +222,14 @@ class Suite {
 
   // What the main scene has, against a scene without it.
   std::string compare_feature(const char* name, const std::string& on, const std::string& off,
-                              const SceneOptions& without, ShadingReport& report) {
-    if (std::string error = other_.set(without, options_.look); !error.empty()) return error;
+                              const std::string& world, const SceneArguments& without,
+                              ShadingReport& report) {
+    if (std::string error = other_.set(world, without); !error.empty()) return error;
     return compare_ways(row_of(name, on, off), {&other_, {}}, report);
   }
 
   std::string compare_lamps(ShadingReport& report) {
-    const std::size_t count = main_.view->scene().world().lights().size();
+    const std::size_t count = main_.view->terrain().lights().size();
     if (count == 0) return {};
     Way off{&main_, {}};
     off.switches.lamps = false;
@@ -246,40 +250,40 @@ class Suite {
 
   std::string compare_features(ShadingReport& report) {
     std::string error;
-    if (const CascadeSettings& shadows = options_.scene.shadows; shadows.count > 0) {
-      SceneOptions without = scene_options();
-      without.shadows.count = 0;
-      const std::string maps = std::to_string(shadows.count) + " of " + std::to_string(shadows.size);
-      error = compare_feature("shadows", maps, "none", without, report);
+    if (options_.look.shadows > 0) {
+      SceneArguments without = look();
+      without.shadows = 0;
+      const std::string maps =
+          std::to_string(options_.look.shadows) + " of " + std::to_string(options_.look.shadow_size);
+      error = compare_feature("shadows", maps, "none", options_.world, without, report);
     }
     if (error.empty()) {
-      SceneOptions high = scene_options();
+      SceneArguments high = look();
       high.high_precision = true;
-      error = compare_feature("precision", "medium", "high", high, report);
+      error = compare_feature("precision", "medium", "high", options_.world, high, report);
     }
     if (error.empty()) error = compare_lamps(report);
     if (!error.empty() || options_.against.empty()) return error;
-    SceneOptions against = scene_options();
-    against.world = options_.against;
-    if (error = check_world(against, report.textures); !error.empty()) return error;
-    return compare_feature("textures", report.textures.on, report.textures.off, against, report);
+    if (error = check_world(report.textures); !error.empty()) return error;
+    return compare_feature("textures", report.textures.on, report.textures.off, options_.against, look(),
+                           report);
   }
 
   // Before it is drawn: whether it is the same world, and how its textures differ.
-  std::string check_world(const SceneOptions& against, TextureComparison& textures) const {
-    Scene scene;
-    if (std::string error = scene.load(against); !error.empty()) return error;
-    const World& a = main_.view->scene().world();
-    const World& b = scene.world();
+  std::string check_world(TextureComparison& textures) const {
+    BenchView other;
+    if (std::string error = other.load(options_.against, look()); !error.empty()) return error;
+    const core::World& a = main_.view->terrain();
+    const core::World& b = other.terrain();
     if (a.info().extent != b.info().extent || a.patch_count() != b.patch_count())
-      return against.world + ": is not " + options_.scene.world + " baked another way";
+      return options_.against + ": is not " + options_.world + " baked another way";
     const std::string error = compare_textures(a, b, textures);
-    return error.empty() ? error : against.world + ": " + error;
+    return error.empty() ? error : options_.against + ": " + error;
   }
 
   const ShadingSuiteOptions& options_;
-  Stage main_, other_;
-  std::vector<Camera> cameras_;
+  Place main_, other_;
+  std::vector<ViewState> cameras_;
 };
 
 std::string run_suite(const ShadingSuiteOptions& options) {

@@ -8,15 +8,14 @@
 #include <vector>
 
 #include "app/options/scene_options.h"
-#include "scene/scene.h"
+#include "terrain/world/world.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
 
 struct ShadingSuiteOptions {
-  SceneOptions scene;   // vertex_bytes 0: everything stays resident
-  SceneArguments look;  // light and levels of its pictures
+  std::string world;
+  SceneArguments look;  // vertex_bytes 0: everything stays resident
   int frames = 1;       // of each of three flights: low, oblique, high
   int rounds = 3;       // medians are over these
   std::string against;  // the same world baked another way, to be compared with; empty: none
@@ -69,7 +68,8 @@ void print_shading(const ShadingReport& report);
 std::string shading_json(const ShadingReport& report);
 
 // Empty on success; textures of both, which must have as many materials of the same size.
-[[nodiscard]] std::string compare_textures(const World& on, const World& off, TextureComparison& result);
+[[nodiscard]] std::string compare_textures(const core::World& on, const core::World& off,
+                                           TextureComparison& result);
 
 // Returns the exit code; errors go to stderr.
 int run_shading_suite(const ShadingSuiteOptions& options);

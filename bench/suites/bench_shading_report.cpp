@@ -9,6 +9,7 @@
 #include "etc2/etc2.h"
 
 namespace karst::bench {
+using namespace core;
 using namespace app;
 namespace {
 
@@ -17,7 +18,7 @@ const char* format_name(TextureFormat format) {
 }
 
 // The finest level of a layer, as bytes of 4 channels.
-std::string read_layer(const World& world, TextureArray array, std::uint32_t layer,
+std::string read_layer(const core::World& world, TextureArray array, std::uint32_t layer,
                        std::vector<std::uint8_t>& rgba) {
   const MaterialSet& set = world.materials();
   rgba.resize(std::size_t{set.side} * set.side * 4);
@@ -46,7 +47,8 @@ struct SquaredErrors {
   }
 };
 
-std::string compare_arrays(const World& on, const World& off, TextureArray array, SquaredErrors& errors) {
+std::string compare_arrays(const core::World& on, const core::World& off, TextureArray array,
+                           SquaredErrors& errors) {
   std::vector<std::uint8_t> a, b;
   for (std::uint32_t layer = 0; layer < on.materials().count; ++layer) {
     std::string error = read_layer(on, array, layer, a);
@@ -101,7 +103,7 @@ void write_rows(JsonWriter& json, const ShadingReport& report, const char* key,
 
 }  // namespace
 
-std::string compare_textures(const World& on, const World& off, TextureComparison& result) {
+std::string compare_textures(const core::World& on, const core::World& off, TextureComparison& result) {
   const MaterialSet& a = on.materials();
   const MaterialSet& b = off.materials();
   if (a.count == 0 || a.count != b.count || a.side != b.side)

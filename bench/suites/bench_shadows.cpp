@@ -21,9 +21,9 @@ struct Costs {
   int maps = 0;
 
   void add(const FrameRecord& record, int count) {
-    ms.push_back(record.shadow_ms);
-    triangles += record.shadow_triangles;
-    maps += count - record.cascades_skipped;
+    ms.push_back(record.costs.shadow_ms);
+    triangles += record.costs.shadow_triangles;
+    maps += count - static_cast<int>(record.costs.cascades_skipped);
   }
   double mean_ms() const {
     double sum = 0;
@@ -43,20 +43,20 @@ std::vector<CameraSettings> turn(CameraSettings from, int frames) {
 }
 
 std::string fly(BenchView& view, const char* name, const std::vector<CameraSettings>& path, int maps) {
-  std::vector<Camera> cameras;
+  std::vector<ViewState> cameras;
   if (std::string error = view.place(path, cameras); !error.empty()) return error;
-  SceneView shown = view.look();
-  shown.wait_for_shadows = true;
+  StageView shown = view.look();
+  shown.inspection.wait_for_gpu = true;
   Costs kept, all;
   BenchFrame frame;
   bool first = true;
-  for (const Camera& camera : cameras) {
-    shown.camera = camera;
-    shown.cascade_caching = true;
+  for (const ViewState& camera : cameras) {
+    shown.view = camera;
+    shown.inspection.skip_cascades = true;
     if (std::string error = view.draw(shown, frame); !error.empty()) return error;
     // The first frame draws its maps whatever the way they are kept.
     if (!first) kept.add(frame.record, maps);
-    shown.cascade_caching = false;
+    shown.inspection.skip_cascades = false;
     if (std::string error = view.draw(shown, frame); !error.empty()) return error;
     if (!first) all.add(frame.record, maps);
     first = false;
@@ -72,10 +72,10 @@ std::string fly(BenchView& view, const char* name, const std::vector<CameraSetti
 
 std::string measure(const ShadowSuiteOptions& options) {
   BenchView view;
-  if (std::string error = view.open(options.scene, options.look); !error.empty()) return error;
+  if (std::string error = view.open(options.world, options.look); !error.empty()) return error;
   const GroundHeights ground = view.ground();
-  const LatticeBox box = view.scene().world().box();
-  const int maps = options.scene.shadows.count;
+  const core::LatticeBox box = view.terrain().box();
+  const int maps = options.look.shadows;
   std::printf("a frame    maps drawn  triangles in maps          ms, median             ms, mean\n");
   for (const std::string_view name : {"oblique", "low"}) {
     const std::vector<CameraSettings> path = make_standard_path(name, ground, box, 8);

@@ -3,15 +3,14 @@
 // changed, beside drawing all of them in every frame.
 #pragma once
 
+#include <string>
 #include "app/options/scene_options.h"
-#include "scene/scene.h"
 
 namespace karst::bench {
-using namespace core;
 using namespace app;
 
 struct ShadowSuiteOptions {
-  SceneOptions scene;
+  std::string world;
   SceneArguments look;  // light, skips and levels of its pictures
   int frames = 36;      // of each flight
 };

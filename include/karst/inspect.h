@@ -39,6 +39,10 @@ struct Inspection {
   bool skip_detail = true;     // by pixel: the near scale where it has faded
   bool skip_sun = true;        // by pixel: shadows and mirrored light where no sun falls
   bool lamps = true;           // the world's point lights
+  bool wait_for_gpu = false;   // before and after shadow maps, so that shadow_ms holds the GPU's work
+  // Told when work of karst begins and ends in which no GL is called, to count heap calls. May be null.
+  void (*own_work)(void* user, bool begins) = nullptr;
+  void* user = nullptr;
 };
 KARST_API void set_inspection(Renderer& renderer, const Inspection& inspection) noexcept;
 
@@ -70,9 +74,8 @@ KARST_API const FrameCosts& costs(const Renderer& renderer) noexcept;
 struct DeviceInfo {
   const char* renderer = "";  // as the driver names itself
   const char* version = "";
-  std::uint64_t gl_objects = 0;  // made since create() began
-  std::uint64_t gpu_bytes = 0;   // of the objects that exist
-  std::uint64_t cpu_bytes = 0;   // taken of the world's memory
+  std::uint64_t gpu_bytes = 0;  // of the objects that exist
+  std::uint64_t cpu_bytes = 0;  // taken of the world's memory
 };
 KARST_API DeviceInfo device_info(const Renderer& renderer) noexcept;
 

@@ -14,6 +14,10 @@ namespace karst {
 inline constexpr std::uint32_t kMostViews = 8;
 inline constexpr std::uint32_t kMostQueries = 64;
 inline constexpr std::uint32_t kMostShadowMaps = 3;
+inline constexpr std::uint32_t kLeastShadowSize = 512, kMostShadowSize = 2048,
+                               kShadowSizeStep = 16;  // texels
+inline constexpr std::uint32_t kFinestLevel = 6;
+inline constexpr std::uint32_t kMostPictureSide = 16'384;  // pixels
 
 // Defaults suit one view of 1280 x 720. 0 in a field that says so: karst chooses.
 struct Needs {
@@ -55,7 +59,7 @@ struct Plan {
   std::uint64_t cpu_bytes = 0;  // of the memory that World::create() wants, aligned to kMemoryAlignment
   std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own
   bool holds_all_heights = false;
-  std::uint64_t world_crc = 0;  // of the header it was made for: another file is refused
+  std::uint64_t file_hash = 0;  // of the head it was made for: World::create() refuses another file; 0: none
   Term terms[32] = {};
   std::uint32_t term_count = 0;
   Limit limits[24] = {};

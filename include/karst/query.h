@@ -22,16 +22,16 @@ enum class Wait : std::uint8_t { never, for_file };
 struct Hit {
   Vec3 place;
   Vec3 normal;              // of the triangle that was met, unit length, out of the ground
-  double distance = 0;      // metres: along the segment; of column() and ground(), below the place asked for
+  double distance = 0;      // metres: from the start; of column() and ground(), below the place asked for
   std::uint32_t patch = 0;  // that was met
-  std::uint8_t level =
-      0;  // of the surface that was met; below query_level only with Wait::never. rays(): 0: none
+  std::uint8_t level = 0;   // of the surface that was met; 0: without heights, which only Wait::never meets
+  bool found = false;       // of rays(): false where the segment is free
 };
 
 struct Voxel {
   Vec3 centre;
-  double side = 0;  // metres
-  int level = 0;    // of the octree; 0 is the whole of it
+  double side_m = 0;
+  int level = 0;  // of the octree; 0 is the whole of it
 };
 
 class KARST_API Query {
@@ -56,7 +56,7 @@ class KARST_API Query {
   bool sphere(Vec3 from, Vec3 to, double radius_m, Wait wait, Hit& hit) noexcept;
   // In rock.
   bool inside(Vec3 place, Wait wait) noexcept;
-  // Many at once, for sensors. The spans are equally long; hits[n].level is 0 where the segment is free.
+  // Many at once, for sensors. The spans are equally long; hits[n].found is false where it is free.
   void rays(std::span<const Vec3> from, std::span<const Vec3> to, Wait wait, std::span<Hit> hits) noexcept;
   // The nearest filled voxel of an octree level that the segment meets (K 5.2.1, algorithm 5.1): for editors.
   bool pick(Vec3 from, Vec3 to, int octree_level, Voxel& voxel) noexcept;

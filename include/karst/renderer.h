@@ -6,7 +6,7 @@
 // there), and assumes none but the framebuffer that is bound for drawing in draw(), which must have depth. It
 // neither clears nor invalidates it. After each call these are as OpenGL has them initially, whatever they
 // were: program and vertex array 0; active texture unit 0; array, element, uniform, pixel pack and unpack
-// buffers 0; textures and samplers of units first_unit .. first_unit + 9, and uniform blocks first_block and
+// buffers 0; textures and samplers of units first_unit .. first_unit + 8, and uniform blocks first_block and
 // first_block + 1, unbound; viewport and scissor box; scissor, depth, stencil, blend, cull, polygon offset,
 // rasterizer discard, dither, sample coverage and primitive restart tests and their functions and masks;
 // front face; pixel store. begin_frame() and end_frame() also leave framebuffer 0 bound. Everything else
@@ -100,11 +100,13 @@ struct Air {
 };
 
 struct GlOptions {
-  std::uint32_t first_unit = 0;   // of 10 texture units
+  std::uint32_t first_unit = 0;   // of 9 texture units
   std::uint32_t first_block = 0;  // of 2 uniform blocks
   bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
   bool high_precision = false;    // all of a pixel in 32 bits, where mediump would do
-  bool debug = false;             // the driver's messages go to the world's log; wants a debug context
+  bool timers = false;  // GPU times of passes, in costs(); the host must not time with such queries meanwhile
+  bool debug = false;   // the driver's errors go to the world's log; wants a debug context of one's own
+  double drape_repeat = 1;  // times that the drape covers the world on each axis, 2^-10..2^10
 };
 
 class KARST_API Renderer {
@@ -119,9 +121,8 @@ class KARST_API Renderer {
   void destroy() noexcept;       // deletes them
   void context_lost() noexcept;  // instead: forgets them, without calling GL
 
-  // The image over the world: rgba of 8 bits, row 0 in the north, as large as the plan says; repeat: times
-  // that it covers the world on each axis, 2^-10..2^10.
-  Status set_drape(std::span<const std::uint8_t> rgba, double repeat) noexcept;
+  // The image over the world: rgba of 8 bits, row 0 in the north, as large as the plan says.
+  Status set_drape(std::span<const std::uint8_t> rgba) noexcept;
 
   // Chooses the levels of all views together, so that they share the memory and none takes from another;
   // makes what must be there; draws shadow maps. invalid_argument names the view's or the sun's field.

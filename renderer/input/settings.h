@@ -12,13 +12,6 @@
 
 namespace karst::core {
 
-// What a picture shows.
-enum class Show : std::uint8_t {
-  materials,
-  cascades,  // the shadow map that each pixel is looked up in
-  levels     // triangles, by their level of detail
-};
-
 struct RendererSettings {
   std::uint32_t vertex_pages = 0;  // Config::gpu_vertex_pages, 1..kMostPages
   // Rows of thresholds: Config::max_views x max_resident_patches, 1..kMostViews x kMostPages.
@@ -35,7 +28,6 @@ struct RendererSettings {
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
   bool high_precision = false;  // all of a pixel is computed in 32 bits, for comparison
-  Show show = Show::materials;  // with a drape always what that shows
   int cascades = 0;             // shadow maps, 0..kMostCascades; with a drape there are none
   int shadow_size = 1024;       // texels a side, as in CascadeSettings
   int shadow_bits = 16;         // of depth, 16 or 24 (which takes 32)

@@ -18,6 +18,13 @@
 
 namespace karst::core {
 
+// What a picture shows.
+enum class Show : std::uint8_t {
+  materials,
+  cascades,  // the shadow map that each pixel is looked up in
+  levels     // triangles, by their level of detail
+};
+
 // What pixels skip that changes no bit of them; false: all pixels do it.
 struct PixelSkips {
   bool triplanar = true;  // planes of weight zero
@@ -38,6 +45,7 @@ struct ViewInput {
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables()
   int max_level = kMaxLevel;                   // of index_table and items
+  Show show = Show::materials;                 // with a drape always what that shows
   // Shadow maps that the sun's light is looked up in, smallest first, at most settings().cascades; their
   // contents are those of the last draw_cascade(). None: the sun reaches everything.
   LightSpace light_space;

@@ -26,8 +26,8 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
 ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& input, Writes writes) {
   if (writes == Writes::depth) return ShaderVariant::depth_only;
   if (settings.drape_width > 0) return ShaderVariant::drape;
-  if (settings.show == Show::cascades) return ShaderVariant::show_cascades;
-  if (settings.show == Show::levels) return ShaderVariant::show_levels;
+  if (input.show == Show::cascades) return ShaderVariant::show_cascades;
+  if (input.show == Show::levels) return ShaderVariant::show_levels;
   return terrain_variant(
       static_cast<std::uint8_t>(input.shading | (input.cascades.empty() ? 0 : kShadeShadows)));
 }

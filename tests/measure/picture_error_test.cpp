@@ -11,6 +11,7 @@
 #include <glm/vec4.hpp>
 
 namespace karst::bench {
+using namespace core;
 namespace {
 
 constexpr int kWidth = 160, kHeight = 90;

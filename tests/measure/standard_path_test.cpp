@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 namespace karst::bench {
+using namespace core;
 namespace {
 
 // 64 x 48 columns of ground at 3 voxels with a tower of 9.

@@ -121,7 +121,7 @@ void TestWorld::roughen(int level, std::uint64_t seed, int amplitude) {
 }
 
 WorldInfo TestWorld::info() const {
-  WorldInfo info;
+  core::WorldInfo info;
   info.extent = extent_;
   info.depth = octree_.depth();
   info.level = level_;
@@ -176,7 +176,7 @@ std::vector<NormalCone> TestWorld::shading_cones() const {
 }
 
 std::vector<std::byte> TestWorld::file() const {
-  const WorldInfo i = info();
+  const core::WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
   for (std::uint32_t p = 0; p < i.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
   const std::vector<PatchKey> patch_keys = keys();

@@ -70,7 +70,7 @@ class TestWorld {
   std::vector<NormalCone> shading_cones() const;
 
   // The world as a .karst file: what WorldWriter makes of it. Without heights no patch has a block.
-  WorldInfo info() const;
+  core::WorldInfo info() const;
   std::vector<PatchKey> keys() const;
   std::vector<std::byte> file() const;
 

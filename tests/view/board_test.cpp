@@ -11,7 +11,7 @@
 #include "tests/support/process.h"
 #include "tests/view/fake_screen.h"
 
-namespace karst::core {
+namespace karst {
 namespace {
 
 std::string text_of(const std::string& name) {
@@ -114,4 +114,4 @@ TEST_F(BoardProgram, RenderDrawsAsTheBoardWould) {
 }
 
 }  // namespace
-}  // namespace karst::core
+}  // namespace karst

@@ -4,11 +4,8 @@
 
 fail() { echo "FAILED: $*"; tail -n 20 /run/*.log; exit 1; }
 
-# count FILE TEXT: lines with the text; 0 where the file is not there yet.
-count() {
-  lines=$(grep -c "$2" "$1" 2>/dev/null)
-  echo "${lines:-0}"
-}
+# count FILE TEXT: lines with the text.
+count() { grep -c "$2" "$1" 2>/dev/null || true; }
 
 # await FILE TEXT N TENTHS: until N lines have it.
 await() {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Cameras and the ground: heights above it, and cameras that are below it by mistake.
+#pragma once
+
+#include <optional>
+
+#include "app/common/camera_path.h"
+#include "karst/world.h"
+#include "platform/base/error.h"
+
+namespace karst::app {
+
+class CameraGround {
+ public:
+  CameraGround() = default;
+  CameraGround(const CameraGround&) = delete;
+  CameraGround& operator=(const CameraGround&) = delete;
+  ~CameraGround();
+
+  // Takes a query of the world, which must outlive this object.
+  Error open(World& world);
+  bool is_open() const { return query_ != nullptr; }
+
+  // Where place counts from the ground, makes it count from the world's zero. Else one line without its
+  // subject: there is no ground at x, z; place is then unchanged.
+  Error stand(CameraPlace& place);
+  // One line, where the camera is inside rock; none where it is in the air. place does not count from the
+  // ground.
+  Error in_rock(const CameraPlace& place);
+  // Height of the ground, metres, that is no higher than step_m above the place; none where there is none.
+  std::optional<double> below_m(const glm::dvec3& place_m, double step_m);
+
+ private:
+  World* world_ = nullptr;
+  Query* query_ = nullptr;
+};
+
+}  // namespace karst::app

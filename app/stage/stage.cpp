@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "app/stage/stage.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/common/mapped_file.h"
+#include "app/stage/resource_counts.h"
+#include "platform/base/clock.h"
+
+namespace karst::app {
+namespace {
+
+std::string format_mebibytes(std::uint64_t bytes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.1f MiB", static_cast<double>(bytes) / (1 << 20));
+  return text;
+}
+
+// Adds the time since `start` to `total` and starts anew.
+void lap(std::int64_t& start, double& total) {
+  const std::int64_t now = now_ns();
+  total += ms_between(start, now);
+  start = now;
+}
+
+// Counts karst's heap calls between on(true) and on(false).
+struct OwnWork {
+  std::uint64_t before = 0;
+  std::uint64_t total = 0;
+  static void on(void* user, bool begins) {
+    auto* const own = static_cast<OwnWork*>(user);
+    if (begins) {
+      own->before = heap_calls();
+    } else {
+      own->total += heap_calls() - own->before;
+    }
+  }
+};
+
+}  // namespace
+
+Stage::~Stage() {
+  detach();
+  if (world_ != nullptr) world_->destroy();
+}
+
+Error Stage::load(const std::string& world, const SceneArguments& scene, std::uint32_t queries) {
+  path_ = world;
+  scene_ = scene;
+  width_ = scene.width;
+  height_ = scene.height;
+  plan_.needs.queries = queries;
+  std::int64_t start = now_ns();
+  if (Error error = load_drape(); !error.ok()) return error;
+  if (Error error = file_.open(path_); !error.ok()) return error;
+  source_ = file_.source();
+  if (Error error = make_plan_for(source_); !error.ok()) return error;
+  memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kMemoryAlignment, plan_.cpu_bytes)));
+  if (memory_ == nullptr) return path_ + ": cannot get " + format_mebibytes(plan_.cpu_bytes) + " of memory";
+  const karst::Log log{
+      [](void* user, Severity, const char* text) { static_cast<Stage*>(user)->driver_words_ = text; }, this};
+  const Status status = World::create(plan_, source_, {memory_.get(), plan_.cpu_bytes}, world_, log);
+  lap(start, times_.read);
+  return {path_, status};
+}
+
+Error Stage::load_drape() {
+  if (scene_.drape.empty()) return {};
+  MappedFile file;
+  if (Error error = file.open(scene_.drape); !error.ok()) return error;
+  constexpr int kMostPixels = 16'384;
+  const Error error = decode_png(file.bytes(), kMostPixels, drape_);
+  return error.ok() ? error : Error(scene_.drape + ": " + error.text());
+}
+
+std::uint64_t Stage::target_bytes() const {
+  PictureSettings picture;
+  picture.width = width_;
+  picture.height = height_;
+  picture.rgb565 = scene_.rgb565;
+  return picture.bytes();
+}
+
+// All memory, --max-memory, is the CPU's and the GPU's together: what GL takes is known first, and heights
+// get what is left.
+Error Stage::make_plan_for(const Source& file) {
+  WorldInfo info;
+  if (const Status status = read_world_info(file, info); !status.ok()) return {path_, status};
+  Needs& needs = plan_.needs;
+  plan_.placement.axes = Axes::east_up_south;
+  needs.level = static_cast<std::uint32_t>(scene_.level);
+  needs.vertex_bytes = scene_.vertex_bytes;
+  needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
+  needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
+  needs.shadow_reach_m = scene_.shadow_reach_voxels * info.voxel_size_m;
+  needs.drape_width = static_cast<std::uint32_t>(drape_.width);
+  needs.drape_height = static_cast<std::uint32_t>(drape_.height);
+  needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
+  if (const Status status = make_plan(file, plan_); !status.ok()) return {path_, status};
+  std::uint64_t max_cpu = scene_.max_memory - std::min(scene_.max_memory, gpu_bytes());
+  if (scene_.max_cpu > 0) max_cpu = std::min(max_cpu, scene_.max_cpu);
+  needs.max_cpu_bytes = max_cpu;
+  const Status status = make_plan(file, plan_);
+  if (Error error = check_memory(); !error.ok()) return error;
+  return {path_, status};
+}
+
+Error Stage::check_memory() const {
+  const std::uint64_t cpu = cpu_bytes();
+  const std::uint64_t gpu = gpu_bytes();
+  if (cpu <= scene_.max_memory && gpu <= scene_.max_memory - cpu) return {};
+  return path_ + ": needs " + format_mebibytes(cpu) + " of CPU and " + format_mebibytes(gpu) +
+         " of GPU memory, more than --max-memory " + format_mebibytes(scene_.max_memory) + "; raise it";
+}
+
+Error Stage::attach(Display& display, int width, int height) {
+  times_.context = times_.generate = times_.upload = 0;
+  std::int64_t start = now_ns();
+  width_ = width;
+  height_ = height;
+  if (Error error = check_memory(); !error.ok()) return error;
+  const GlLoader loader{
+      [](void* user, const char* name) { return static_cast<const Display*>(user)->gl_function(name); },
+      &display};
+  GlOptions options;
+  options.high_precision = scene_.high_precision;
+  options.timers = true;
+  options.drape_repeat = scene_.drape_repeat;
+  driver_words_.clear();
+  if (const Status status = Renderer::create(*world_, counting_loader(loader), options, renderer_);
+      !status.ok()) {
+    const Error error(display.name(), status);
+    return driver_words_.empty() ? error : Error(error.text() + "; " + driver_words_);
+  }
+  PictureSettings picture;
+  picture.width = width;
+  picture.height = height;
+  picture.rgb565 = scene_.rgb565;
+  picture.keep_depth = keep_depth;
+  if (const Status status = target_.create(counting_loader(loader), picture); !status.ok()) {
+    detach();
+    return {display.name(), status};
+  }
+  if (!drape_.rgba.empty()) {
+    if (const Status status = renderer_->set_drape(drape_.rgba); !status.ok()) return {scene_.drape, status};
+  }
+  first_frame_ = true;
+  gl_objects_at_start_ = gl_objects_made();
+  lap(start, times_.context);
+  return {};
+}
+
+void Stage::detach(bool lost) {
+  if (renderer_ == nullptr) return;
+  if (lost) {
+    renderer_->context_lost();
+    target_.forget();
+  } else {
+    target_.destroy();
+    renderer_->destroy();
+  }
+  renderer_ = nullptr;
+}
+
+std::uint64_t Stage::gpu_used() const {
+  return renderer_ == nullptr ? 0 : device_info(*renderer_).gpu_bytes + target_bytes();
+}
+
+Error Stage::draw(const StageView& view, FrameRecord& record) {
+  const std::int64_t start = now_ns();
+  OwnWork own;
+  Inspection inspection = view.inspection;
+  inspection.own_work = OwnWork::on;
+  inspection.user = &own;
+  set_inspection(*renderer_, inspection);
+  FrameInput input;
+  input.views = {&view.view, 1};
+  input.sun = view.sun;
+  input.work_ms = view.work_ms;
+  Status status = renderer_->begin_frame(input, record.result);
+  if (first_frame_) {
+    times_.generate = costs(*renderer_).generate_ms;
+    times_.upload = costs(*renderer_).upload_ms;
+    first_frame_ = false;
+  }
+  if (status.ok()) {
+    // The sky is one colour with a drape; its own shading would cost as much a pixel as the terrain's.
+    if (has_drape()) {
+      target_.begin(renderer_->air(0).horizon_display_rgb);
+    } else {
+      target_.begin();
+    }
+    Target target;
+    target.viewport = target_.viewport();
+    target.sky = !has_drape();
+    status = renderer_->draw(0, target);
+    target_.end();
+  }
+  if (status.ok()) status = renderer_->end_frame();
+  if (!status.ok()) return {path_, status};
+  if (view.wait) target_.finish();
+  record.frame_ms = ms_between(start, now_ns());
+  record.costs = costs(*renderer_);
+  record.heap_calls = own.total;
+  record.gl_objects = gl_objects_made() - gl_objects_at_start_;
+  return {};
+}
+
+}  // namespace karst::app

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// A world ready to be drawn by a program: its file open, its memory taken once, karst's renderer and a
+// picture in a display's context; and the one way in which programs draw a frame.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "app/common/camera_view.h"
+#include "app/common/file_source.h"
+#include "app/common/picture_target.h"
+#include "app/common/png_file.h"
+#include "app/options/scene_options.h"
+#include "karst/inspect.h"
+#include "karst/karst.h"
+#include "platform/base/error.h"
+#include "platform/display.h"
+
+namespace karst::app {
+
+// Milliseconds of the steps that come before the first frame is drawn.
+struct LoadTimes {
+  double read = 0;      // the file, up to patches and heights in memory
+  double context = 0;   // display, shaders, GL objects
+  double generate = 0;  // vertices of the first frame
+  double upload = 0;
+};
+
+// One view, as programs draw it.
+struct StageView {
+  ViewState view;
+  Sun sun;
+  Inspection inspection;
+  double work_ms = 0;  // FrameInput: 0: the frame is complete
+  bool wait = true;    // until the GPU is done, so that frame_ms holds its work
+};
+
+struct FrameRecord {
+  double frame_ms = 0;  // all of it; the GPU's work too where the view waits
+  FrameResult result;
+  FrameCosts costs;
+  std::uint64_t heap_calls = 0;  // of karst's own work, without the driver's
+  std::uint64_t gl_objects = 0;  // made since the stage was ready
+};
+
+class Stage {
+ public:
+  Stage() = default;
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  ~Stage();
+
+  // Opens the world and takes its memory; needs no context. To be called once.
+  // queries: Query objects that the program takes.
+  Error load(const std::string& world, const SceneArguments& scene, std::uint32_t queries = 0);
+  // Makes the GL objects in the display's context, which is current, for pictures of this size. To be called
+  // again after detach(): vertices are made anew. The display must outlive the attachment.
+  Error attach(Display& display, int width, int height);
+  // lost: the context is gone, and nothing is called in it.
+  void detach(bool lost = false);
+  bool attached() const { return renderer_ != nullptr; }
+
+  // Draws one frame into target() and notes what it cost. The first one after attach() is complete whatever
+  // work_ms says.
+  Error draw(const StageView& view, FrameRecord& record);
+
+  World& world() const { return *world_; }
+  Renderer& renderer() const { return *renderer_; }
+  PictureTarget& target() { return target_; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool has_drape() const { return !scene_.drape.empty(); }
+  bool keep_depth = false;  // for target().read_depth(); before attach()
+
+  // Of karst and of the picture together.
+  std::uint64_t cpu_bytes() const { return plan_.cpu_bytes; }
+  std::uint64_t gpu_bytes() const { return plan_.gpu_bytes + target_bytes(); }
+  // Of the GL objects that are there.
+  std::uint64_t gpu_used() const;
+  const Plan& plan() const { return plan_; }
+  const LoadTimes& load_times() const { return times_; }
+
+ private:
+  Error load_drape();
+  Error make_plan_for(const Source& file);
+  Error check_memory() const;
+  std::uint64_t target_bytes() const;
+
+  struct Free {
+    void operator()(std::byte* p) const { std::free(p); }
+  };
+
+  std::string path_;
+  SceneArguments scene_;
+  FileSource file_;  // before world_, which may read from it at any time
+  Source source_;
+  PngPicture drape_;
+  Plan plan_;
+  std::unique_ptr<std::byte, Free> memory_;
+  World* world_ = nullptr;
+  Renderer* renderer_ = nullptr;
+  PictureTarget target_;
+  std::string driver_words_;  // of the last attach()
+  int width_ = 0;
+  int height_ = 0;
+  bool first_frame_ = true;
+  std::uint64_t gl_objects_at_start_ = 0;
+  LoadTimes times_;
+};
+
+}  // namespace karst::app

@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: MIT
+#include "scene/frame/renderer_object.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+#include "gles_shaders/shader_texts.h"
+#include "renderer/input/frame_block.h"
+
+namespace karst {
+namespace core {
+namespace {
+
+constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
+// -ln 0.05: where 5 % of the contrast is left, haze has gone so many times its own distance.
+const double kVisibilityPerHaze = std::log(20.0);
+// Without a visibility: haze takes 63 % of the light at so many times the world's width.
+constexpr double kHazeWidths = 6.0;
+
+Status refuse(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+LodMode lod_mode(karst::LodMode mode) {
+  switch (mode) {
+    case karst::LodMode::distance:
+      return LodMode::distance;
+    case karst::LodMode::full:
+      return LodMode::full;
+    case karst::LodMode::error:
+      break;
+  }
+  return LodMode::error;
+}
+
+Show shown(karst::Show show) {
+  switch (show) {
+    case karst::Show::cascades:
+      return Show::cascades;
+    case karst::Show::levels:
+      return Show::levels;
+    case karst::Show::materials:
+      break;
+  }
+  return Show::materials;
+}
+
+}  // namespace
+
+std::size_t renderer_object_bytes() {
+  return sizeof(RendererObject);
+}
+
+Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& options) {
+  RendererSettings settings = world.layout.renderer;
+  settings.first_unit = options.first_unit;
+  settings.first_block = options.first_block;
+  settings.desktop = options.desktop;
+  settings.high_precision = options.high_precision;
+  settings.debug = options.debug;
+  settings.timers = options.timers;
+  settings.drape_repeat = options.drape_repeat;
+  Gl table;
+  if (const Status status = load_gl(loader, options.desktop, table); !status.ok()) return status;
+  if (const Status status = gl.create(table, settings); !status.ok()) {
+    if (*gl.message() != '\0') world.say(Severity::error, gl.message());
+    return status;
+  }
+  if (const Status status = upload_materials(); !status.ok()) return status;
+  gl.upload_sky_line(world.terrain.world.octree());
+  CascadeSettings shadows;
+  shadows.count = settings.cascades;
+  shadows.size = settings.shadow_size;
+  const double reach_m = world.made_for.needs.shadow_reach_m;
+  if (reach_m > 0) {
+    shadows.reach_voxels = std::clamp(reach_m / world.shown.voxel_size_m, 4.0, 0x1p20);
+  }
+  work_.create(world.terrain, gl, inspection);
+  shadows_.create(world.terrain, gl, work_, shadows);
+  forget_vertices();
+  return {};
+}
+
+void RendererObject::forget_vertices() {
+  world.terrain.residency.forget();
+  shadows_.forget();
+  first_frame_ = true;
+}
+
+// An image at a time, through the staging memory.
+Status RendererObject::upload_materials() {
+  const MaterialSet& set = world.terrain.world.materials();
+  if (gl.settings().material_count == 0) return {};
+  Status status = gl.set_materials(set);
+  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
+    for (int level = 0; status.ok() && level < texture_levels(set.side); ++level) {
+      const auto image = world.staging.first(texture_image_bytes(set.format, set.side, level));
+      for (std::uint32_t layer = 0; status.ok() && layer < set.count; ++layer) {
+        status = world.terrain.world.read_textures(array, level, layer, 1, image);
+        if (status.ok()) status = gl.upload_textures(array, level, static_cast<int>(layer), 1, image);
+      }
+    }
+  }
+  return status;
+}
+
+Status RendererObject::take_views(const FrameInput& input) {
+  if (input.views.empty() || input.views.size() > world.made_for.needs.views) {
+    return refuse("not as many as the plan has, or none", "views");
+  }
+  if (input.shadow_view >= input.views.size()) return refuse("not one of the views", "shadow_view");
+  if (!(input.work_ms >= 0)) return refuse("must not be negative", "work_ms");
+  view_count_ = static_cast<std::uint32_t>(input.views.size());
+  for (std::uint32_t n = 0; n < view_count_; ++n) {
+    const karst::ViewState& view = input.views[n];
+    if (const Status status = world.placement.make_camera(view, views_[n].camera); !status.ok())
+      return status;
+    constexpr auto kMost = static_cast<std::uint32_t>(RendererSettings::kMaxPicture);
+    if (view.width_px < 1 || view.width_px > kMost) return refuse("not within 1..16384", "width_px");
+    if (view.height_px < 1 || view.height_px > kMost) return refuse("not within 1..16384", "height_px");
+    if (!(view.weight >= 1.0 / 64 && view.weight <= 64)) return refuse("not within 1/64..64", "weight");
+    ViewRequest& request = requests_[n];
+    request.camera = &views_[n].camera;
+    request.lod.mode = lod_mode(inspection.lod);
+    request.lod.max_level = static_cast<int>(world.made_for.needs.level);
+    request.lod.resident_level = request.lod.max_level;
+    request.lod.error_px = view.error_px;
+    request.lod.distance_voxels = inspection.distance_voxels;
+    request.weight = view.weight;
+    request.width_px = static_cast<int>(view.width_px);
+    request.height_px = static_cast<int>(view.height_px);
+    request.frustum_culling = inspection.skip_frustum;
+    request.backface_culling = inspection.skip_backface;
+    request.occlusion_culling = inspection.skip_occluded;
+  }
+  return {};
+}
+
+Status RendererObject::take_light(const Sun& sun) {
+  const glm::dvec3 towards = world.placement.world_direction(sun.towards);
+  const double length = glm::length(towards);
+  if (!std::isfinite(length) || !(length > 0)) return refuse("no direction", "towards");
+  light_.sun_elevation_deg = std::asin(std::clamp(towards.y / length, -1.0, 1.0)) * kDegreesPerRadian;
+  light_.sun_azimuth_deg = std::atan2(towards.x, -towards.z) * kDegreesPerRadian;
+  if (!(sun.visibility_m >= 0)) return refuse("must not be negative", "visibility_m");
+  const LatticeBox box = world.terrain.world.box();
+  const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
+  const double standard = std::max(1.0, kHazeWidths * std::max(size.x, size.z));
+  light_.haze_voxels =
+      sun.visibility_m == 0 ? standard : sun.visibility_m / world.shown.voxel_size_m / kVisibilityPerHaze;
+  if (!light_.validate().ok()) return refuse("beyond its range", "visibility_m");
+  return {};
+}
+
+Status RendererObject::select() {
+  const std::int64_t start = clock_ns();
+  Status status;
+  {
+    const OwnWork own(inspection);
+    status = world.terrain.residency.select(world.terrain.views_of(view_count_),
+                                            std::span(requests_).first(view_count_));
+  }
+  costs.select_ms += ms_since(start);
+  if (status.code() == StatusCode::limit_reached) {
+    limits_ |= kLimitDrawItems;
+    status = {};
+  }
+  return status;
+}
+
+// Until the frame lacks nothing that can be made: what is made changes what neighbours may show, and a pool
+// that is full changes the error that is aimed at.
+Status RendererObject::complete() {
+  constexpr int kMostRounds = 64;
+  Residency& residency = world.terrain.residency;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::uint32_t made = 0;
+    if (const Status status = work_.make(VertexWork::kNoLimit, false, costs, made); !status.ok())
+      return status;
+    std::uint32_t capped = 0;
+    for (const ViewState& view : world.terrain.views_of(view_count_)) capped += view.selection().lod.capped;
+    const Governor::State& governor = residency.governor();
+    const bool waiting = capped > 0 && residency.pool().kept_back() > 0;
+    // A scale that falls can wait for the next frame.
+    if (made == 0 && !waiting && governor.next_error_scale <= governor.error_scale) return {};
+    if (waiting) {
+      // With nothing in flight, what patches gave up is free at once.
+      gl.finish();
+      for (std::uint32_t i = 0; i < kFramesInFlight; ++i) residency.begin_frame();
+    }
+    if (const Status status = select(); !status.ok()) return status;
+  }
+  return {};
+}
+
+// What the views list, and what any of their patches needs of shading.
+void RendererObject::count_views() {
+  const std::span<const PatchShading> shading = world.terrain.residency.shading();
+  for (std::uint32_t n = 0; n < view_count_; ++n) {
+    const ViewState& view = world.terrain.views[n];
+    views_[n].shading = 0;
+    for (const DrawItem& item : view.items()) {
+      const unsigned own = shading[item.patch].needs;
+      views_[n].shading |= own;
+      costs.blend_skipped += (own & kShadeBlend) == 0;
+      costs.cave_skipped += (own & kShadeCave) == 0;
+    }
+    const BuildDrawList::Result& list = view.selection().list;
+    costs.patches_drawn += list.drawn;
+    costs.culled_frustum += list.culled_frustum;
+    costs.culled_backface += list.culled_backface;
+    costs.culled_occluded += list.culled_occluded;
+    costs.patches_missing += view.selection().lod.missing;
+    costs.patches_capped += view.selection().lod.capped;
+    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+  }
+}
+
+void RendererObject::fill_result(FrameResult& result) {
+  const Governor::State& governor = world.terrain.residency.governor();
+  result = {};
+  for (std::uint32_t n = 0; n < view_count_; ++n) {
+    const ViewState& view = world.terrain.views[n];
+    result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
+    result.lacking += view.selection().lod.capped;
+    result.triangles += view.selection().list.triangles;
+  }
+  if (governor.pool_full) limits_ |= kLimitVertexMemory;
+  if (result.lacking > 0 && !governor.pool_full) limits_ |= kLimitWork;
+  result.made = costs.generated + made_;
+  result.limits = limits_;
+  result.complete = result.lacking == 0 || (governor.pool_full && result.made == 0);
+  costs.error_scale = governor.error_scale;
+  costs.wanted_pages = governor.wanted_pages;
+  costs.resident = world.terrain.residency.pool().resident();
+}
+
+Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
+  costs = {};
+  limits_ = 0;
+  if (const Status status = take_views(input); !status.ok()) return status;
+  if (const Status status = take_light(input.sun); !status.ok()) return status;
+  Residency& residency = world.terrain.residency;
+  ShadingSkips skips;
+  skips.material = inspection.skip_material;
+  skips.cave = inspection.skip_cave;
+  if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
+  residency.begin_frame();
+  Status status = select();
+  const bool waits = first_frame_ || input.work_ms == 0;
+  work_ms_ = input.work_ms;
+  if (status.ok() && waits) status = complete();
+  first_frame_ = first_frame_ && !status.ok();
+  if (!status.ok()) return status;
+
+  ShadowFrame::Input shadow;
+  shadow.views = world.terrain.views_of(view_count_);
+  shadow.view = input.shadow_view;
+  shadow.camera = &views_[input.shadow_view].camera;
+  shadow.light = light_;
+  shadow.skip = inspection.skip_cascades;
+  shadow.wait = waits;
+  shadow.work_ms = input.work_ms;
+  shadow.casters = {input.draw_casters,
+                    input.user,
+                    input.casters_moved,
+                    input.views[input.shadow_view].eye,
+                    eye_lattice(*shadow.camera) / static_cast<double>(kStepsPerVoxel),
+                    world.placement.world_from_sim() / world.shown.voxel_size_m};
+  if (inspection.wait_for_gpu) gl.finish();
+  const std::int64_t shadows_start = clock_ns();
+  if (status = shadows_.run(shadow, costs, limits_); !status.ok()) return status;
+  if (inspection.wait_for_gpu) gl.finish();
+  costs.shadow_ms = ms_since(shadows_start);
+  if (status = work_.upload_morph_rows(costs); !status.ok()) return status;
+  count_views();
+  for (std::uint32_t n = 0; n < view_count_; ++n) {
+    const glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
+    if (status = gl.set_air(n, make_air_block(block_of(n), glm::mat4(glm::mat3(axes)))); !status.ok())
+      return status;
+  }
+  fill_result(result);
+  made_ = 0;
+  return {};
+}
+
+shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
+  const ViewState& view = world.terrain.views[n];
+  shader::FrameBlock block = make_frame_block(views_[n].camera, view.error_scale().least_cos2, light_,
+                                              gl.settings().extent, requests_[n].height_px);
+  set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
+               block);
+  return block;
+}
+
+Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
+  if (n >= view_count_) return refuse("not one of the frame's views", "view");
+  const std::int64_t start = clock_ns();
+  const ViewState& view = world.terrain.views[n];
+  ViewInput input;
+  input.camera = views_[n].camera;
+  input.light = light_;
+  input.least_cos2 = view.error_scale().least_cos2;
+  input.items = view.items();
+  input.shading = views_[n].shading;
+  input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
+                 inspection.skip_sun};
+  if (inspection.lamps) input.lights = world.terrain.world.lights();
+  input.pages = world.terrain.residency.pages();
+  input.index_table = world.terrain.world.index_table();
+  input.max_level = world.terrain.world.info().level;
+  input.first_morph_row = world.terrain.residency.first_morph_row(view);
+  input.light_space = shadows_.light_space();
+  input.cascades = shadows_.cascades();
+  input.show = shown(inspection.show);
+  DrawTarget where;
+  where.viewport = target.viewport;
+  where.sky = target.sky;
+  where.linear = target.output == Output::linear;
+  const Status status = gl.draw(input, where);
+  costs.submit_ms += ms_since(start);
+  return status;
+}
+
+Status RendererObject::end() {
+  const FrameCounts counts = gl.end_frame();
+  costs.draw_calls = counts.draw_calls;
+  costs.triangles = counts.triangles;
+  costs.uploaded_bytes = counts.uploaded_bytes;
+  costs.vertices_lost = counts.vertices_lost;
+  costs.gpu_terrain_ms = gl.terrain_gpu_ms();
+  costs.gpu_shadow_ms = gl.shadow_gpu_ms();
+  if (counts.vertices_lost) {
+    forget_vertices();
+    return {};
+  }
+  // What the next frames need is made while the GPU draws this one.
+  if (work_ms_ == 0) return {};
+  return work_.make(work_ms_, true, costs, made_);
+}
+
+Air RendererObject::air_of(std::uint32_t n) const {
+  Air air{};
+  if (n >= view_count_) return air;
+  const shader::FrameBlock block = block_of(n);
+  const auto copy = [](const glm::vec4& from, float(&to)[3]) {
+    for (int c = 0; c < 3; ++c) to[c] = from[c];
+  };
+  const Vec3 sun = world.placement.direction(glm::dvec3(block.sun_direction));
+  air.sun_towards[0] = static_cast<float>(sun.x);
+  air.sun_towards[1] = static_cast<float>(sun.y);
+  air.sun_towards[2] = static_cast<float>(sun.z);
+  copy(block.sun_light, air.sun_rgb);
+  copy(block.sky_zenith, air.zenith_rgb);
+  copy(block.sky_horizon, air.horizon_rgb);
+  copy(block.sky_light, air.sky_rgb);
+  copy(block.ground_light, air.ground_rgb);
+  air.haze_per_m = static_cast<float>(static_cast<double>(block.view_scale.x) / world.shown.voxel_size_m);
+  copy(glm::vec4(encode_picture(block.sky_horizon), 1.0f), air.horizon_display_rgb);
+  air.block = gl.air_block(n);
+  air.shadow_texture = gl.shadow_maps();
+  return air;
+}
+
+namespace {
+
+RendererObject& self(karst::Renderer* renderer) {
+  return *static_cast<RendererObject*>(renderer);
+}
+
+void end_life(RendererObject& renderer) {
+  WorldObject& world = renderer.world;
+  renderer.~RendererObject();
+  world.has_renderer = false;
+}
+
+}  // namespace
+}  // namespace core
+
+Status Renderer::create(World& world, const GlLoader& loader, const GlOptions& options,
+                        Renderer*& out) noexcept {
+  out = nullptr;
+  auto& owner = static_cast<core::WorldObject&>(world);
+  if (owner.has_renderer) {
+    return {StatusCode::invalid_argument, "the world has a renderer already", "world"};
+  }
+  if (loader.load == nullptr) return {StatusCode::invalid_argument, "missing", "loader"};
+  auto* const renderer = new (owner.renderer_room.data()) core::RendererObject(owner);
+  owner.has_renderer = true;
+  const Status status = renderer->open(loader, options);
+  if (status.ok()) {
+    out = renderer;
+  } else {
+    core::end_life(*renderer);
+  }
+  return status;
+}
+
+void Renderer::destroy() noexcept {
+  core::end_life(core::self(this));
+}
+
+void Renderer::context_lost() noexcept {
+  core::RendererObject& renderer = core::self(this);
+  renderer.gl.forget();
+  core::end_life(renderer);
+}
+
+Status Renderer::set_drape(std::span<const std::uint8_t> rgba) noexcept {
+  return core::self(this).gl.upload_drape(rgba);
+}
+
+Status Renderer::begin_frame(const FrameInput& input, FrameResult& result) noexcept {
+  return core::self(this).begin(input, result);
+}
+
+Status Renderer::draw(std::uint32_t view, const Target& target) noexcept {
+  return core::self(this).draw_view(view, target);
+}
+
+Status Renderer::end_frame() noexcept {
+  return core::self(this).end();
+}
+
+Air Renderer::air(std::uint32_t view) const noexcept {
+  return static_cast<const core::RendererObject*>(this)->air_of(view);
+}
+
+const char* Renderer::air_glsl() noexcept {
+  return core::kAirText;
+}
+
+void set_inspection(Renderer& renderer, const Inspection& inspection) noexcept {
+  static_cast<core::RendererObject&>(renderer).inspection = inspection;
+}
+
+const FrameCosts& costs(const Renderer& renderer) noexcept {
+  return static_cast<const core::RendererObject&>(renderer).costs;
+}
+
+DeviceInfo device_info(const Renderer& renderer) noexcept {
+  const auto& own = static_cast<const core::RendererObject&>(renderer);
+  DeviceInfo info;
+  info.renderer = own.gl.caps().renderer;
+  info.version = own.gl.caps().version;
+  info.gpu_bytes = own.gl.gpu_bytes();
+  info.cpu_bytes =
+      own.world.layout.objects_bytes + own.world.layout.staging_bytes + own.world.terrain.arena.used();
+  return info;
+}
+
+}  // namespace karst

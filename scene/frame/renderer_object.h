@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// karst::Renderer: a frame, from its views to GL calls.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "karst/inspect.h"
+#include "karst/renderer.h"
+#include "renderer/gl/gl.h"
+#include "renderer/renderer.h"
+#include "scene/frame/shadow_frame.h"
+#include "scene/frame/vertex_work.h"
+#include "scene/world/world_object.h"
+
+namespace karst::core {
+
+struct RendererObject final : karst::Renderer {
+  explicit RendererObject(WorldObject& owner) : world(owner) {}
+  ~RendererObject() = default;
+
+  Status open(const karst::GlLoader& loader, const GlOptions& options);
+  Status begin(const FrameInput& input, FrameResult& result);
+  Status draw_view(std::uint32_t view, const Target& target);
+  Status end();
+  Air air_of(std::uint32_t view) const;
+
+  WorldObject& world;
+  core::Renderer gl;
+  Inspection inspection;
+  FrameCosts costs;
+  std::uint64_t gl_objects = 0;
+
+ private:
+  struct View {
+    Camera camera;
+    unsigned shading = 0;  // what any of its items needs
+  };
+
+  Status upload_materials();
+  Status take_views(const FrameInput& input);
+  Status take_light(const Sun& sun);
+  Status select();
+  Status complete();
+  void count_views();
+  void fill_result(FrameResult& result);
+  shader::FrameBlock block_of(std::uint32_t view) const;
+  void forget_vertices();
+
+  VertexWork work_;
+  ShadowFrame shadows_;
+  std::array<View, karst::kMostViews> views_{};
+  std::array<ViewRequest, karst::kMostViews> requests_{};
+  std::uint32_t view_count_ = 0;
+  FrameLight light_;
+  double work_ms_ = 0;
+  double drape_repeat_ = 1;
+  std::uint32_t limits_ = 0;
+  std::uint32_t made_ = 0;  // by the last end()
+  bool first_frame_ = true;
+};
+
+}  // namespace karst::core

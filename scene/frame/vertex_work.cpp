@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "scene/frame/vertex_work.h"
+
+#include <chrono>
+
+namespace karst::core {
+namespace {
+
+// Adds the time since `start` to `total` and starts anew.
+void lap(std::int64_t& start, double& total) {
+  const std::int64_t now = clock_ns();
+  total += static_cast<double>(now - start) * 1e-6;
+  start = now;
+}
+
+}  // namespace
+
+std::int64_t clock_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+Status VertexWork::make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made) {
+  const std::int64_t start = clock_ns();
+  std::int64_t at = start;
+  PatchUpload next;
+  Status status;
+  while (static_cast<double>(at - start) * 1e-6 < work_ms && generate_next(ahead, next, status)) {
+    lap(at, costs.generate_ms);
+    status = upload(next);
+    lap(at, costs.upload_ms);
+    if (!status.ok()) return status;
+    ++made;
+    ++costs.generated;
+  }
+  lap(at, costs.generate_ms);
+  return status;
+}
+
+bool VertexWork::generate_next(bool ahead, PatchUpload& next, Status& status) {
+  const OwnWork own(*inspection_);
+  return terrain_->residency.generate_next(ahead, next, status);
+}
+
+Status VertexWork::make_bases(FrameCosts& costs) {
+  const std::int64_t start = clock_ns();
+  PatchUpload next;
+  Status status;
+  while (status.ok() && terrain_->residency.generate_base(next, status)) {
+    status = upload(next);
+    ++costs.generated;
+  }
+  costs.generate_ms += ms_since(start);
+  return status;
+}
+
+Status VertexWork::upload_morph_rows(FrameCosts& costs) {
+  std::int64_t at = clock_ns();
+  for (MorphRows rows = terrain_->residency.take_morph_rows(); !rows.halves.empty();
+       rows = terrain_->residency.take_morph_rows()) {
+    if (const Status status = renderer_->upload_morph_rows(rows.first_row, rows.halves); !status.ok())
+      return status;
+    costs.morph_bytes += rows.halves.size_bytes();
+  }
+  lap(at, costs.upload_ms);
+  return {};
+}
+
+}  // namespace karst::core

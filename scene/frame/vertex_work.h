@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Making vertices and copying them to the GPU, with what it cost.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "karst/inspect.h"
+#include "renderer/renderer.h"
+#include "terrain/world/terrain_parts.h"
+
+namespace karst::core {
+
+// Nanoseconds of a clock that only goes forwards.
+std::int64_t clock_ns();
+inline double ms_since(std::int64_t start_ns) {
+  return static_cast<double>(clock_ns() - start_ns) * 1e-6;
+}
+
+// Tells the inspection that no GL is called while it lives.
+class OwnWork {
+ public:
+  explicit OwnWork(const Inspection& inspection) : inspection_(inspection) { tell(true); }
+  OwnWork(const OwnWork&) = delete;
+  OwnWork& operator=(const OwnWork&) = delete;
+  ~OwnWork() { tell(false); }
+
+ private:
+  void tell(bool begins) const {
+    if (inspection_.own_work != nullptr) inspection_.own_work(inspection_.user, begins);
+  }
+  const Inspection& inspection_;
+};
+
+class VertexWork {
+ public:
+  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+  // Borrowed for the object's life.
+  void create(TerrainParts& terrain, Renderer& renderer, const Inspection& inspection) {
+    terrain_ = &terrain;
+    renderer_ = &renderer;
+    inspection_ = &inspection;
+  }
+
+  // What the frame's views lack, for so many milliseconds; with `ahead` also what is about to be needed.
+  // made: patches.
+  Status make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made);
+  // The coarsest vertices of all patches that have none.
+  Status make_bases(FrameCosts& costs);
+
+  Status upload(const PatchUpload& upload) {
+    return renderer_->upload_vertices(terrain_->residency.pages(), upload.patch,
+                                      static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
+                                      upload.origin, upload.row, upload.shading);
+  }
+  Status upload_morph_rows(FrameCosts& costs);
+
+ private:
+  bool generate_next(bool ahead, PatchUpload& next, Status& status);
+
+  const Inspection* inspection_ = nullptr;
+  TerrainParts* terrain_ = nullptr;
+  Renderer* renderer_ = nullptr;
+};
+
+}  // namespace karst::core

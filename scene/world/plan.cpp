@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+// make_plan(), read_world_info(), check_world().
+#include "karst/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "scene/world/placement.h"
+#include "scene/world/plan_layout.h"
+#include "terrain/base/checksum.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/file/world_reader.h"
+#include "terrain/resident/height_cache.h"
+#include "terrain/shadow/cascades.h"
+#include "terrain/world/terrain_parts.h"
+
+namespace karst {
+namespace core {
+namespace {
+
+static_assert(karst::kMostViews == core::kMostViews && kMostShadowMaps == kMostCascades);
+static_assert(kFinestLevel == kMaxLevel && kMostPictureSide == RendererSettings::kMaxPicture);
+static_assert(kLeastShadowSize == kLeastCascadeSize && kMostShadowSize == kMostCascadeSize &&
+              kShadowSizeStep == kCascadeSizeStep);
+
+Status refuse(const char* what, const char* field, std::uint64_t value = 0) {
+  return {StatusCode::invalid_argument, what, field, value};
+}
+
+bool inside(std::uint64_t value, std::uint64_t least, std::uint64_t most) {
+  return value >= least && value <= most;
+}
+
+constexpr std::size_t whole_lines(std::size_t bytes) {
+  return (bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment;
+}
+
+Status check_needs(const Needs& needs) {
+  if (!inside(needs.views, 1, karst::kMostViews)) return refuse("not within 1..8", "views", needs.views);
+  if (!inside(needs.level, 1, kMaxLevel)) return refuse("not within 1..6", "level", needs.level);
+  if (!inside(needs.queries, 0, kMostQueries)) return refuse("not within 0..64", "queries", needs.queries);
+  if (!inside(needs.query_level, 1, kMaxLevel))
+    return refuse("not within 1..6", "query_level", needs.query_level);
+  if (!inside(needs.query_patches, 16, 65'536))
+    return refuse("not within 16..65536", "query_patches", needs.query_patches);
+  if (!inside(needs.shadow_maps, 0, kMostShadowMaps))
+    return refuse("not within 0..3", "shadow_maps", needs.shadow_maps);
+  CascadeSettings shadows;
+  shadows.size = static_cast<int>(std::min(needs.shadow_size, 1u << 16));
+  if (!shadows.validate().ok())
+    return refuse("not a multiple of 16 within 512..2048", "shadow_size", needs.shadow_size);
+  if (!(needs.shadow_reach_m >= 0) || !std::isfinite(needs.shadow_reach_m))
+    return refuse("not a finite length", "shadow_reach_m");
+  constexpr auto kMost = static_cast<std::uint64_t>(RendererSettings::kMaxPicture);
+  if (needs.drape_width != 0 || needs.drape_height != 0) {
+    if (!inside(needs.drape_width, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_width");
+    if (!inside(needs.drape_height, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_height");
+  }
+  return {};
+}
+
+void set_limits(const WorldInfo& info, const Needs& needs, Config& config) {
+  const int finest = std::min(static_cast<int>(needs.level), info.level);
+  const std::uint64_t detail = std::uint64_t{World::default_detail_pages(info.patches)} * needs.views;
+  config = World::config_for(info, finest,
+                             static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)));
+  config.max_views = needs.views;
+  if (needs.vertex_bytes > 0) {
+    const std::uint64_t pages =
+        std::max<std::uint64_t>(needs.vertex_bytes / (kPageVertices * sizeof(GpuVertex)), 1);
+    const std::uint64_t all = std::uint64_t{config.max_patches} * slot_pages(finest);
+    config.gpu_vertex_pages = static_cast<std::uint32_t>(std::min<std::uint64_t>({pages, all, kMostPages}));
+    config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
+    config.max_resident_patches = config.max_draw_items;
+  }
+}
+
+// Holds fewer heights where all is more than may be taken; what is missing is read from the file when it is
+// needed.
+void fit_heights(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
+  if (taken <= max_cpu) return;
+  const std::uint64_t over = taken - max_cpu;
+  const std::uint64_t group = std::uint64_t{kHeightGroup} * sizeof(std::int16_t) *
+                              static_cast<std::uint64_t>(patch_vertices(static_cast<int>(config.max_level)));
+  const std::uint64_t groups = height_groups(config.max_height_blocks);
+  const std::uint64_t fewer = std::min(groups, over / group + 1);
+  const std::uint64_t held = std::max<std::uint64_t>(groups - fewer, HeightCache::kLeastGroups);
+  if (held < groups) config.max_height_blocks = static_cast<std::uint32_t>(held * kHeightGroup);
+}
+
+void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Needs& needs,
+                  const Config& config, RendererSettings& renderer) {
+  const bool drape = needs.drape_width > 0;
+  renderer.vertex_pages = config.gpu_vertex_pages;
+  renderer.morph_rows = config.max_resident_patches * config.max_views;
+  renderer.stream_indices = config.stream_indices;
+  renderer.extent = info.extent;
+  renderer.drape_width = static_cast<int>(needs.drape_width);
+  renderer.drape_height = static_cast<int>(needs.drape_height);
+  renderer.material_count = drape ? 0 : materials.count;
+  renderer.material_side = materials.side;
+  renderer.material_format = materials.format;
+  renderer.cascades = drape ? 0 : static_cast<int>(needs.shadow_maps);
+  renderer.shadow_size = static_cast<int>(needs.shadow_size);
+  renderer.air_blocks = static_cast<int>(needs.views);
+}
+
+void add_up(PlanLayout& layout) {
+  layout.budget = terrain_budget(layout.config);
+  layout.terrain_bytes = layout.budget.cpu_bytes();
+  layout.renderer.add_to(layout.budget);
+}
+
+}  // namespace
+
+ByteSource byte_source(const Source& source) {
+  return {source.bytes, &source, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
+            const auto* from = static_cast<const Source*>(context);
+            return out.empty() || from->read(from->user, offset, out.data(), out.size());
+          }};
+}
+
+std::uint64_t PlanLayout::cpu_bytes() const {
+  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes;
+}
+
+Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout) {
+  if (const Status status = check_needs(needs); !status.ok()) return status;
+  layout = {};
+  set_limits(info, needs, layout.config);
+  set_renderer(info, materials, needs, layout.config, layout.renderer);
+  layout.query_limits.level = std::min(static_cast<int>(needs.query_level), info.level);
+  layout.query_limits.patches = std::min(needs.query_patches, std::max(info.patches, 1u));
+  layout.query_limits.max_level = info.level;
+  Budget query;
+  Query::add_to(query, layout.query_limits);
+  layout.query_bytes = query.cpu_bytes();
+  layout.objects_bytes = whole_lines(objects_bytes(needs.queries)) + needs.queries * layout.query_bytes;
+  if (layout.renderer.material_count > 0) {
+    layout.staging_bytes = whole_lines(texture_image_bytes(materials.format, materials.side, 0));
+  }
+  add_up(layout);
+  const std::uint32_t all = layout.config.max_height_blocks;
+  fit_heights(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
+  layout.holds_all_heights = layout.config.max_height_blocks == all;
+  add_up(layout);
+  return layout.config.validate();
+}
+
+karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights) {
+  karst::WorldInfo out;
+  static_assert(sizeof out.name == kWorldNameBytes);
+  std::memcpy(out.name, info.name, sizeof out.name);
+  out.voxel_size_m = info.voxel_size_m;
+  out.origin_m = {info.origin_m[0], info.origin_m[1], info.origin_m[2]};
+  for (int axis = 0; axis < 3; ++axis) out.extent[axis] = info.extent[axis];
+  out.octree_depth = info.depth;
+  out.level = info.level;
+  out.octets = info.octets;
+  out.volumes = info.volumes;
+  out.patches = info.patches;
+  out.height_blocks = info.height_blocks;
+  out.materials = materials;
+  out.lights = lights;
+  return out;
+}
+
+std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials) {
+  const karst::WorldInfo all = public_info(info, materials.count, 0);
+  const double numbers[] = {all.voxel_size_m,
+                            all.origin_m.x,
+                            all.origin_m.y,
+                            all.origin_m.z,
+                            static_cast<double>(all.extent[0]),
+                            static_cast<double>(all.extent[1]),
+                            static_cast<double>(all.extent[2]),
+                            static_cast<double>(all.level),
+                            static_cast<double>(all.octets),
+                            static_cast<double>(all.volumes),
+                            static_cast<double>(all.patches),
+                            static_cast<double>(all.height_blocks),
+                            static_cast<double>(materials.count),
+                            static_cast<double>(materials.side),
+                            static_cast<double>(materials.format)};
+  // Never 0, which a plan without a file has.
+  return std::uint64_t{1} << 32 | crc32c(std::as_bytes(std::span(numbers)));
+}
+
+namespace {
+
+void add_term(Plan& plan, const char* name, bool gpu, std::uint64_t bytes) {
+  if (bytes > 0 && plan.term_count < std::size(plan.terms))
+    plan.terms[plan.term_count++] = {name, gpu, bytes};
+}
+
+void fill_plan(const PlanLayout& layout, std::uint64_t hash, Plan& plan) {
+  plan.term_count = 0;
+  plan.limit_count = 0;
+  for (const Budget::Term& term : layout.budget.terms()) add_term(plan, term.name, term.gpu, term.bytes);
+  const std::uint64_t queries = std::uint64_t{plan.needs.queries} * layout.query_bytes;
+  add_term(plan, "objects", false, layout.objects_bytes - queries);
+  add_term(plan, "queries", false, queries);
+  add_term(plan, "staging", false, layout.staging_bytes);
+  for (const ConfigField& field : kConfigFields) {
+    if (plan.limit_count == std::size(plan.limits)) break;
+    plan.limits[plan.limit_count++] = {
+        field.name,  layout.config.*field.member, field.default_value, field.min, field.max, field.unit,
+        field.reason};
+  }
+  plan.cpu_bytes = layout.cpu_bytes();
+  plan.gpu_bytes = layout.budget.gpu_bytes();
+  plan.holds_all_heights = layout.holds_all_heights;
+  plan.file_hash = hash;
+}
+
+Status check_room(const Plan& plan) {
+  if (plan.cpu_bytes > plan.needs.max_cpu_bytes) {
+    return {StatusCode::limit_reached, "the world needs more memory than it may take", "max_cpu_bytes",
+            plan.cpu_bytes};
+  }
+  if (plan.gpu_bytes > plan.needs.max_gpu_bytes) {
+    return {StatusCode::limit_reached, "the world needs more GPU memory than it may take", "max_gpu_bytes",
+            plan.gpu_bytes};
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace core
+
+Status make_plan(const Source& file, Plan& plan) noexcept {
+  core::WorldReader reader;
+  if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
+  const core::WorldInfo& info = reader.info();
+  core::PlacementFrame frame;
+  const core::WorldFrame world{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
+  if (const Status status = frame.create(plan.placement, world); !status.ok()) return status;
+  core::PlanLayout layout;
+  if (const Status status = core::lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
+    return status;
+  core::fill_plan(layout, core::head_hash(info, reader.materials()), plan);
+  return core::check_room(plan);
+}
+
+Status make_plan(Plan& plan) noexcept {
+  // As large as the limits' defaults.
+  const core::Config standard;
+  core::WorldInfo info;
+  info.depth = static_cast<int>(standard.max_depth);
+  info.level = static_cast<int>(standard.max_level);
+  info.extent = glm::ivec3(1 << standard.max_depth);
+  info.extent.y -= 1;
+  info.octets = standard.max_octets;
+  info.volumes = standard.max_volumes;
+  info.patches = standard.max_patches;
+  info.height_blocks = standard.max_height_blocks;
+  core::PlanLayout layout;
+  if (const Status status = core::lay_out(info, core::MaterialSet(), plan.needs, layout); !status.ok())
+    return status;
+  core::fill_plan(layout, 0, plan);
+  return core::check_room(plan);
+}
+
+Status read_world_info(const Source& file, WorldInfo& info) noexcept {
+  core::WorldReader reader;
+  if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
+  info = core::public_info(reader.info(), reader.materials().count,
+                           static_cast<std::uint32_t>(reader.lights().size()));
+  return {};
+}
+
+Status check_world(const Source& file, WorldInfo& info) noexcept {
+  core::WorldReader reader;
+  if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
+  if (const Status status = reader.verify(); !status.ok()) return status;
+  info = core::public_info(reader.info(), reader.materials().count,
+                           static_cast<std::uint32_t>(reader.lights().size()));
+  return {};
+}
+
+}  // namespace karst

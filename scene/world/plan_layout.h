@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// From needs and a file's head to limits, bytes, and where in World::create()'s memory everything lies. One
+// function makes it, for planning and for creating, so that the two cannot differ.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "karst/plan.h"
+#include "karst/world.h"
+#include "renderer/input/settings.h"
+#include "terrain/base/budget.h"
+#include "terrain/base/config.h"
+#include "terrain/file/byte_source.h"
+#include "terrain/file/world_file.h"
+#include "terrain/query/query.h"
+
+namespace karst::core {
+
+// The source must outlive what it returns.
+ByteSource byte_source(const Source& source);
+
+struct PlanLayout {
+  Config config;
+  RendererSettings renderer;  // what GL's part takes; without GlOptions
+  Budget budget;
+  Query::Limits query_limits;
+  bool holds_all_heights = false;
+
+  // Of the memory, in this order, each of whole cache lines.
+  std::size_t objects_bytes = 0;  // WorldObject, the renderer and the queries themselves
+  std::size_t staging_bytes = 0;  // of a texture on its way to the GPU
+  std::size_t terrain_bytes = 0;
+  std::size_t query_bytes = 0;  // of one query; there are needs.queries
+
+  std::uint64_t cpu_bytes() const;
+};
+
+// info, materials: of the file; materials.count 0: none. invalid_argument naming the field of needs.
+Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout);
+
+// Of the object that a renderer lives in (scene/frame).
+std::size_t renderer_object_bytes();
+
+// Of WorldObject, a renderer and so many queries (world_object.cpp).
+std::size_t objects_bytes(std::uint32_t queries);
+
+// What the public header says of a world.
+karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights);
+
+// Tells files apart, for World::create().
+std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials);
+
+}  // namespace karst::core

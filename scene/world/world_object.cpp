@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "scene/world/world_object.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstdint>
+#include <new>
+
+#include "karst/karst.h"
+#include "terrain/base/check.h"
+
+namespace karst {
+namespace core {
+namespace {
+
+constexpr std::size_t whole_lines(std::size_t bytes) {
+  return (bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment;
+}
+
+WorldObject& self(karst::World* world) {
+  return *static_cast<WorldObject*>(world);
+}
+const WorldObject& self(const karst::World* world) {
+  return *static_cast<const WorldObject*>(world);
+}
+
+// Hands out pieces of memory from the front.
+class Pieces {
+ public:
+  explicit Pieces(std::span<std::byte> memory) : left_(memory) {}
+  std::span<std::byte> take(std::size_t bytes) {
+    KARST_ASSERT(bytes <= left_.size());
+    const std::span<std::byte> piece = left_.first(bytes);
+    left_ = left_.subspan(bytes);
+    return piece;
+  }
+
+ private:
+  std::span<std::byte> left_;
+};
+
+QueryWorld query_world(const World& world) {
+  QueryWorld out;
+  out.surface = world.surface();
+  out.bounds = world.bounds();
+  out.tree = &world.tree();
+  out.heights.level = world.info().level;
+  if (world.holds_all_heights()) out.heights = world.heights();
+  out.height_blocks = world.info().height_blocks;
+  out.source = world.height_source();
+  return out;
+}
+
+}  // namespace
+
+std::size_t objects_bytes(std::uint32_t queries) {
+  return whole_lines(sizeof(WorldObject)) + whole_lines(renderer_object_bytes()) +
+         whole_lines(queries * sizeof(QueryObject));
+}
+
+Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::byte> memory, Log lines) {
+  made_for = plan;
+  file = source;
+  log = lines;
+  WorldReader reader;
+  if (const Status status = reader.open(byte_source(file)); !status.ok()) return status;
+  const WorldInfo& info = reader.info();
+  if (plan.file_hash != head_hash(info, reader.materials())) {
+    return {StatusCode::invalid_argument, "not made for this file", "plan"};
+  }
+  if (const Status status = lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
+    return status;
+  if (layout.cpu_bytes() != plan.cpu_bytes) {
+    return {StatusCode::invalid_argument, "changed since make_plan()", "plan", layout.cpu_bytes()};
+  }
+  const WorldFrame frame{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
+  if (const Status status = placement.create(plan.placement, frame); !status.ok()) return status;
+
+  Pieces pieces(memory);
+  pieces.take(whole_lines(sizeof(WorldObject)));  // this
+  renderer_room = pieces.take(whole_lines(renderer_object_bytes()));
+  const std::span<std::byte> objects = pieces.take(whole_lines(plan.needs.queries * sizeof(QueryObject)));
+  staging = pieces.take(layout.staging_bytes);
+  if (const Status status = terrain.create(layout.config, pieces.take(layout.terrain_bytes)); !status.ok())
+    return status;
+  if (const Status status = terrain.load(byte_source(file)); !status.ok()) return status;
+  const core::World& world = terrain.world;
+  if (world.patch_count() == 0) return {StatusCode::corrupt, "the world has no surface", "patches"};
+
+  shown =
+      public_info(world.info(), world.materials().count, static_cast<std::uint32_t>(world.lights().size()));
+  const auto metres = [&](glm::ivec3 lattice) {
+    return from_glm(frame.origin_m +
+                    glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);
+  };
+  shown.low_m = metres(world.box().min);
+  shown.high_m = metres(world.box().max);
+
+  auto* const first = reinterpret_cast<QueryObject*>(objects.data());
+  for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
+    auto* const query = new (first + n) QueryObject;
+    queries = {first, n + 1};
+    const Status status = query->create(layout.query_limits, query_world(world), placement, world.octree(),
+                                        pieces.take(layout.query_bytes));
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+}  // namespace core
+
+Status World::create(const Plan& plan, const Source& file, std::span<std::byte> memory, World*& out,
+                     Log log) noexcept {
+  out = nullptr;
+  if (plan.cpu_bytes < sizeof(core::WorldObject)) {
+    return {StatusCode::invalid_argument, "not made by make_plan()", "plan"};
+  }
+  if (memory.size() < plan.cpu_bytes) {
+    return {StatusCode::limit_reached, "the memory given is smaller than the plan", "memory", plan.cpu_bytes};
+  }
+  if (reinterpret_cast<std::uintptr_t>(memory.data()) % kMemoryAlignment != 0) {
+    return {StatusCode::invalid_argument, "the memory given is not aligned to 64 bytes", "memory"};
+  }
+  auto* const world = new (memory.data()) core::WorldObject;
+  const Status status = world->load(plan, file, memory.first(plan.cpu_bytes), log);
+  if (status.ok()) {
+    out = world;
+  } else {
+    world->destroy();
+  }
+  return status;
+}
+
+void World::destroy() noexcept {
+  core::WorldObject& world = core::self(this);
+  KARST_ASSERT(!world.has_renderer);
+  for (core::QueryObject& query : world.queries) query.~QueryObject();
+  world.~WorldObject();
+}
+
+const WorldInfo& World::info() const noexcept {
+  return core::self(this).shown;
+}
+
+const Plan& World::plan() const noexcept {
+  return core::self(this).made_for;
+}
+
+Status World::take_query(Query*& out) noexcept {
+  out = nullptr;
+  for (core::QueryObject& query : core::self(this).queries) {
+    if (query.taken.exchange(true)) continue;
+    out = &query;
+    return {};
+  }
+  return {StatusCode::limit_reached, "all queries of the plan are taken", "queries",
+          core::self(this).queries.size() + 1};
+}
+
+void World::release(Query* query) noexcept {
+  if (query != nullptr) static_cast<core::QueryObject*>(query)->taken.store(false);
+}
+
+Vec3 World::to_world(Vec3 place) const noexcept {
+  return core::from_glm(core::self(this).placement.world_m(place));
+}
+
+Vec3 World::from_world(Vec3 place_m) const noexcept {
+  return core::self(this).placement.place(core::to_glm(place_m));
+}
+
+std::uint32_t api_version() noexcept {
+  return kApiVersion;
+}
+
+}  // namespace karst

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// karst::World: the terrain's parts, its queries and the room for its renderer, in the caller's memory.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "karst/world.h"
+#include "scene/world/placement.h"
+#include "scene/world/plan_layout.h"
+#include "scene/world/query_object.h"
+#include "terrain/world/terrain_parts.h"
+
+namespace karst::core {
+
+struct WorldObject final : karst::World {
+  WorldObject() = default;
+  ~WorldObject() = default;
+
+  Status load(const Plan& plan, const Source& source, std::span<std::byte> memory, Log log);
+  void say(Severity severity, const char* text) const {
+    if (log.line != nullptr) log.line(log.user, severity, text);
+  }
+
+  Plan made_for;
+  Source file;
+  Log log;
+  karst::WorldInfo shown;
+  PlacementFrame placement;
+  PlanLayout layout;
+  TerrainParts terrain;
+  std::span<QueryObject> queries;
+  std::span<std::byte> renderer_room;  // of the renderer
+  std::span<std::byte> staging;
+  bool has_renderer = false;
+};
+
+}  // namespace karst::core
