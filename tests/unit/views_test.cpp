@@ -111,6 +111,22 @@ TEST(Views, TwoThatDoNotFitKeepAnEqualBoundAndSettle) {
   }
 }
 
+// Where not even the coarsest fits, patches that have found room keep it: nothing goes back and forth.
+TEST(Views, TwoThatFitAtNoErrorSettleToo) {
+  const test::TestWorld shape = hilly_world(5);
+  for (const std::uint32_t detail : {40u, 150u, 400u, 900u}) {
+    LoadedParts parts(shape, detail, 2);
+    TwoViews two(parts, 60, 60);
+    two.set_error(0.05);
+    for (int frame = 0; frame < 60; ++frame) two.frame();
+    EXPECT_GT(two.governor().wanted_pages, parts.residency.pool().page_count());
+    EXPECT_GT(two.view(0).selection().lod.lowered + two.view(1).selection().lod.lowered, 0u);
+    const float scale = two.governor().error_scale;
+    for (int frame = 0; frame < 50; ++frame) EXPECT_EQ(two.frame(), 0) << detail;
+    EXPECT_EQ(two.governor().error_scale, scale);
+  }
+}
+
 TEST(Views, HalfTheWeightHasTwiceTheError) {
   const test::TestWorld shape = wide_world();
   LoadedParts parts(shape, 400, 2);
@@ -232,6 +248,35 @@ TEST(Views, TheMostUrgentPatchOfAnyViewIsMadeFirst) {
   }
   EXPECT_EQ(made, static_cast<std::size_t>(std::count_if(wanted.begin(), wanted.end(),
                                                          [](std::uint8_t level) { return level > 0; })));
+}
+
+// Of two views that lack a patch, the one that wants less of it may ask first: it is made as the other wants
+// it.
+TEST(Views, APatchIsMadeOnceForAllWhoLackIt) {
+  const test::TestWorld shape = wide_world();
+  LoadedParts parts(shape, 1u << 20, 2);
+  TwoViews two(parts, 60, 60);
+  two.requests[1].camera = two.requests[0].camera;
+  two.set_error(200);
+  for (int frame = 0; frame < 40; ++frame) two.frame();
+  two.requests[0].lod.error_px = 3;
+  two.requests[1].lod.error_px = 0.5;
+  parts.residency.begin_frame();
+  ASSERT_TRUE(two.select().ok());
+  std::size_t differing = 0;
+  for (const LackingPatch& a : two.view(0).lacking()) {
+    for (const LackingPatch& b : two.view(1).lacking()) {
+      differing += a.patch == b.patch && a.wanted < b.wanted ? 1 : 0;
+    }
+  }
+  EXPECT_GT(differing, 5u);
+  std::vector<bool> made(parts.world.patch_count(), false);
+  PatchUpload upload;
+  Status status;
+  while (parts.residency.generate_next(false, upload, status)) {
+    EXPECT_FALSE(made[upload.patch]);
+    made[upload.patch] = true;
+  }
 }
 
 // What one view sees is not taken to make room for another one.
