@@ -85,6 +85,41 @@ TEST(Governor, SaysThatThePoolIsFullWhereItCannotHelp) {
   EXPECT_EQ(governor.scale(), 1.0f);
 }
 
+// An estimate that is too low by much, and eyes that stand still: what was too small once is not tried again.
+TEST(Governor, SettlesWhereEstimatesAreWrong) {
+  // Five patches that are needed at level 3 up to a scale of 16 or so: 10 pages.
+  const std::uint16_t values[] = {100, 100, 0,   0,   100, 100, 0,   0,   100, 100,
+                                  0,   0,   100, 100, 0,   0,   100, 100, 0,   0};
+  DemandCurve curve;
+  for (PatchId p = 0; p < 5; ++p) curve.add({3, values}, p, {}, 10'100, 1600, 1, 3);
+  curve.finish();
+  EXPECT_EQ(curve.detail_pages(0), 10u);
+  EXPECT_EQ(curve.detail_pages(DemandCurve::step_below(17)), 0u);
+  Governor governor;
+  float last = 0;
+  int changes = 0;
+  for (int n = 0; n < 200; ++n) {
+    // In truth 20 pages are taken below a scale of 8, and 5 from there on; there is room for 15.
+    const std::uint32_t detail = governor.scale() < 8 ? 20 : 5;
+    const Governor::Load load{.pages = 10 + detail,
+                              .base = 10,
+                              .page_count = 25,
+                              .most_scale = 1000,
+                              .still = n > 0,
+                              .morphing = true};
+    if (governor.note(load)) governor.adjust(curve);
+    changes += n > 100 && governor.scale() != last ? 1 : 0;
+    last = governor.scale();
+  }
+  EXPECT_EQ(changes, 0);
+  EXPECT_GE(last, 8.0f);
+  EXPECT_LT(last, 9.0f);
+  // Other eyes may try.
+  governor.note({.pages = 15, .base = 10, .page_count = 25, .most_scale = 1000, .morphing = true});
+  governor.adjust(curve);
+  EXPECT_EQ(governor.scale(), 1.0f);
+}
+
 TEST(Governor, StopsAtTheScaleBeyondWhichNoErrorGrows) {
   Governor governor;
   DemandCurve nothing;
