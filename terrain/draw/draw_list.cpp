@@ -10,6 +10,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/lod/morph.h"
 
@@ -160,6 +161,7 @@ Status BuildDrawList::validate() const {
 }
 
 Status BuildDrawList::run(Result& result) const {
+  KARST_ASSERT(validate().ok());
   result = {};
   const auto patches = static_cast<std::uint32_t>(surface.patches.size());
   if (patches == 0) return {};

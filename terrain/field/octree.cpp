@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/field/octree.h"
 
+#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
 
@@ -57,6 +58,7 @@ Status Octree::reset(int depth) {
 }
 
 Octree::Leaf Octree::find_leaf(glm::ivec3 v) const {
+  KARST_ASSERT(v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size() && v.y < size() && v.z < size());
   Node n = root_;
   int bit = depth_;
   while (!is_leaf(n)) {
@@ -142,6 +144,7 @@ Status Octree::make_node(const Octet& children, Node& result) {
 }
 
 Octree::Node Octree::update_node(Node n, const Octet& children) {
+  KARST_ASSERT(!is_leaf(n));
   if (equal_leaves(children)) {
     const Node leaf = children.child[0];
     give_octet(n);
@@ -162,6 +165,7 @@ void Octree::release(Node n) {
 }
 
 std::uint32_t Octree::take_octet() {
+  KARST_ASSERT(used_ < max_octets());
   ++used_;
   if (free_head_ == kNoOctet) return fresh_++;
   const std::uint32_t octet = free_head_;

@@ -8,6 +8,7 @@
 // parent only decrements the level and leaves them.
 #pragma once
 
+#include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 
 #include <glm/vec3.hpp>
@@ -26,6 +27,8 @@ class VoxelIndex {
   // The voxel of a level (0..9) that holds the finest voxel v of an octree of that depth (level..9).
   // Precondition: v in [0, 2^depth) on every axis.
   static constexpr VoxelIndex of(int level, glm::ivec3 v, int depth = kMaxDepth, bool fill = false) {
+    KARST_ASSERT(0 <= level && level <= depth && depth <= kMaxDepth);
+    KARST_ASSERT(v.x >> depth == 0 && v.y >> depth == 0 && v.z >> depth == 0);
     const int shift = kAxisBits - depth;
     return {level, field_of(v.x, shift), field_of(v.y, shift), field_of(v.z, shift), fill};
   }
@@ -44,10 +47,14 @@ class VoxelIndex {
   constexpr VoxelIndex with_fill(bool fill) const { return {level(), x(), y(), z(), fill}; }
 
   // The voxel that contains this one, same fill bit. Precondition: level() > 0.
-  constexpr VoxelIndex parent() const { return {level() - 1, x(), y(), z(), filled()}; }
+  constexpr VoxelIndex parent() const {
+    KARST_ASSERT(level() > 0);
+    return {level() - 1, x(), y(), z(), filled()};
+  }
 
   // Child in octant x + 2y + 4z, same fill bit. Precondition: level() < 9.
   constexpr VoxelIndex child(int octant) const {
+    KARST_ASSERT(level() < kAxisBits);
     const auto o = static_cast<std::uint32_t>(octant);
     const int shift = kAxisBits - 1 - level();
     return {level() + 1, x() | (o & 1u) << shift, y() | (o >> 1 & 1u) << shift, z() | (o >> 2 & 1u) << shift,
@@ -56,6 +63,7 @@ class VoxelIndex {
 
   // Which octant of its parent this voxel is. Precondition: level() > 0.
   constexpr int octant() const {
+    KARST_ASSERT(level() > 0);
     const int shift = kAxisBits - level();
     return static_cast<int>((x() >> shift & 1u) | (y() >> shift & 1u) << 1 | (z() >> shift & 1u) << 2);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
@@ -187,6 +188,8 @@ Status WorldReader::read_overrides(std::span<std::uint8_t> overrides) const {
 
 Status WorldReader::read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                                   std::span<std::byte> out) const {
+  KARST_ASSERT(level >= 0 && level < texture_levels(materials_.side));
+  KARST_ASSERT(first <= materials_.count && count <= materials_.count - first);
   const std::size_t image = texture_image_bytes(materials_.format, materials_.side, level);
   if (out.size() != image * count) return wrong_length(WorldSection::textures);
   const std::uint64_t start = texture_offset(materials_, array, level, first);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "terrain/base/check.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/view/frustum.h"
 #include "terrain/view/projection.h"
@@ -114,6 +115,7 @@ Status SetThresholds::validate() const {
 }
 
 void SetThresholds::run() const {
+  KARST_ASSERT(validate().ok());
   const auto patches = static_cast<PatchId>(lods.size());
   const int top = std::min(max_level, errors.level);
   for (PatchId p = 0; p < patches; ++p) {

@@ -33,6 +33,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "terrain/base/check.h"
+
 namespace karst::core {
 namespace {
 
@@ -408,6 +410,7 @@ Status SelectLod::validate() const {
 }
 
 SelectLod::Result SelectLod::run() const {
+  KARST_ASSERT(validate().ok());
   if (levels.empty()) return {};
   if (settings.mode == LodMode::error) return select_by_error(*this);
   Result result;

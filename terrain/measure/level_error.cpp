@@ -10,6 +10,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/measure/level_triangles.h"
 #include "terrain/patch/displacement.h"
 
@@ -141,12 +142,14 @@ void join_errors(const Surface& surface, int level, PatchId patch, const BorderE
 }
 
 void MeasureLevelErrors::measure(PatchId first, PatchId last) const {
+  KARST_ASSERT(validate().ok() && first <= last && last <= surface.patches.size());
   const std::size_t row = level_error_values(heights.level);
   for (PatchId p = first; p < last; ++p)
     measure_own_errors(surface, heights, p, borders[p], values.subspan(p * row, row));
 }
 
 void MeasureLevelErrors::join(PatchId first, PatchId last) const {
+  KARST_ASSERT(validate().ok() && first <= last && last <= surface.patches.size());
   const std::size_t row = level_error_values(heights.level);
   for (PatchId p = first; p < last; ++p) {
     const BorderErrors* theirs[4] = {};

@@ -8,6 +8,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/measure/level_triangles.h"
 #include "terrain/patch/displacement.h"
 
@@ -116,6 +117,7 @@ Status MeasureNormalCones::validate() const {
 }
 
 void MeasureNormalCones::run(PatchId first, PatchId last) const {
+  KARST_ASSERT(validate().ok() && first <= last && last <= surface.patches.size());
   for (PatchId p = first; p < last; ++p) cones[p] = measure_normal_cone(surface, heights, p);
 }
 

@@ -15,6 +15,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/base/simd.h"
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/displacement.h"
@@ -507,6 +508,8 @@ Status GenerateVertices::validate() const {
 }
 
 void GenerateVertices::run(PatchId patch, std::span<GpuVertex> out, PatchBounds* bounds) const {
+  KARST_ASSERT(validate().ok() && patch < surface.patches.size());
+  KARST_ASSERT(out.size() >= static_cast<std::size_t>(patch_vertices(emit_level > 0 ? emit_level : level)));
   PatchScratch& s = *scratch;
   const Layout layout(level);
   const int n = patch_cells(level);

@@ -12,6 +12,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
 
@@ -46,6 +47,8 @@ static_assert(kMostSlotPages <= 256 && (1 << kMaxDepth) < 1024, "what a texel ha
 // below 16.
 constexpr PageTexel make_page_texel(glm::ivec3 origin, std::uint32_t place, std::uint32_t row,
                                     std::uint32_t material, bool cave) {
+  KARST_ASSERT(origin.x >> 10 == 0 && origin.y >> 10 == 0 && origin.z >> 10 == 0);
+  KARST_ASSERT(place < kMostSlotPages && row < kMostMorphRows && material < 16);
   const auto axis = [](int v) { return static_cast<std::uint32_t>(v); };
   return {axis(origin.x) | axis(origin.y) << 10 | axis(origin.z) << 20 | std::uint32_t{cave} << 30,
           place | row << 8 | material << 28};

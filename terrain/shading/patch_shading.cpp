@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/field/sky_line.h"
@@ -51,6 +52,7 @@ Status FindPatchShading::validate() const {
 }
 
 void FindPatchShading::run() const {
+  KARST_ASSERT(validate().ok());
   find_sky();
   for (PatchId p = 0; p < out.size(); ++p) {
     const bool cave = may_be_cave(p);

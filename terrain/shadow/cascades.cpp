@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/lod/morph.h"
 
 namespace karst::core {
@@ -118,6 +119,7 @@ Status FitCascades::validate() const {
 }
 
 void FitCascades::run() const {
+  KARST_ASSERT(validate().ok());
   light->z = to_sun;
   // Right of the sun along the horizon; a sun in the zenith has no horizon.
   const glm::dvec3 up = std::abs(to_sun.y) < 0.9999 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);

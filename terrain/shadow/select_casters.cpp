@@ -7,6 +7,7 @@
 
 #include <glm/common.hpp>
 
+#include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
 
 namespace karst::core {
@@ -143,6 +144,7 @@ Status SelectCasters::validate() const {
 }
 
 Status SelectCasters::run(Result& result) const {
+  KARST_ASSERT(validate().ok());
   result = {};
   if (levels.empty()) return {};
   std::memset(wanted.data(), 0, wanted.size());

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/world/terrain_parts.h"
 
-#include "terrain/base/check.h"
-
 namespace karst::core {
 
 Budget terrain_budget(const Config& config) {

@@ -16,6 +16,7 @@
 #include "karst/status.h"
 #include "terrain/base/arena.h"
 #include "terrain/base/budget.h"
+#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/world/residency.h"
 #include "terrain/world/shadow_casters.h"
@@ -38,7 +39,10 @@ struct TerrainParts {
   Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
 
   // Precondition: count <= Config::max_views.
-  std::span<ViewState> views_of(std::size_t count) { return std::span(views).first(count); }
+  std::span<ViewState> views_of(std::size_t count) {
+    KARST_ASSERT(count <= world.config().max_views);
+    return std::span(views).first(count);
+  }
 
   World world;
   Residency residency;

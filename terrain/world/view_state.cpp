@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "terrain/base/check.h"
 #include "terrain/view/frustum.h"
 
 namespace karst::core {

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "karst/status.h"
+#include "terrain/base/check.h"
 #include "terrain/base/storage_plan.h"
 #include "terrain/cull/occlusion.h"
 #include "terrain/draw/draw_list.h"
@@ -86,7 +87,10 @@ class ViewState {
   // Precondition of most_urgent() and pop_lacking(): order_lacking() was called since the last select().
   void order_lacking(const ResidentPool& pool);
   bool lacking_is_ordered() const { return lacking_is_heap_; }
-  const LackingPatch* most_urgent() const { return lacking_count_ == 0 ? nullptr : blocks_.lacking.data(); }
+  const LackingPatch* most_urgent() const {
+    KARST_ASSERT(lacking_is_heap_ || lacking_count_ == 0);
+    return lacking_count_ == 0 ? nullptr : blocks_.lacking.data();
+  }
   // Takes the most urgent one out, and returns it.
   LackingPatch pop_lacking();
   void clear_lacking() { lacking_count_ = 0; }
