@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "terrain/base/check.h"
+
 namespace karst::bake {
 namespace {
 
@@ -109,6 +111,7 @@ void fill(Grid& grid) {
 }  // namespace
 
 void fill_voids(Elevation& elevation) {
+  KARST_ASSERT(std::find(elevation.valid.begin(), elevation.valid.end(), 1) != elevation.valid.end());
   Grid grid{elevation.width, elevation.height, std::move(elevation.heights_m), std::move(elevation.valid)};
   fill(grid);
   elevation.heights_m = std::move(grid.value);

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "bake/procedural/sample_materials.h"
+#include "terrain/base/check.h"
+
 namespace karst::bake {
 namespace {
 
@@ -102,6 +105,7 @@ std::vector<Material> default_materials(const WorldRelief& relief) {
 }
 
 Material default_material(std::string_view name, const WorldRelief& relief) {
+  KARST_ASSERT(is_sample_material(name));
   return Rules(relief).by_name(name);
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "terrain/base/check.h"
+
 namespace karst::bake {
 namespace {
 
@@ -32,6 +34,8 @@ bool is_sample_material(std::string_view name) {
 }
 
 MaterialImage make_sample_material(std::string_view name, int side) {
+  KARST_ASSERT(is_sample_material(name));
+  KARST_ASSERT(side >= 16 && side <= 1024 && (side & (side - 1)) == 0);
   MaterialImage image(std::max(side, std::min(kFiner * side, kLargestFinerMade)));
   find(name)->paint(image);
   while (image.side > side) image = image.halved();

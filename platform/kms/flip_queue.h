@@ -3,6 +3,7 @@
 // to say so.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <utility>
 
@@ -24,10 +25,14 @@ class FlipQueue {
   std::int64_t deadline_ns() const { return deadline_ns_; }
 
   void queued(int slot, std::int64_t deadline_ns) {
+    assert(!pending());
     pending_ = slot;
     deadline_ns_ = deadline_ns;
   }
-  void wait(int slot) { waiting_ = slot; }
+  void wait(int slot) {
+    assert(pending() && !waiting());
+    waiting_ = slot;
+  }
   int take_waiting() { return std::exchange(waiting_, kNone); }
 
   // A mode was set with this buffer.

@@ -5,6 +5,7 @@
 
 #include <xf86drmMode.h>
 
+#include <cassert>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -71,7 +72,10 @@ class KmsPlan {
   bool has_next() const { return at_ + 1 < attempts_.size(); }
   void advance() { ++at_; }
   // Of the current attempt; not when over().
-  const KmsAttempt& attempt() const { return attempts_[at_]; }
+  const KmsAttempt& attempt() const {
+    assert(!over());
+    return attempts_[at_];
+  }
   const drmModeModeInfo& mode() const { return modes_[attempt().mode]; }
   std::string text() const { return attempt_text(attempt(), modes_); }
 

@@ -3,6 +3,7 @@
 
 #include <drm_fourcc.h>
 
+#include <cassert>
 #include <cerrno>
 #include <span>
 #include <string>
@@ -156,10 +157,12 @@ Error KmsScanout::test() {
 }
 
 int KmsScanout::set_mode(int slot) {
+  assert(pipe_ != nullptr);
   return pipe_->set_mode(mode_, picture(slot));
 }
 
 int KmsScanout::flip(int slot, void* user) {
+  assert(pipe_ != nullptr);
   return pipe_->flip(picture(slot), user);
 }
 

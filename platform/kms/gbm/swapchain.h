@@ -6,6 +6,7 @@
 #include <gbm.h>
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 
@@ -35,7 +36,11 @@ class Swapchain {
 
   // Takes the buffer that eglSwapBuffers finished. slot is its place; kNone on an error.
   Error take_front(int& slot);
-  std::uint32_t framebuffer(int slot) const { return slots_[static_cast<std::size_t>(slot)].framebuffer; }
+  // slot: of take_front().
+  std::uint32_t framebuffer(int slot) const {
+    assert(slot >= 0 && static_cast<std::size_t>(slot) < kMost);
+    return slots_[static_cast<std::size_t>(slot)].framebuffer;
+  }
   // Gives a buffer back for drawing; kNone is no buffer.
   void release(int slot);
   bool has_free() const { return surface_ != nullptr && gbm_surface_has_free_buffers(surface_) != 0; }
