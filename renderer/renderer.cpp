@@ -62,8 +62,8 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
   created_ = true;  // from here on destroy() has something to do
   listen(true);
   const Status status = create_objects();
-  leave_upload(device_);
-  leave_draw(device_);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  reset_state();
   if (!status.ok()) destroy();
   return status;
 }
@@ -92,7 +92,6 @@ void Renderer::destroy() {
   if (!created_) return;
   listen(false);
   const Gl& gl = device_.gl;
-  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
   timer_.destroy(gl);
   shadow_timer_.destroy(gl);
   programs_.destroy(gl);
@@ -202,10 +201,14 @@ void Renderer::begin(const PageTable& pages) {
 Status Renderer::draw_cascade(int index, const CascadeInput& input) {
   if (!inside(index, 0, settings_.cascades - 1)) return invalid("none of the settings' cascades", "index");
   begin(input.pages);
-  if (counts_.vertices_lost) return {};
-  shadow_timer_.begin(device_.gl);
-  const Status status = draw_shadow_map(device_, settings_, programs_, index, input, counts_);
-  shadow_timer_.end(device_.gl);
+  Status status;
+  if (!counts_.vertices_lost) {
+    shadow_timer_.begin(device_.gl);
+    status = draw_shadow_map(device_, settings_, programs_, index, input, counts_);
+    shadow_timer_.end(device_.gl);
+  }
+  device_.gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+  reset_state();
   return status;
 }
 
@@ -237,9 +240,13 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   }
   timer_.end(device_.gl);
-  unbind_textures(device_);
-  leave_draw(device_);
+  reset_state();
   return status;
+}
+
+void Renderer::reset_state() const {
+  unbind_textures(device_);
+  core::reset_state(device_);
 }
 
 FrameCounts Renderer::end_frame() {

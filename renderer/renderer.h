@@ -20,21 +20,21 @@
 //
 // State. Only create() asks GL for anything; it also takes errors that are pending (pending_error()). No
 // other call asks for state, errors or, unless it says so, results. All state that a call depends on is set
-// by it. Not to be active during a call: queries, transform feedback, conditional rendering. A call leaves
-// this behind:
+// by it. Not to be active during a call: queries, transform feedback, conditional rendering. create(),
+// draw_cascade(), draw() and reset_state() leave this behind:
 //   bindings    program, vertex array, array, uniform and pixel unpack buffer 0; active texture unit 0; on
-//   the
-//               settings' texture units the targets that karst uses on them, and samplers, unbound; the
+//               the settings' texture units the targets that karst uses on them, and samplers, unbound; the
 //               settings' uniform blocks unbound
 //   initial     pixel store parameters of unpacking; scissor, depth and stencil test, blending, culling,
-//   polygon
-//               offset, rasterizer discard, sample coverage, alpha to coverage, primitive restart, dithering;
-//               depth function, mask and range; colour mask; cull face and front face; where the context has
-//               them: sample mask and shading, clip distances, clip control, depth clamp, polygon mode, logic
-//               operation, multisampling, framebuffer sRGB, provoking vertex
-//   viewport    the target's or the shadow map's
-//   framebuffer draw() and uploads leave what is bound; create(), draw_cascade() and destroy() unbind it
-// All else stays as it is: blend and stencil functions and values of polygon offset too.
+//               polygon offset, rasterizer discard, sample coverage, alpha to coverage, primitive restart,
+//               dithering; depth function, mask and range; colour mask; cull face and front face; where the
+//               context has them: sample mask and shading, clip distances, clip control, depth clamp, polygon
+//               mode, logic operation, multisampling, framebuffer sRGB, provoking vertex
+//   viewport    the target's or the shadow map's, after drawing
+//   framebuffer draw() leaves what is bound; create() and draw_cascade() unbind it
+// An upload touches some of the unpacking, the active unit, the array and the uniform buffer, and the textures
+// of the first unit (2D, 3D and 2D arrays); what it touches it leaves so. All else stays as it is: blend and
+// stencil functions and values of polygon offset too.
 //
 // Needs the context that was current in create() in every call, the destructor included; after forget() none.
 #pragma once
@@ -120,6 +120,9 @@ class Renderer {
   Status draw(const ViewInput& input, const DrawTarget& target);
   // Ends the frame; what is uploaded later is for the next one.
   FrameCounts end_frame();
+
+  // Leaves state as draw() does, for a host's call in which nothing is drawn.
+  void reset_state() const;
 
   void finish() { device_.gl.Finish(); }
 

@@ -36,7 +36,7 @@ constexpr GLenum kOffOnDesktop[] = {kColourLogicOp, kPolygonSmooth, kPrimitiveRe
 constexpr GLenum kUnpackZero[] = {GL_UNPACK_ROW_LENGTH, GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_ROWS,
                                   GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_IMAGES};
 
-// What karst needs as it is initially.
+// What draw calls need as it is initially.
 void set_initial(const GlDevice& device) {
   const Gl& gl = device.gl;
   const GlCaps& caps = device.caps;
@@ -60,6 +60,16 @@ void set_initial(const GlDevice& device) {
   gl.ProvokingVertex(kLastVertexConvention);
 }
 
+void set_unpacking(const GlDevice& device) {
+  const Gl& gl = device.gl;
+  gl.BindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  for (const GLenum name : kUnpackZero) gl.PixelStorei(name, 0);
+  if (!device.caps.desktop) return;
+  gl.PixelStorei(kUnpackSwapBytes, 0);
+  for (GLenum n = 0; n < 4; ++n) gl.PixelStorei(kUnpackCompressedBlockWidth + n, 0);
+}
+
 }  // namespace
 
 void enter_draw(const GlDevice& device, const DrawState& state) {
@@ -81,7 +91,7 @@ void enter_draw(const GlDevice& device, const DrawState& state) {
   if (device.caps.srgb_switch) set(gl, GL_FRAMEBUFFER_SRGB_EXT, state.linear);
 }
 
-void leave_draw(const GlDevice& device) {
+void reset_state(const GlDevice& device) {
   const Gl& gl = device.gl;
   set_initial(device);
   gl.Disable(GL_DEPTH_TEST);
@@ -92,31 +102,23 @@ void leave_draw(const GlDevice& device) {
   gl.FrontFace(GL_CCW);
   if (device.caps.clip_control) gl.ClipControlEXT(GL_LOWER_LEFT_EXT, GL_NEGATIVE_ONE_TO_ONE_EXT);
   if (device.caps.srgb_switch) set(gl, GL_FRAMEBUFFER_SRGB_EXT, !device.caps.desktop);
+  set_unpacking(device);
   gl.UseProgram(0);
   gl.BindVertexArray(0);
   gl.BindBuffer(GL_ARRAY_BUFFER, 0);
   // The last one unbinds the uniform buffer too.
   gl.BindBufferBase(GL_UNIFORM_BUFFER, device.first_block + 1, 0);
   gl.BindBufferBase(GL_UNIFORM_BUFFER, device.first_block, 0);
+  gl.ActiveTexture(GL_TEXTURE0);
 }
 
 void enter_upload(const GlDevice& device) {
-  const Gl& gl = device.gl;
-  gl.BindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
-  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (const GLenum name : kUnpackZero) gl.PixelStorei(name, 0);
-  if (device.caps.desktop) {
-    gl.PixelStorei(kUnpackSwapBytes, 0);
-    for (GLenum n = 0; n < 4; ++n) gl.PixelStorei(kUnpackCompressedBlockWidth + n, 0);
-  }
-  gl.ActiveTexture(GL_TEXTURE0 + device.first_unit);
+  set_unpacking(device);
+  device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit);
 }
 
 void leave_upload(const GlDevice& device) {
-  const Gl& gl = device.gl;
-  gl.ActiveTexture(GL_TEXTURE0);
-  gl.BindBuffer(GL_ARRAY_BUFFER, 0);
-  gl.BindBuffer(GL_UNIFORM_BUFFER, 0);
+  device.gl.ActiveTexture(GL_TEXTURE0);
 }
 
 }  // namespace karst::core

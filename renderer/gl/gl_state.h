@@ -22,14 +22,14 @@ struct DrawState {
 
 // All state that a draw call or a clear depends on; depth is tested, and what DrawState does not say is off.
 void enter_draw(const GlDevice& device, const DrawState& state);
-// Switches, tests, masks and modes as they are initially. Program, vertex array, array and uniform buffers
-// and karst's uniform blocks are unbound.
-void leave_draw(const GlDevice& device);
+// All state that enter_draw() and enter_upload() set, as it is initially, but for the viewport. Program,
+// vertex array, array, uniform and pixel unpack buffers and karst's uniform blocks are unbound; active is
+// texture unit 0.
+void reset_state(const GlDevice& device);
 
 // How texels are read from memory, as it is initially: rows of whole 4 bytes, no pixel unpack buffer. Active
-// is the first of karst's texture units.
+// is the first of karst's texture units, until leave_upload().
 void enter_upload(const GlDevice& device);
-// Active is texture unit 0; the array and uniform buffer are unbound.
 void leave_upload(const GlDevice& device);
 
 }  // namespace karst::core

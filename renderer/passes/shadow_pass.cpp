@@ -11,7 +11,8 @@ namespace {
 // The host draws with depth test and viewport set; then the state is whatever it likes.
 void draw_host_casters(const GlDevice& device, const CascadeInput& input) {
   if (input.draw_more == nullptr) return;
-  leave_draw(device);
+  unbind_textures(device);
+  reset_state(device);
   device.gl.Enable(GL_DEPTH_TEST);
   input.draw_more(input.user);
 }
@@ -36,10 +37,7 @@ Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings,
   gl.UseProgram(programs[ShaderVariant::depth_only]);
   const Status status =
       draw_items(device, {input.index_table, input.items, input.pages, {}}, input.max_level, counts);
-  unbind_textures(device);
   if (status.ok()) draw_host_casters(device, input);
-  leave_draw(device);
-  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
   device.pop_group();
   return status;
 }

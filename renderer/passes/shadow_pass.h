@@ -12,7 +12,7 @@
 
 namespace karst::core {
 
-// index: one of the settings' cascades. Leaves state as renderer.h says, and no framebuffer bound.
+// index: one of the settings' cascades. Leaves the map bound, and state to be reset.
 Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
                        int index, const CascadeInput& input, FrameCounts& counts);
 

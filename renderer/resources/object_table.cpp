@@ -202,21 +202,25 @@ void RendererSettings::add_to(Budget& budget) const {
   add_objects(kRows, *this, budget);
 }
 
-void bind_textures(const GlDevice& device) {
+namespace {
+
+void bind(const GlDevice& device, bool textures) {
   for (const Unit& unit : kUnits) {
     device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit + unit.unit);
-    device.gl.BindTexture(unit.target, name_of(device, unit.object));
+    device.gl.BindTexture(unit.target, textures ? name_of(device, unit.object) : 0);
     device.gl.BindSampler(device.first_unit + unit.unit, 0);
   }
   device.gl.ActiveTexture(GL_TEXTURE0);
 }
 
+}  // namespace
+
+void bind_textures(const GlDevice& device) {
+  bind(device, true);
+}
+
 void unbind_textures(const GlDevice& device) {
-  for (const Unit& unit : kUnits) {
-    device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit + unit.unit);
-    device.gl.BindTexture(unit.target, 0);
-  }
-  device.gl.ActiveTexture(GL_TEXTURE0);
+  bind(device, false);
 }
 
 void use_block(const GlDevice& device, Object buffer, GLuint binding, std::span<const std::byte> block) {

@@ -52,7 +52,7 @@ inline GLuint name_of(const GlDevice& device, Object object) {
 // By Object.
 std::span<const ObjectRow> object_rows();
 
-// Binds all textures to their units, and no samplers; unbinds them. Afterwards texture unit 0 is active.
+// Binds all textures to their units, and no samplers; or nothing. Afterwards texture unit 0 is active.
 void bind_textures(const GlDevice& device);
 void unbind_textures(const GlDevice& device);
 
