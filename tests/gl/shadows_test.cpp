@@ -273,7 +273,9 @@ TEST(Shadows, MapsTakeTheirBudgetAndDrawsAreCounted) {
   camera.position = {11, 14, 18};
   camera.pitch_deg = -30;
   world.draw(camera, &counts);
+  const std::uint64_t questions = test::NoopGl::get().questions;
   world.draw(camera, &counts);
+  EXPECT_EQ(test::NoopGl::get().questions, questions) << "no frame asks the driver for anything";
   EXPECT_EQ(counts.draw_calls, 5u) << "three maps, the terrain, the sky";
   EXPECT_EQ(test::NoopGl::get().objects_made, objects);
   CascadeInput none;
