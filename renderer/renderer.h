@@ -32,9 +32,9 @@
 //               mode, logic operation, multisampling, framebuffer sRGB, provoking vertex
 //   viewport    the target's or the shadow map's, after drawing
 //   framebuffer draw() leaves what is bound; create() and draw_cascade() unbind it
-// An upload touches some of the unpacking, the active unit, the array and the uniform buffer, and the textures
-// of the first unit (2D, 3D and 2D arrays); what it touches it leaves so. All else stays as it is: blend and
-// stencil functions and values of polygon offset too.
+// An upload touches some of the unpacking, the active unit, the array and the uniform buffer, and the
+// textures of the first unit (2D, 3D and 2D arrays); what it touches it leaves so. All else stays as it is:
+// blend and stencil functions and values of polygon offset too.
 //
 // Needs the context that was current in create() in every call, the destructor included; after forget() none.
 #pragma once

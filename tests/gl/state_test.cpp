@@ -69,7 +69,8 @@ class Scene {
   }
   Status upload_row(Renderer& renderer, PatchId p) {
     std::array<std::uint16_t, kMorphRow> row{};
-    make_morph_row(world_.surface(), drawn_.terrain().lods(), p, row);
+    const auto lods = drawn_.residency().thresholds().lods(drawn_.view().threshold_set());
+    make_morph_row(world_.surface(), lods, p, row);
     return renderer.upload_morph_rows(p, row);
   }
 
@@ -94,7 +95,7 @@ class Scene {
     fit.settings.reach_voxels = 64;
     fit.camera = &input.camera;
     fit.to_sun = sun_direction(input.light);
-    fit.world = drawn_.terrain().box();
+    fit.world = drawn_.world().box();
     fit.light = &input.light_space;
     fit.cascades = cascades;
     EXPECT_TRUE(fit.validate().ok());
@@ -107,6 +108,7 @@ class Scene {
     const std::uint32_t slot = slot_pages(kLevel);
     for (PatchId p = 0; p < patches(); ++p) table_.set(p, p * slot, slot);
     input.pages = table_.table();
+    input.first_morph_row = 0;
   }
 
   test::TestWorld world_;
