@@ -30,6 +30,7 @@
 #include "karst/renderer.h"
 #include "karst/status.h"
 #include "karst/types.h"
+#include "karst/version.h"
 #include "karst/world.h"
 
 namespace karst {
