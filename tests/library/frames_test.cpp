@@ -114,6 +114,7 @@ TEST_F(Frames, TwoViewsThatDoNotFitShareOneBoundAndSettle) {
 TEST_F(Frames, AViewIsTheSameBesideAnother) {
   Needs needs;
   needs.views = 2;
+  needs.shadow_maps = 0;  // which are around one of them
   open(needs);
   const Pixels alone = shot(view(0.3));
   test::draw_frame(*renderer_, picture_, {view(2.5), view(0.3)});
