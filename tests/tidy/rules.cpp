@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 #include <initializer_list>
+#include <regex>
 #include <utility>
 #include <vector>
 
@@ -346,6 +347,56 @@ void check_links(const Source& source, const std::function<bool(const string&)>&
       const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
       const string resolved = (folder / target).lexically_normal().generic_string();
       if (!exists(resolved)) out.push_back({source.path, number, "link to nothing: " + resolved});
+    }
+  });
+}
+
+namespace {
+
+const std::regex kNamedPath(
+    "([A-Za-z0-9_.-]+/)*([A-Za-z0-9_-]+\\.(h|cpp|glsl|vert|frag|def|cmake|sh|py|yml|txt|service|md)"
+    "|[a-z][a-z0-9_-]*/)");
+const std::regex kNamedIdentifier("[A-Za-z_][A-Za-z0-9_]*(::[A-Za-z_][A-Za-z0-9_]*)*(\\(.*\\))?");
+
+// Of what is not the project's: built, a user's, or a stand-in.
+bool is_elsewhere(const string& path) {
+  for (const char* top : {"build/", "out/", "../"}) {
+    if (inside(path, string(top).substr(0, string(top).size() - 1))) return true;
+  }
+  return path.find("NAME") != string::npos || path.find("FILE") != string::npos;
+}
+
+}  // namespace
+
+void check_names(const Source& source, const std::function<bool(const string&)>& has_path,
+                 const std::function<bool(const string&)>& has_word, Findings& out) {
+  if (extension(source.path) != ".md") return;
+  const auto check_path = [&](int number, const string& word) {
+    if (!std::regex_match(word, kNamedPath) || is_elsewhere(word) || has_path(word)) return;
+    out.push_back({source.path, number, "names what is not there: " + word});
+  };
+  const std::regex word("[^\\s\"'=:,;()]+");
+  const auto check_words_of = [&](int number, const string& text) {
+    for (std::sregex_iterator w(text.begin(), text.end(), word), end; w != end; ++w)
+      check_path(number, w->str());
+  };
+  const std::regex quoted("`([^`]+)`");
+  const std::regex part("[A-Za-z_][A-Za-z0-9_]*");
+  bool fenced = false;
+  for_each_line(source.text, [&](int number, string_view view) {
+    const string line(view);
+    if (line.rfind("```", 0) == 0) fenced = !fenced;
+    if (fenced) return;
+    if (line.rfind("    ", 0) == 0) check_words_of(number, line);
+    for (std::sregex_iterator q(line.begin(), line.end(), quoted), end; q != end; ++q) {
+      const string span = (*q)[1].str();
+      check_words_of(number, span);
+      if (!std::regex_match(span, kNamedIdentifier) || span.find_first_of("_:(") == string::npos) continue;
+      const string name = span.substr(0, span.find('('));
+      for (std::sregex_iterator p(name.begin(), name.end(), part); p != end; ++p) {
+        if (!has_word(p->str()))
+          out.push_back({source.path, number, "names what is in no source: " + p->str()});
+      }
     }
   });
 }

@@ -59,4 +59,10 @@ void check_words(const Source& source, Findings& out);
 // Relative links in Markdown. exists: whether a path from the repository's root is there.
 void check_links(const Source& source, const std::function<bool(const std::string&)>& exists, Findings& out);
 
+// What documents name: paths of the project in quoted or indented text, and quoted identifiers with an
+// underscore, a scope or parentheses. has_path: whether a path, or the end of one after a '/', is there.
+// has_word: whether some source contains it.
+void check_names(const Source& source, const std::function<bool(const std::string&)>& has_path,
+                 const std::function<bool(const std::string&)>& has_word, Findings& out);
+
 }  // namespace karst::tidy

@@ -60,6 +60,23 @@ TEST(RepositoryTest, Links) {
   EXPECT_TRUE(findings.empty()) << listing(findings);
 }
 
+TEST(RepositoryTest, DocumentsNameWhatIsThere) {
+  const std::vector<Source> sources = repository();
+  std::string paths = "/";  // each as "/path" and a newline
+  std::string words;
+  for (const Source& source : sources) {
+    paths += source.path + "\n/";
+    if (is_text(source.path) && !source.path.ends_with(".md")) words += source.text;
+  }
+  const auto has_path = [&](const std::string& path) {
+    return paths.find("/" + path + (path.ends_with("/") ? "" : "\n")) != std::string::npos;
+  };
+  const auto has_word = [&](const std::string& word) { return words.find(word) != std::string::npos; };
+  Findings findings;
+  for (const Source& source : sources) check_names(source, has_path, has_word, findings);
+  EXPECT_TRUE(findings.empty()) << listing(findings);
+}
+
 // --- the rules themselves
 
 int count(Rule rule, const std::string& path, const std::string& text) {
@@ -229,6 +246,23 @@ TEST(RuleTest, Links) {
             0);
   EXPECT_EQ(links("[b](b.md) and [c](c.md)\n"), 1);
   EXPECT_EQ(links("![picture](images/none.png)\n"), 1);
+}
+
+TEST(RuleTest, Names) {
+  const auto names = [](const std::string& text) {
+    Findings findings;
+    const auto has_path = [](const std::string& path) { return path == "app/a.h" || path == "app/"; };
+    const auto has_word = [](const std::string& word) { return word == "Part" || word == "create"; };
+    check_names({"docs/a.md", text}, has_path, has_word, findings);
+    return static_cast<int>(findings.size());
+  };
+  EXPECT_EQ(names("`app/a.h`, `app/`, `Part::create()`, `Part`, `words`, b/c.h, `build/b.h`, `NAME.txt`\n"),
+            0);
+  EXPECT_EQ(names("see `app/b.h`\n"), 1);
+  EXPECT_EQ(names("see `gone/`\n"), 1);
+  EXPECT_EQ(names("    run app/b.sh\n"), 1);
+  EXPECT_EQ(names("see `Part::make`\n"), 1);
+  EXPECT_EQ(names("see `make_part`\n"), 1);
 }
 
 }  // namespace
