@@ -34,19 +34,22 @@ struct Voxel {
   int level = 0;  // of the octree; 0 is the whole of it
 };
 
+inline constexpr std::uint32_t kMostColumn = 64;  // surfaces that Query::column() tells
+
 class KARST_API Query {
  public:
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
   // Makes what lies within the radius ready, so that asking there needs no file. limit_reached
-  // ("query_patches", patches that it takes): the nearest ones are ready. io: the file could not be read.
+  // ("query_patches", patches that it takes): the nearest ones are ready. corrupt: heights are damaged
+  // or could not be read ("file").
   Status prepare(Vec3 place, double radius_m) noexcept;
 
   // Places that are not finite find nothing.
 
   // The surfaces above and below a place, from the top. Returns how many there are, which may be more than
-  // out holds. Caves and arches have several.
+  // out holds; at most kMostColumn are written. Caves and arches have several.
   std::uint32_t column(Vec3 place, Wait wait, std::span<Hit> out) noexcept;
   // The ground that a walker or a wheel stands on: the highest that is not above place by more than step_m.
   bool ground(Vec3 place, double step_m, Wait wait, Hit& hit) noexcept;

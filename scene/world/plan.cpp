@@ -117,7 +117,8 @@ void add_up(PlanLayout& layout) {
 ByteSource byte_source(const Source& source) {
   return {source.bytes, &source, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
             const auto* from = static_cast<const Source*>(context);
-            return out.empty() || from->read(from->user, offset, out.data(), out.size());
+            return out.empty() ||
+                   (from->read != nullptr && from->read(from->user, offset, out.data(), out.size()));
           }};
 }
 
@@ -255,6 +256,8 @@ Status make_plan(Plan& plan) noexcept {
   info.volumes = standard.max_volumes;
   info.patches = standard.max_patches;
   info.height_blocks = standard.max_height_blocks;
+  core::PlacementFrame frame;
+  if (const Status status = frame.create(plan.placement, core::WorldFrame()); !status.ok()) return status;
   core::PlanLayout layout;
   if (const Status status = core::lay_out(info, core::MaterialSet(), plan.needs, layout); !status.ok())
     return status;

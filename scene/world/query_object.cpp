@@ -47,7 +47,7 @@ Status Query::prepare(Vec3 place, double radius_m) noexcept {
 
 std::uint32_t Query::column(Vec3 place, Wait wait, std::span<Hit> out) noexcept {
   core::QueryObject& q = core::self(this);
-  core::QueryHit hits[64];
+  core::QueryHit hits[kMostColumn];
   const std::size_t room = std::min(out.size(), std::size(hits));
   const std::uint32_t count =
       q.asked.column(q.voxels(place), core::wait_of(wait), std::span(hits).first(room));

@@ -70,7 +70,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   }
   if (const Status status = lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
     return status;
-  if (layout.cpu_bytes() != plan.cpu_bytes) {
+  if (layout.cpu_bytes() != plan.cpu_bytes || layout.budget.gpu_bytes() != plan.gpu_bytes) {
     return {StatusCode::invalid_argument, "changed since make_plan()", "plan", layout.cpu_bytes()};
   }
   const WorldFrame frame{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};

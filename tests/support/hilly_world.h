@@ -2,6 +2,9 @@
 // A small landscape with overhangs, 20 x 14 x 18 voxels.
 #pragma once
 
+#include <cstdlib>
+
+#include "terrain/view/camera.h"
 #include "tests/support/test_world.h"
 
 namespace karst::test {
