@@ -62,8 +62,7 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
   created_ = true;  // from here on destroy() has something to do
   listen(true);
   const Status status = create_objects();
-  gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-  reset_state();
+  reset_state(true);
   if (!status.ok()) destroy();
   return status;
 }
@@ -207,8 +206,7 @@ Status Renderer::draw_cascade(int index, const CascadeInput& input) {
     status = draw_shadow_map(device_, settings_, programs_, index, input, counts_);
     shadow_timer_.end(device_.gl);
   }
-  device_.gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-  reset_state();
+  reset_state(true);
   return status;
 }
 
@@ -240,11 +238,12 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   }
   timer_.end(device_.gl);
-  reset_state();
+  reset_state(false);
   return status;
 }
 
-void Renderer::reset_state() const {
+void Renderer::reset_state(bool unbind) const {
+  if (unbind) device_.gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
   unbind_textures(device_);
   core::reset_state(device_);
 }

@@ -121,8 +121,8 @@ class Renderer {
   // Ends the frame; what is uploaded later is for the next one.
   FrameCounts end_frame();
 
-  // Leaves state as draw() does, for a host's call in which nothing is drawn.
-  void reset_state() const;
+  // Leaves state as draw() does, for a host's call in which nothing is drawn. unbind: the framebuffer too.
+  void reset_state(bool unbind) const;
 
   void finish() { device_.gl.Finish(); }
 

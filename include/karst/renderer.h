@@ -5,12 +5,20 @@
 // OpenGL state. karst reads none (create() asks for the device's limits, and takes errors that are pending
 // there), and assumes none but the framebuffer that is bound for drawing in draw(), which must have depth. It
 // neither clears nor invalidates it. After each call these are as OpenGL has them initially, whatever they
-// were: program and vertex array 0; active texture unit 0; array, element, uniform, pixel pack and unpack
-// buffers 0; textures and samplers of units first_unit .. first_unit + 8, and uniform blocks first_block and
-// first_block + 1, unbound; viewport and scissor box; scissor, depth, stencil, blend, cull, polygon offset,
-// rasterizer discard, dither, sample coverage and primitive restart tests and their functions and masks;
-// front face; pixel store. begin_frame() and end_frame() also leave framebuffer 0 bound. Everything else
-// stays as it is. Queries and transform feedback of the simulator must not be active.
+// were (destroy(), and draw() where it returns an error, change none):
+//   program, vertex array, array, uniform and pixel unpack buffer 0; active texture unit 0; of units
+//   first_unit
+//   .. first_unit + 8 the textures that karst used and the samplers, and uniform blocks first_block and
+//   first_block + 1, unbound
+//   scissor, depth and stencil test, blending, culling, polygon offset, rasterizer discard, sample coverage,
+//   alpha to coverage, primitive restart, dithering; depth function, mask and range; colour mask; cull face
+//   and front face; unpacking of pixels where the context has them: sample mask and shading, clip distances,
+//   clip control, depth clamp, polygon mode, logic operation, multisampling, framebuffer sRGB, provoking
+//   vertex
+// The viewport is that of what was drawn last. create() and begin_frame() leave framebuffer 0 bound, the
+// others what was bound. Everything else stays as it is: blend and stencil functions, values of polygon
+// offset, packing of pixels. Queries, transform feedback and conditional rendering of the simulator must not
+// be active.
 #pragma once
 
 #include <cstddef>

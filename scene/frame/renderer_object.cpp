@@ -408,11 +408,17 @@ void Renderer::context_lost() noexcept {
 }
 
 Status Renderer::set_drape(std::span<const std::uint8_t> rgba) noexcept {
-  return core::self(this).gl.upload_drape(rgba);
+  core::RendererObject& renderer = core::self(this);
+  const Status status = renderer.gl.upload_drape(rgba);
+  renderer.gl.reset_state(false);
+  return status;
 }
 
 Status Renderer::begin_frame(const FrameInput& input, FrameResult& result) noexcept {
-  return core::self(this).begin(input, result);
+  core::RendererObject& renderer = core::self(this);
+  const Status status = renderer.begin(input, result);
+  renderer.gl.reset_state(true);
+  return status;
 }
 
 Status Renderer::draw(std::uint32_t view, const Target& target) noexcept {
@@ -420,7 +426,10 @@ Status Renderer::draw(std::uint32_t view, const Target& target) noexcept {
 }
 
 Status Renderer::end_frame() noexcept {
-  return core::self(this).end();
+  core::RendererObject& renderer = core::self(this);
+  const Status status = renderer.end();
+  renderer.gl.reset_state(false);
+  return status;
 }
 
 Air Renderer::air(std::uint32_t view) const noexcept {

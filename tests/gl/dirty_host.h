@@ -4,17 +4,18 @@
 // state is as karst promises.
 #pragma once
 
+#include <GLES3/gl3.h>
+
 #include <cstdint>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "karst/types.h"
 #include "platform/display.h"
-#include "renderer/gl/gl.h"
 
 namespace karst::test {
-using namespace core;
 
 enum class Api { es, desktop };
 
