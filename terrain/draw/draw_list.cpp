@@ -34,6 +34,9 @@ std::uint32_t band(float squared_distance) {
   return bits <= kFirst ? 0 : std::min(bits - kFirst, kBands - 1);
 }
 
+// Which patches are listed: all, those that face the eye, or, in a parallel view, its direction.
+enum class Facing : std::uint8_t { any, eye, along };
+
 struct Collector {
   const BuildDrawList& stage;
   Occlusion* occlusion;  // null: hides nothing
@@ -44,7 +47,7 @@ struct Collector {
   std::uint32_t occluded = 0;
 
   // Patches of a run that are inside the planes that mask leaves out.
-  template <bool kCones, bool kOcclusion>
+  template <Facing kFacing, bool kOcclusion>
   void add_run(PatchId first, PatchId last, PlaneMask mask) {
     // Copies, which the stores below cannot change.
     const Surface surface = stage.surface;
@@ -53,7 +56,6 @@ struct Collector {
     const std::uint8_t* const levels = stage.levels.data();
     const glm::vec3 eye(eye_lattice(*stage.camera));
     const glm::vec3 forward(stage.camera->forward);
-    const bool parallel = stage.camera->parallel;
     const float slack = back_facing_slack(eye);
     const float pixels = stage.least_pixels;
     std::uint32_t* out = stage.scratch.data() + visible;
@@ -69,9 +71,10 @@ struct Collector {
         continue;
       }
       const glm::vec3 d = glm::vec3(origin) - eye;
-      if constexpr (kCones) {
+      if constexpr (kFacing != Facing::any) {
         // Most patches face the eye: their axes lead to it, and nothing more needs to be known.
         const NormalCone& cone = cones[id];
+        constexpr bool parallel = kFacing == Facing::along;
         const glm::vec3 sight = parallel ? forward : d;
         const float along = static_cast<float>(cone.axis[0]) * sight.x +
                             static_cast<float>(cone.axis[1]) * sight.y +
@@ -100,12 +103,19 @@ struct Collector {
     visible = static_cast<std::uint32_t>(out - stage.scratch.data());
   }
 
+  template <Facing kFacing>
+  void add_facing(PatchId first, PatchId last, PlaneMask mask) {
+    occlusion != nullptr ? add_run<kFacing, true>(first, last, mask)
+                         : add_run<kFacing, false>(first, last, mask);
+  }
+
   void add(PatchId first, PatchId last, PlaneMask mask) {
-    if (occlusion != nullptr) {
-      stage.cones.empty() ? add_run<false, true>(first, last, mask) : add_run<true, true>(first, last, mask);
+    if (stage.cones.empty()) {
+      add_facing<Facing::any>(first, last, mask);
+    } else if (stage.camera->parallel) {
+      add_facing<Facing::along>(first, last, mask);
     } else {
-      stage.cones.empty() ? add_run<false, false>(first, last, mask)
-                          : add_run<true, false>(first, last, mask);
+      add_facing<Facing::eye>(first, last, mask);
     }
   }
 

@@ -330,6 +330,8 @@ void raise_capped_bound(const SelectLod& stage, const PixelBound& bound, float& 
       const float apparent = least_apparent_distance(stage.lods[id], bound.view);
       const bool cut = level < level_at(stage.lods[id], apparent);
       if (cut) bound.raise(most, id, std::max(level, 1), apparent);
+      // Where that is no more than is known already, as nearly everywhere, edges need no look.
+      if (level < 2 || !(bound(id, level - 1, apparent) > most)) continue;
       for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
         if (!is_drawn_lower(edge, level, stage.levels)) continue;
         // The border vertices that are left out have arrived, unless one of the two patches was cut; and they

@@ -91,6 +91,23 @@ class ResidentPool {
     if (needed > before) row.needed = static_cast<std::uint8_t>(needed);
     return before;
   }
+  // The same of items (patch, level) that nobody has seen in this selection, each of another patch.
+  template <class Item>
+  void see_first(std::span<const Item> items) {
+    // Copies, which the stores below cannot change.
+    const std::uint32_t* const row_of_patch = storage_.row_of_patch.data();
+    Row* const rows = storage_.rows.data();
+    const std::uint32_t frame = frame_;
+    const std::uint16_t selection = selection_;
+    for (const Item& item : items) {
+      const std::uint32_t index = row_of_patch[item.patch];
+      if (index == kNoRow) continue;
+      Row& row = rows[index];
+      row.last_seen = frame;
+      row.last_selection = selection;
+      row.needed = item.level;
+    }
+  }
   // Most that was wanted of a patch in this selection, 0 where nothing was or where it is not resident.
   int needed(PatchId patch) const {
     const std::uint32_t index = storage_.row_of_patch[patch];

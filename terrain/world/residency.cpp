@@ -14,8 +14,15 @@ constexpr std::uint32_t kAheadPatches = 256;
 // Nearer by this factor, a patch is about to be needed: the camera gets there within a second or so.
 constexpr float kAheadDistance = 0.85f;
 
-constexpr std::uint32_t pages_at(int level) {
-  return level <= 0 ? 0 : slot_pages(level);
+constexpr std::array<std::uint32_t, kMaxLevel + 1> make_pages_at() {
+  std::array<std::uint32_t, kMaxLevel + 1> pages{};
+  for (int level = 1; level <= kMaxLevel; ++level) pages[static_cast<std::size_t>(level)] = slot_pages(level);
+  return pages;
+}
+constexpr std::array<std::uint32_t, kMaxLevel + 1> kPagesAt = make_pages_at();
+
+std::uint32_t pages_at(int level) {
+  return kPagesAt[static_cast<std::size_t>(level)];
 }
 
 }  // namespace
@@ -320,12 +327,20 @@ std::uint32_t Residency::count_pages(std::uint32_t& seen) {
   };
   pool_.begin_selection();
   for (const ViewState& view : views_) {
+    missing += view.selection().lod.missing;
     const bool lowered = view.selection().lod.lowered > 0;
+    if (&view == views_.data() && !lowered) {
+      pool_.see_first(view.items());
+      seen += view.selection().list.drawn;
+      for (int level = 1; level <= kMaxLevel; ++level) {
+        pages += view.selection().list.at_level[level] * pages_at(level);
+      }
+      continue;
+    }
     for (const DrawItem& item : view.items()) {
       const int wanted = lowered ? kept_level(view, item) : item.level;
       count(pool_.see(item.patch, wanted), wanted);
     }
-    missing += view.selection().lod.missing;
   }
   // What is missing has no row in the pool to note it in.
   const std::span<std::uint32_t> noted = blocks_.list_scratch.first(world_->patch_count());
