@@ -81,7 +81,7 @@ the full level: the distance of the surfaces, in pixels at most. Times are media
 distance (K's scheme) it is `--lod-distance`, and nothing morphs: levels pop.
 
 END
-  echo "Measured on $(date +%F) with $(nproc) cores and" \
+  echo "Measured on $(date +%F) at $(git -C "$root" rev-parse --short HEAD) with $(nproc) cores and" \
     "$(sed -n 's/.*"renderer": "\(.*\)".*/\1/p' "$out/k.json")."
   echo "${NOTE:-}"
   cat <<'END'
