@@ -46,24 +46,26 @@ void TestPages::set(PatchId patch, std::uint32_t first, std::uint32_t count) {
 
 namespace {
 
-Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages) {
+Config config_of(std::span<const std::byte> file, std::uint32_t detail_pages, std::uint32_t max_views) {
   WorldReader reader;
   const Status status = reader.open(ByteSource::of(file));
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
-  return World::config_for(reader.info(), reader.info().level, detail_pages);
+  Config config = World::config_for(reader.info(), reader.info().level, detail_pages);
+  config.max_views = max_views;
+  return config;
 }
 
 }  // namespace
 
 DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSettings settings,
                        std::uint32_t detail_pages)
-    : memory_(terrain_budget(config_of(file, detail_pages)).cpu_bytes()) {
-  const Config config = config_of(file, detail_pages);
+    : memory_(terrain_budget(config_of(file, detail_pages, settings.max_views)).cpu_bytes()) {
+  const Config config = config_of(file, detail_pages, settings.max_views);
   EXPECT_TRUE(parts_.create(config, memory_.bytes()).ok());
   const Status loaded = parts_.load(file);
   EXPECT_TRUE(loaded.ok()) << loaded.what() << ' ' << loaded.field();
   settings.vertex_pages = config.gpu_vertex_pages;
-  settings.morph_rows = config.max_resident_patches;
+  settings.morph_rows = config.max_views * config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
   settings.extent = world().info().extent;
   if (settings.loader.load == nullptr) settings.loader = GlContext::get().loader();
@@ -80,8 +82,8 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSetti
   lod.distance_voxels = 30;
 }
 
-Status DrawnWorld::select(const ViewRequest& request) {
-  const Status status = residency().select(parts_.views_of(1), std::span(&request, 1));
+Status DrawnWorld::select(std::span<const ViewRequest> requests) {
+  const Status status = residency().select(parts_.views_of(requests.size()), requests);
   selection = view().selection();
   pool = residency().governor();
   return status;
@@ -96,7 +98,7 @@ void DrawnWorld::upload_first(bool all) {
   request.lod.max_level = request.lod.resident_level = all ? level() : std::min(level(), 2);
   request.frustum_culling = request.backface_culling = request.occlusion_culling = false;
   residency().begin_frame();
-  EXPECT_TRUE(select(request).ok());
+  EXPECT_TRUE(select(std::span(&request, 1)).ok());
   for (bool made = true; made;) EXPECT_TRUE(upload_next(made).ok());
   EXPECT_EQ(residency().pool().resident(), world().patch_count());
 }
@@ -118,26 +120,36 @@ Status DrawnWorld::prepare(const CameraSettings& settings, ViewInput& input) {
 }
 
 Status DrawnWorld::prepare(const Camera& camera, ViewInput& input) {
-  input.camera = camera;
-  ViewRequest request;
-  request.camera = &input.camera;
-  request.lod = lod;
-  request.width_px = target_.settings().width;
-  request.height_px = target_.settings().height;
+  return prepare(std::span(&camera, 1), std::span(&input, 1));
+}
+
+Status DrawnWorld::prepare(std::span<const Camera> cameras, std::span<ViewInput> inputs) {
+  std::vector<ViewRequest> requests(cameras.size());
+  for (std::size_t v = 0; v < cameras.size(); ++v) {
+    requests[v].camera = &cameras[v];
+    requests[v].lod = lod;
+    requests[v].width_px = target_.settings().width;
+    requests[v].height_px = target_.settings().height;
+  }
   residency().begin_frame();
-  if (const Status status = select(request); !status.ok()) return status;
+  if (const Status status = select(requests); !status.ok()) return status;
   for (MorphRows rows = residency().take_morph_rows(); !rows.halves.empty();
        rows = residency().take_morph_rows()) {
     if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
       return status;
   }
-  input.light = light;
-  input.least_cos2 = view().error_scale().least_cos2;
-  input.first_morph_row = residency().first_morph_row(view());
-  input.items = view().items();
-  input.pages = residency().pages();
-  input.index_table = world().index_table();
-  input.max_level = level();
+  for (std::size_t v = 0; v < cameras.size(); ++v) {
+    const ViewState& seen = parts_.views[v];
+    ViewInput& input = inputs[v];
+    input.camera = cameras[v];
+    input.light = light;
+    input.least_cos2 = seen.error_scale().least_cos2;
+    input.first_morph_row = residency().first_morph_row(seen);
+    input.items = seen.items();
+    input.pages = residency().pages();
+    input.index_table = world().index_table();
+    input.max_level = level();
+  }
   return {};
 }
 

@@ -64,6 +64,7 @@ class TestPages {
 struct DrawnSettings : RendererSettings {
   app::PictureSettings picture;
   GlLoader loader;  // of the target; empty: GlContext's
+  std::uint32_t max_views = 1;
 };
 
 // A world, ready to draw: with room for all of it, all patches uploaded at the full level; else
@@ -82,6 +83,8 @@ class DrawnWorld {
   // Chooses levels for the camera and makes a frame of them that waits to be drawn; its thresholds are on the
   // GPU then.
   Status prepare(const CameraSettings& camera, ViewInput& input);
+  // The same for several views of a frame, all chosen together; as many of each.
+  Status prepare(std::span<const Camera> cameras, std::span<ViewInput> inputs);
   // Draws it into the target.
   Status draw(const ViewInput& input, FrameCounts* counts = nullptr);
   Status prepare(const Camera& camera, ViewInput& input);
@@ -107,7 +110,7 @@ class DrawnWorld {
   int patches_a_frame = 0;
 
  private:
-  Status select(const ViewRequest& request);
+  Status select(std::span<const ViewRequest> requests);
   void upload_first(bool all);
   Status upload_next(bool& made);
 
