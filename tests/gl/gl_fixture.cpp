@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/gl/gl_fixture.h"
 
+#include <array>
 #include <numeric>
 
 #include "platform/headless/headless_display.h"
@@ -124,7 +125,7 @@ Status DrawnWorld::prepare(const Camera& camera, ViewInput& input) {
 }
 
 Status DrawnWorld::prepare(std::span<const Camera> cameras, std::span<ViewInput> inputs) {
-  std::vector<ViewRequest> requests(cameras.size());
+  std::array<ViewRequest, kMostViews> requests;
   for (std::size_t v = 0; v < cameras.size(); ++v) {
     requests[v].camera = &cameras[v];
     requests[v].lod = lod;
@@ -132,7 +133,7 @@ Status DrawnWorld::prepare(std::span<const Camera> cameras, std::span<ViewInput>
     requests[v].height_px = target_.settings().height;
   }
   residency().begin_frame();
-  if (const Status status = select(requests); !status.ok()) return status;
+  if (const Status status = select(std::span(requests).first(cameras.size())); !status.ok()) return status;
   for (MorphRows rows = residency().take_morph_rows(); !rows.halves.empty();
        rows = residency().take_morph_rows()) {
     if (const Status status = renderer_.upload_morph_rows(rows.first_row, rows.halves); !status.ok())
