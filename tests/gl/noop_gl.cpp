@@ -161,10 +161,9 @@ NoopGl& NoopGl::get() {
   return self;
 }
 
-Gl NoopGl::reset() {
-  get() = NoopGl();
-  buffers.clear();
-  bound.clear();
+namespace {
+
+Gl all_functions() {
   Gl gl;
 #define KARST_GL_NOTHING(name) gl.name = Nothing<decltype(gl.name)>::call;
   KARST_GL_CORE_FUNCTIONS(KARST_GL_NOTHING)
@@ -174,34 +173,48 @@ Gl NoopGl::reset() {
 #undef KARST_GL_NOTHING
   fill_objects(gl);
   fill_queries(gl);
-  gl.DrawArrays = [](GLenum, GLint, GLsizei) { ++get().draws; };
-  gl.DrawElements = [](GLenum, GLsizei, GLenum, const void*) { ++get().draws; };
+  gl.DrawArrays = [](GLenum, GLint, GLsizei) { ++NoopGl::get().draws; };
+  gl.DrawElements = [](GLenum, GLsizei, GLenum, const void*) { ++NoopGl::get().draws; };
   gl.MapBufferRange = [](GLenum target, GLintptr, GLsizeiptr, GLbitfield) -> void* {
-    ++get().mapped;
+    ++NoopGl::get().mapped;
     return buffers[bound[target]].data();
   };
   gl.UnmapBuffer = [](GLenum target) -> GLboolean {
-    --get().mapped;
-    return target == GL_ARRAY_BUFFER && get().loses_vertices ? GL_FALSE : GL_TRUE;
+    --NoopGl::get().mapped;
+    return target == GL_ARRAY_BUFFER && NoopGl::get().loses_vertices ? GL_FALSE : GL_TRUE;
   };
   gl.FlushMappedBufferRange = [](GLenum, GLintptr, GLsizeiptr bytes) {
-    get().uploads_bytes += static_cast<std::uint64_t>(bytes);
+    NoopGl::get().uploads_bytes += static_cast<std::uint64_t>(bytes);
   };
   gl.TexSubImage2D = [](GLenum, GLint, GLint, GLint, GLsizei, GLsizei, GLenum, GLenum, const void*) {
-    ++get().texture_uploads;
+    ++NoopGl::get().texture_uploads;
   };
   gl.FenceSync = [](GLenum, GLbitfield) {
     static int fence;
-    ++get().fences;
-    get().most_fences = std::max(get().most_fences, get().fences);
+    ++NoopGl::get().fences;
+    NoopGl::get().most_fences = std::max(NoopGl::get().most_fences, NoopGl::get().fences);
     return reinterpret_cast<GLsync>(&fence);
   };
-  gl.DeleteSync = [](GLsync) { --get().fences; };
+  gl.DeleteSync = [](GLsync) { --NoopGl::get().fences; };
   gl.ClientWaitSync = [](GLsync, GLbitfield, GLuint64) -> GLenum {
-    ++get().waits;
+    ++NoopGl::get().waits;
     return GL_ALREADY_SIGNALED;
   };
   return gl;
+}
+
+}  // namespace
+
+Gl NoopGl::reset() {
+  get() = NoopGl();
+  buffers.clear();
+  bound.clear();
+  // Binding takes no memory later.
+  constexpr GLenum kTargets[] = {GL_ARRAY_BUFFER,       GL_ELEMENT_ARRAY_BUFFER, GL_UNIFORM_BUFFER,
+                                 GL_COPY_READ_BUFFER,   GL_COPY_WRITE_BUFFER,    GL_PIXEL_PACK_BUFFER,
+                                 GL_PIXEL_UNPACK_BUFFER};
+  for (const GLenum target : kTargets) bound[target] = 0;
+  return all_functions();
 }
 
 namespace {
@@ -230,12 +243,13 @@ std::map<std::string, Function> target_functions() {
 GlLoader NoopGl::loader() {
   static std::map<std::string, Function> functions;
   functions = target_functions();
-  Gl gl;
-  fill_objects(gl);
-  fill_queries(gl);
-#define KARST_GL_KEEP(name) \
-  if (gl.name != nullptr) functions["gl" #name] = reinterpret_cast<Function>(gl.name);
+  const Gl gl = all_functions();
+#define KARST_GL_KEEP(name) functions["gl" #name] = reinterpret_cast<Function>(gl.name);
   KARST_GL_CORE_FUNCTIONS(KARST_GL_KEEP)
+#undef KARST_GL_KEEP
+#define KARST_GL_KEEP(name, type, es_name, desktop_name) \
+  functions[es_name] = reinterpret_cast<Function>(gl.name);
+  KARST_GL_EXTENSION_FUNCTIONS(KARST_GL_KEEP)
 #undef KARST_GL_KEEP
   return {.load = [](void*, const char* name) {
     const auto found = functions.find(name);
