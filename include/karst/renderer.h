@@ -69,7 +69,8 @@ struct FrameInput {
   double work_ms = 3;  // for making vertices, at the frame's end; 0: the frame waits until nothing lacks
   std::uint32_t shadow_view = 0;  // whose place the shadow maps are around
   // Draws the simulator's own casters into a shadow map that is bound, with viewport and depth test set and
-  // all else initial. clip_from_world: for places less `eye`. May be null.
+  // all else initial. clip_from_world: for places less `eye`. May be null. What is nearer to the sun than all
+  // of the terrain is clipped, unless the vertex shader keeps it: gl_Position.z = max(gl_Position.z, -1.0).
   void (*draw_casters)(void* user, const double clip_from_world[16], Vec3 eye) = nullptr;
   void* user = nullptr;
   bool casters_moved = true;  // since the last frame: maps are drawn anew. Unused without draw_casters
