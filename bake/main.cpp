@@ -63,8 +63,8 @@ int run_main(std::span<const char* const> words) {
   try {
     app::CommandLine line;
     BakeOptions options;
-    if (const std::string usage = parse_bake_options(words, line, options); !usage.empty()) {
-      app::print_error("karst-bake", usage);
+    if (const Error usage = parse_bake_options(words, line, options); !usage.ok()) {
+      app::print_error("karst-bake", usage.text());
       return app::kExitUsage;
     }
     if (line.wants_help()) {

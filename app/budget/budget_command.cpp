@@ -11,7 +11,6 @@
 #include "app/common/file_source.h"
 #include "app/common/json_writer.h"
 #include "app/common/picture_target.h"
-#include "app/common/status_text.h"
 #include "app/options/board_options.h"
 #include "app/options/scene_ranges.h"
 #include "karst/plan.h"
@@ -230,8 +229,8 @@ constinit const CommandSpec kBudgetSpec = {
 int run_budget(std::span<const char* const> words) {
   CommandLine line;
   BudgetOptions options;
-  if (const std::string usage = parse(words, line, options); !usage.empty()) {
-    print_error("karst budget", usage);
+  if (const Error usage = parse(words, line, options); !usage.ok()) {
+    print_error("karst budget", usage.text());
     return kExitUsage;
   }
   if (line.wants_help()) {

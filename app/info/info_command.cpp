@@ -9,7 +9,6 @@
 #include "app/common/arguments.h"
 #include "app/common/file_source.h"
 #include "app/common/json_writer.h"
-#include "app/common/status_text.h"
 #include "karst/world.h"
 #include "platform/base/error.h"
 
@@ -74,16 +73,16 @@ constinit const CommandSpec kInfoSpec = {.name = "karst info",
 int run_info(std::span<const char* const> words) {
   CommandLine line;
   InfoOptions options;
-  std::string usage = line.parse(words, kInfoSpec);
-  if (usage.empty() && line.wants_help()) {
+  Error usage = line.parse(words, kInfoSpec);
+  if (usage.ok() && line.wants_help()) {
     std::fputs(help_text(kInfoSpec).c_str(), stdout);
     return kExitOk;
   }
-  if (usage.empty() && line.positional().size() != 1) usage = "takes one WORLD";
+  if (usage.ok() && line.positional().size() != 1) usage = "takes one WORLD";
   void* const targets[] = {&options};
-  if (usage.empty()) usage = line.store(targets);
-  if (!usage.empty()) {
-    print_error("karst info", usage);
+  if (usage.ok()) usage = line.store(targets);
+  if (!usage.ok()) {
+    print_error("karst info", usage.text());
     return kExitUsage;
   }
   const std::string path(line.positional()[0]);

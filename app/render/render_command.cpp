@@ -13,7 +13,6 @@
 #include "app/common/mapped_file.h"
 #include "app/common/png_file.h"
 #include "app/common/progress.h"
-#include "app/common/status_text.h"
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
 #include "app/stage/camera_ground.h"
@@ -25,11 +24,11 @@ namespace karst::app {
 namespace {
 
 // What the options name; none: the overview.
-std::string read_places(const CameraArguments& camera, std::vector<CameraPlace>& places) {
+Error read_places(const CameraArguments& camera, std::vector<CameraPlace>& places) {
   if (camera.has_camera) places.push_back(camera.camera);
   if (camera.path_file.empty()) return {};
   MappedFile file;
-  if (std::string error = file.open(camera.path_file); !error.empty()) return error;
+  if (Error error = file.open(camera.path_file); !error.ok()) return error;
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   return parse_camera_path(text, camera.path_file, places);
 }
@@ -38,14 +37,13 @@ class Render {
  public:
   explicit Render(RenderOptions options) : options_(std::move(options)) {}
 
-  // Returns an empty string on success, else one line for the user.
-  std::string run() {
-    if (std::string error = read_places(options_.camera, places_); !error.empty()) return error;
+  Error run() {
+    if (Error error = read_places(options_.camera, places_); !error.ok()) return error;
     several_ = places_.size() > 1;
-    if (std::string error = check_outputs(); !error.empty()) return error;
-    if (std::string error = open_stage(); !error.empty()) return error;
-    if (std::string error = place_cameras(); !error.empty()) return error;
-    if (std::string error = draw_frames(); !error.empty()) return error;
+    if (Error error = check_outputs(); !error.ok()) return error;
+    if (Error error = open_stage(); !error.ok()) return error;
+    if (Error error = place_cameras(); !error.ok()) return error;
+    if (Error error = draw_frames(); !error.ok()) return error;
     if (const unsigned code = stage_.target().take_error(); code != 0) {
       char text[64];
       std::snprintf(text, sizeof text, "OpenGL error 0x%04x; the pictures may be wrong", code);
@@ -56,38 +54,37 @@ class Render {
 
  private:
   // Told before the work and not after it.
-  std::string check_outputs() {
+  Error check_outputs() {
     if (!options_.output.empty()) {
-      if (std::string error = output_.parse(options_.output); !error.empty()) return error;
-      if (std::string error = check_writable(output_.frame(0, several_)); !error.empty()) return error;
+      if (Error error = output_.parse(options_.output); !error.ok()) return error;
+      if (Error error = check_writable(output_.frame(0, several_)); !error.ok()) return error;
     }
-    return options_.stats.empty() || options_.stats == "-" ? std::string()
-                                                           : check_writable(options_.stats).text();
+    return options_.stats.empty() || options_.stats == "-" ? Error() : check_writable(options_.stats);
   }
 
-  std::string open_stage() {
-    if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error.text();
-    std::string error;
+  Error open_stage() {
+    if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
+    Error error;
     display_ = open_headless_display({}, error);
     if (display_ == nullptr) return error;
-    return stage_.attach(*display_, options_.scene.width, options_.scene.height).text();
+    return stage_.attach(*display_, options_.scene.width, options_.scene.height);
   }
 
-  std::string place_cameras() {
+  Error place_cameras() {
     const WorldInfo& world = stage_.world().info();
     const PictureShape shape{options_.scene.width, options_.scene.height, options_.scene.fov_y_deg, 0};
     if (places_.empty()) places_.push_back(overview(world, shape.fov_y_deg));
     CameraGround ground;
-    if (Error error = ground.open(stage_.world()); !error.ok()) return error.text();
+    if (Error error = ground.open(stage_.world()); !error.ok()) return error;
     view_ = stage_view(options_.scene, world);
     bool warned = false;
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const bool path = !options_.camera.path_file.empty();
       const std::string what = path ? options_.camera.path_file + ": frame " + std::to_string(i) : "--camera";
-      if (Error error = ground.stand(places_[i]); !error.ok()) return what + ": " + error.text();
+      if (const Error error = ground.stand(places_[i]); !error.ok()) return what + ": " + error.text();
       ViewState& camera = cameras_.emplace_back(view_.view);
       if (const Status status = place_view(places_[i], world, shape, camera); !status.ok())
-        return status_text(what, status);
+        return Error(what, status);
       if (warned) continue;
       if (const Error rock = ground.in_rock(places_[i]); !rock.ok()) {
         print_error("karst render", what + ": " + rock.text());
@@ -97,39 +94,38 @@ class Render {
     return {};
   }
 
-  std::string draw_frames() {
+  Error draw_frames() {
     Progress progress("drawing", cameras_.size());
     const auto pixels =
         static_cast<std::size_t>(options_.scene.width) * static_cast<std::size_t>(options_.scene.height);
     std::vector<std::uint8_t> rgba(options_.output.empty() ? 0 : pixels * 4);
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      if (std::string error = draw_frame(cameras_[i]); !error.empty()) return error;
+      if (Error error = draw_frame(cameras_[i]); !error.ok()) return error;
       if (!options_.output.empty()) {
-        if (std::string error = write_picture(i, rgba); !error.empty()) return error;
+        if (Error error = write_picture(i, rgba); !error.ok()) return error;
       }
       progress.update(i + 1);
     }
     return {};
   }
 
-  std::string draw_frame(const ViewState& camera) {
+  Error draw_frame(const ViewState& camera) {
     view_.view = camera;
-    return stage_.draw(view_, records_.emplace_back()).text();
+    return stage_.draw(view_, records_.emplace_back());
   }
 
-  std::string write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {
+  Error write_picture(std::size_t frame, std::vector<std::uint8_t>& rgba) {
     if (const Status status = stage_.target().read_colour(rgba); !status.ok())
-      return status_text("picture", status);
+      return Error("picture", status);
     const std::string name = output_.frame(frame, several_);
     std::vector<std::byte> png;
-    if (std::string error = encode_png(rgba, options_.scene.width, options_.scene.height, png);
-        !error.empty()) {
-      return name + ": " + error;
+    if (Error error = encode_png(rgba, options_.scene.width, options_.scene.height, png); !error.ok()) {
+      return name + ": " + error.text();
     }
     return write_file_atomic(name, png);
   }
 
-  std::string write_statistics() {
+  Error write_statistics() {
     if (options_.stats.empty()) return {};
     const std::string text = statistics_json(stage_, records_);
     if (options_.stats == "-") {
@@ -155,16 +151,16 @@ class Render {
 int run_render(std::span<const char* const> words) {
   CommandLine line;
   RenderOptions options;
-  if (const std::string usage = parse_render_options(words, line, options); !usage.empty()) {
-    print_error("karst render", usage);
+  if (const Error usage = parse_render_options(words, line, options); !usage.ok()) {
+    print_error("karst render", usage.text());
     return kExitUsage;
   }
   if (line.wants_help()) {
     std::fputs(help_text(kRenderSpec).c_str(), stdout);
     return kExitOk;
   }
-  if (const std::string error = Render(std::move(options)).run(); !error.empty()) {
-    print_error("karst render", error);
+  if (const Error error = Render(std::move(options)).run(); !error.ok()) {
+    print_error("karst render", error.text());
     return kExitFailure;
   }
   return kExitOk;

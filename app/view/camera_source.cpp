@@ -14,22 +14,22 @@ constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
 
 }  // namespace
 
-std::string CameraSource::open() {
+Error CameraSource::open() {
   if (!options_.poses.empty()) {
-    if (std::string error = poses_.open(options_.poses, log_); !error.empty()) return error;
+    if (Error error = poses_.open(options_.poses, log_); !error.ok()) return error;
   }
   if (options_.camera.path_file.empty()) return {};
   MappedFile file;
-  if (std::string error = file.open(options_.camera.path_file); !error.empty()) return error;
+  if (Error error = file.open(options_.camera.path_file); !error.ok()) return error;
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   return parse_camera_path(text, options_.camera.path_file, path_);
 }
 
-std::string CameraSource::begin(World& world) {
+Error CameraSource::begin(World& world) {
   const WorldInfo& info = world.info();
-  if (const Error error = ground_.open(world); !error.ok()) return error.text();
+  if (Error error = ground_.open(world); !error.ok()) return error;
   for (std::size_t i = 0; i < path_.size(); ++i) {
-    if (const Error error = ground_.stand(path_[i]); !error.ok())
+    if (Error error = ground_.stand(path_[i]); !error.ok())
       return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error.text();
   }
   // A pose that came before the world was there and has no ground to stand on is left out, like later ones.

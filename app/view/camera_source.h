@@ -12,6 +12,7 @@
 #include "app/motion/pose_stream.h"
 #include "app/stage/camera_ground.h"
 #include "app/view/view_options.h"
+#include "platform/base/error.h"
 
 namespace karst::app {
 
@@ -22,11 +23,11 @@ class CameraSource {
   // options and what log refers to must outlive this object.
   CameraSource(const ViewOptions& options, Log log) : options_(options), log_(std::move(log)) {}
 
-  // Reads the path and opens the poses. Empty on success, as begin().
-  [[nodiscard]] std::string open();
+  // Reads the path and opens the poses.
+  Error open();
   // The world is there: finds the first place, on the ground where it is asked for, and tells once of a
   // camera in rock. Places count from here on. To be called once; world outlives this object.
-  [[nodiscard]] std::string begin(World& world);
+  Error begin(World& world);
   bool has_begun() const { return navigator_.has_value(); }
 
   int fd() const { return poses_.fd(); }  // -1: no poses to wait for

@@ -16,7 +16,6 @@
 #include "app/common/atomic_file.h"
 #include "app/common/camera_view.h"
 #include "app/common/json_writer.h"
-#include "app/common/status_text.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
 #include "app/view/frame_scheduler.h"
@@ -76,34 +75,34 @@ class View {
   View& operator=(const View&) = delete;
   ~View() { detach(); }
 
-  // Empty when it was told to end, else one line for the user.
-  std::string run() {
+  // Returns when it was told to end, or what ended it.
+  Error run() {
     began_ = now_ns();
-    if (std::string error = camera_.open(); !error.empty()) return error;
-    if (std::string error = load_world(); !error.empty()) return error;
-    if (std::string error = open_display(); !error.empty()) return error;
-    if (std::string error = open_inputs(); !error.empty()) return error;
-    std::string error = loop();
-    if (const std::string written = write_statistics(); error.empty()) error = written;
+    if (Error error = camera_.open(); !error.ok()) return error;
+    if (Error error = load_world(); !error.ok()) return error;
+    if (Error error = open_display(); !error.ok()) return error;
+    if (Error error = open_inputs(); !error.ok()) return error;
+    Error error = loop();
+    if (Error written = write_statistics(); error.ok()) error = std::move(written);
     return error;
   }
 
  private:
   FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
-  std::string load_world();
-  std::string open_display();
-  std::string open_inputs();
-  std::string loop();
-  std::string attach();
+  Error load_world();
+  Error open_display();
+  Error open_inputs();
+  Error loop();
+  Error attach();
   void detach();
   void wait();
   void take_signals();
   void take_inputs();
-  std::string draw();
-  std::string draw_scene();
+  Error draw();
+  Error draw_scene();
   bool context_is_lost();
   bool over() const;
-  std::string write_statistics();
+  Error write_statistics();
 
   ViewOptions options_;
   ConsoleState& console_;
@@ -124,16 +123,16 @@ class View {
   unsigned (*reset_status_)() = nullptr;
 };
 
-std::string View::load_world() {
-  if (const Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error.text();
+Error View::load_world() {
+  if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
   view_ = stage_view(options_.scene, stage_.world().info());
   if (options_.scene.generate_ms < 0) view_.work_ms = kGenerateMs;
   view_.wait = false;
   return {};
 }
 
-std::string View::open_display() {
-  std::string error;
+Error View::open_display() {
+  Error error;
   switch (options_.output) {
     case ViewOptions::Output::headless:
       display_ = open_headless_display({}, error);
@@ -149,17 +148,17 @@ std::string View::open_display() {
   return error;
 }
 
-std::string View::open_inputs() {
+Error View::open_inputs() {
   if (options_.navigate == NavigatorMode::none || seat_ == nullptr) return {};
-  std::string error;
+  Error error;
   input_ = open_input(*seat_, say, error);
-  if (input_ == nullptr) say(error + "; the camera is not moved by hand");
+  if (input_ == nullptr) say(error.text() + "; the camera is not moved by hand");
   return {};
 }
 
 // --- the loop
 
-std::string View::loop() {
+Error View::loop() {
   while (!quit_ && !over()) {
     wait();
     take_signals();
@@ -169,10 +168,10 @@ std::string View::loop() {
     if (changes.redraw || changes.rebuild) scheduler_.changed();
     take_inputs();
     if (!stage_.attached() && display_->ready()) {
-      if (std::string error = attach(); !error.empty()) return error;
+      if (Error error = attach(); !error.ok()) return error;
     }
     if (stage_.attached() && scheduler_.due(now_ns(), display_->ready(), display_->refresh_ns())) {
-      if (std::string error = draw(); !error.empty()) return error;
+      if (Error error = draw(); !error.ok()) return error;
     }
     if (options_.wait_s >= 0 && statistics_.frames() == 0 &&
         ms_between(began_, now_ns()) > options_.wait_s * 1000) {
@@ -215,8 +214,8 @@ void View::take_signals() {
   while (const int number = signals_.take()) {
     if (number != SIGHUP) {
       quit_ = true;
-    } else if (const std::string error = write_statistics(); !error.empty()) {
-      say(error);
+    } else if (const Error error = write_statistics(); !error.ok()) {
+      say(error.text());
     }
   }
 }
@@ -237,11 +236,11 @@ void View::take_inputs() {
 
 // --- the scene
 
-std::string View::attach() {
+Error View::attach() {
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
-  if (Error error = display_->make_current(); !error.ok()) return error.text();
-  if (const Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error.text();
+  if (Error error = display_->make_current(); !error.ok()) return error;
+  if (Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error;
   lost_ = false;
   // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
   // without the extension gives none or one that always says that all is well.
@@ -250,14 +249,14 @@ std::string View::attach() {
     reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusEXT"));
   }
   scheduler_.changed();
-  return camera_.has_begun() ? std::string() : camera_.begin(stage_.world());
+  return camera_.has_begun() ? Error() : camera_.begin(stage_.world());
 }
 
 void View::detach() {
   stage_.detach(lost_);
 }
 
-std::string View::draw() {
+Error View::draw() {
   const std::int64_t start = now_ns();
   display_->begin_frame(start);
   scheduler_.begin(start);
@@ -268,10 +267,10 @@ std::string View::draw() {
   const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns()};
   const Status placed = place_view(place, stage_.world().info(), shape, view_.view);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
-    say(status_text("camera", placed));
+    say(Error("camera", placed).text());
     return {};
   }
-  if (std::string error = draw_scene(); !error.empty()) return error;
+  if (Error error = draw_scene(); !error.ok()) return error;
   if (vertices_lost_) {
     detach();
     return {};
@@ -283,25 +282,25 @@ std::string View::draw() {
     display_->context_lost();
     return {};
   }
-  std::string error = display_->present().text();
+  Error error = display_->present();
   statistics_.add_frame(ms_between(start, drawn), ms_between(drawn, now_ns()));
   return error;
 }
 
-std::string View::draw_scene() {
+Error View::draw_scene() {
   FrameRecord record;
   const Error error = stage_.draw(view_, record);
   vertices_lost_ = record.costs.vertices_lost;
   // Drawn coarser than wanted, or more was made meanwhile: the next picture is better.
   if ((record.result.limits & kLimitWork) != 0) scheduler_.changed();
-  return error.text();
+  return error;
 }
 
 bool View::context_is_lost() {
   return reset_status_ != nullptr && reset_status_() != kNoReset;
 }
 
-std::string View::write_statistics() {
+Error View::write_statistics() {
   if (options_.stats.empty()) return {};
   const std::string text = statistics_.json(*display_, stage_, camera_.poses());
   if (options_.stats == "-") {
@@ -350,8 +349,8 @@ int print_outputs(const ViewOptions& options) {
 int run_view(std::span<const char* const> words) {
   CommandLine line;
   ViewOptions options;
-  if (const std::string usage = parse_view_options(words, line, options); !usage.empty()) {
-    print_error("karst view", usage);
+  if (const Error usage = parse_view_options(words, line, options); !usage.ok()) {
+    print_error("karst view", usage.text());
     return kExitUsage;
   }
   if (line.wants_help()) {
@@ -365,9 +364,9 @@ int run_view(std::span<const char* const> words) {
     if (ConsoleState* shared = share_console_state(); shared != nullptr) console = shared;
     if (const int code = supervise(*console, say); code >= 0) return code;
   }
-  std::string error = View(std::move(options), *console).run();
-  if (!error.empty()) {
-    print_error("karst view", error);
+  Error error = View(std::move(options), *console).run();
+  if (!error.ok()) {
+    print_error("karst view", error.text());
     return kExitFailure;
   }
   return kExitOk;

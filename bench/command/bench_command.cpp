@@ -9,7 +9,6 @@
 #include "app/command_line/manual.h"
 #include "app/common/arguments.h"
 #include "app/common/mapped_file.h"
-#include "app/common/status_text.h"
 #include "bench/command/bench_options.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_lod.h"
@@ -33,15 +32,15 @@ void take(Number given, Number& out) {
 template <class Suite>
 int run_on_file(const std::string& path, Suite&& suite) {
   MappedFile file;
-  std::string error = file.open(path);
-  if (error.empty()) {
+  Error error = file.open(path);
+  if (error.ok()) {
     core::WorldReader reader;
     Status status = reader.open(core::ByteSource::of(file.bytes()));
     if (status.ok()) status = reader.verify();
-    if (!status.ok()) error = status_text(path, status);
+    if (!status.ok()) error = Error(path, status);
   }
-  if (!error.empty()) {
-    print_error("karst-bench", error);
+  if (!error.ok()) {
+    print_error("karst-bench", error.text());
     return kExitFailure;
   }
   return suite(file.bytes());
@@ -122,8 +121,8 @@ int run_bench(std::span<const char* const> words) {
   }
   CommandLine line;
   BenchOptions options;
-  if (const std::string usage = parse_bench_options(words, line, options); !usage.empty()) {
-    print_error("karst-bench", usage);
+  if (const Error usage = parse_bench_options(words, line, options); !usage.ok()) {
+    print_error("karst-bench", usage.text());
     return kExitUsage;
   }
   if (line.wants_help()) {

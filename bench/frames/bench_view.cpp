@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstring>
 
-#include "app/common/status_text.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
 
@@ -68,17 +67,17 @@ std::uint64_t peak_resident_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
-std::string BenchView::open(const std::string& world, const SceneArguments& look, bool keep_depth) {
-  if (std::string error = load(world, look); !error.empty()) return error;
-  std::string error;
+Error BenchView::open(const std::string& world, const SceneArguments& look, bool keep_depth) {
+  if (Error error = load(world, look); !error.ok()) return error;
+  Error error;
   display_ = open_headless_display({}, error);
   if (display_ == nullptr) return error;
   stage_.keep_depth = keep_depth;
-  return stage_.attach(*display_, look.width, look.height).text();
+  return stage_.attach(*display_, look.width, look.height);
 }
 
-std::string BenchView::load(const std::string& world, const SceneArguments& look) {
-  if (const Error error = stage_.load(world, look, 1); !error.ok()) return error.text();
+Error BenchView::load(const std::string& world, const SceneArguments& look) {
+  if (Error error = stage_.load(world, look, 1); !error.ok()) return error;
   look_ = stage_view(look, stage_.world().info());
   look_.work_ms = 0;
   shape_ = {look.width, look.height, look.fov_y_deg, 0};
@@ -97,8 +96,7 @@ LevelChoice BenchView::levels() const {
   return {look_.inspection.lod, look_.view.error_px, look_.inspection.distance_voxels};
 }
 
-std::string BenchView::draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame,
-                            double work_ms) {
+Error BenchView::draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame, double work_ms) {
   StageView view = look_;
   view.view = camera;
   view.view.error_px = levels.error_px;
@@ -108,11 +106,11 @@ std::string BenchView::draw(const ViewState& camera, const LevelChoice& levels, 
   return draw(view, frame);
 }
 
-std::string BenchView::draw(const StageView& view, BenchFrame& frame) {
+Error BenchView::draw(const StageView& view, BenchFrame& frame) {
   frame = {};
   const double main_start = clock_ms(CLOCK_THREAD_CPUTIME_ID);
   const double all_start = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
-  if (const Error error = stage_.draw(view, frame.record); !error.ok()) return error.text();
+  if (Error error = stage_.draw(view, frame.record); !error.ok()) return error;
   frame.main_cpu_ms = clock_ms(CLOCK_THREAD_CPUTIME_ID) - main_start;
   frame.all_cpu_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - all_start;
   frame.working_set_bytes = working_set(frame.record.costs, stage_.target().settings());
@@ -120,13 +118,13 @@ std::string BenchView::draw(const StageView& view, BenchFrame& frame) {
   return {};
 }
 
-std::string BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth) {
+Error BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth) {
   const PictureSettings& settings = stage_.target().settings();
   depth.resize(static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height));
   rgba.resize(depth.size() * 4);
   Status status = stage_.target().read_colour(rgba);
   if (status.ok()) status = stage_.target().read_depth(depth);
-  return status.ok() ? std::string() : status_text("picture", status);
+  return Error("picture", status);
 }
 
 GroundHeights BenchView::ground() {
@@ -138,13 +136,13 @@ GroundHeights BenchView::ground() {
   return ground;
 }
 
-std::string BenchView::place(const CameraPlace& place, ViewState& camera) {
+Error BenchView::place(const CameraPlace& place, ViewState& camera) {
   camera = look_.view;
   const Status status = place_view(place, stage_.world().info(), shape_, camera);
-  return status.ok() ? std::string() : status_text("camera", status);
+  return Error("camera", status);
 }
 
-std::string BenchView::place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras) {
+Error BenchView::place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras) {
   const core::WorldFrame& frame = placement().world();
   cameras.clear();
   for (const CameraSettings& settings : path) {
@@ -152,7 +150,7 @@ std::string BenchView::place(std::span<const CameraSettings> path, std::vector<V
     at.position_m = frame.origin_m + settings.position * frame.voxel_size_m;
     at.yaw_deg = settings.yaw_deg;
     at.pitch_deg = settings.pitch_deg;
-    if (std::string error = place(at, cameras.emplace_back()); !error.empty()) return error;
+    if (Error error = place(at, cameras.emplace_back()); !error.ok()) return error;
   }
   return {};
 }

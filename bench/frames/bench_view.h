@@ -35,20 +35,18 @@ struct LevelChoice {
 
 class BenchView {
  public:
-  // Empty on success, else one line for the user. One of the two, to be called once. load() alone leaves it
+  // One of the two, to be called once. load() alone leaves it
   // to the caller to attach the stage to a display.
   // look: of all pictures, their size and what they may take included.
-  [[nodiscard]] std::string open(const std::string& world, const SceneArguments& look,
-                                 bool keep_depth = false);
-  [[nodiscard]] std::string load(const std::string& world, const SceneArguments& look);
+  Error open(const std::string& world, const SceneArguments& look, bool keep_depth = false);
+  Error load(const std::string& world, const SceneArguments& look);
 
   // Draws one picture and waits for it. work_ms: FrameInput's. The rest of the view is look()'s.
-  [[nodiscard]] std::string draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame,
-                                 double work_ms = 0);
+  Error draw(const ViewState& camera, const LevelChoice& levels, BenchFrame& frame, double work_ms = 0);
   // The same with any other switch of the view.
-  [[nodiscard]] std::string draw(const StageView& view, BenchFrame& frame);
+  Error draw(const StageView& view, BenchFrame& frame);
   // The last picture: colour of 4 bytes a pixel, and depth. Once a picture.
-  [[nodiscard]] std::string read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth);
+  Error read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth);
 
   Stage& stage() { return stage_; }
   // Inside the public world: what the core has.
@@ -59,8 +57,8 @@ class BenchView {
   LevelChoice levels() const;
   GroundHeights ground();
   // Cameras of a flight over this world, near and far fitted to its box.
-  [[nodiscard]] std::string place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras);
-  [[nodiscard]] std::string place(const CameraPlace& place, ViewState& camera);
+  Error place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras);
+  Error place(const CameraPlace& place, ViewState& camera);
 
   // Milliseconds from the start of the process to the end of the first frame; 0 before it. The kernel tells
   // the start in steps of 10 ms.

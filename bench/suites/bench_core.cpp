@@ -181,9 +181,8 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
   print_text(parts.world, extraction, levels);
   if (options.json.empty()) return 0;
   const std::string text = json_text(parts.world, extraction, levels);
-  if (const std::string error = write_file_atomic(options.json, std::as_bytes(std::span(text)));
-      !error.empty()) {
-    std::fprintf(stderr, "karst-bench: %s\n", error.c_str());
+  if (Error error = write_file_atomic(options.json, std::as_bytes(std::span(text))); !error.ok()) {
+    std::fprintf(stderr, "karst-bench: %s\n", error.text().c_str());
     return 1;
   }
   return 0;

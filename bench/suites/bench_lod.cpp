@@ -60,15 +60,15 @@ void add(const FrameRecord& pass, FrameRecord& frame) {
   frame.costs.patches_drawn += pass.costs.patches_drawn;
 }
 
-std::string draw_frames(BenchView& view, std::span<const CameraSettings> path, int passes,
-                        std::vector<FrameRecord>& frames) {
+Error draw_frames(BenchView& view, std::span<const CameraSettings> path, int passes,
+                  std::vector<FrameRecord>& frames) {
   for (CameraSettings settings : path) {
     FrameRecord& frame = frames.emplace_back();
     for (int pass = 0; pass < passes; ++pass) {
       std::vector<ViewState> camera;
-      if (std::string error = view.place({&settings, 1}, camera); !error.empty()) return error;
+      if (Error error = view.place({&settings, 1}, camera); !error.ok()) return error;
       BenchFrame drawn;
-      if (std::string error = view.draw(camera[0], view.levels(), drawn); !error.empty()) return error;
+      if (Error error = view.draw(camera[0], view.levels(), drawn); !error.ok()) return error;
       add(drawn.record, frame);
       settings.yaw_deg += 360.0 / passes;
     }
@@ -90,20 +90,20 @@ double mean_of(const std::vector<FrameRecord>& frames, Get get) {
   return sum / static_cast<double>(frames.size());
 }
 
-std::string measure_level(const LodSuiteOptions& options, int level, Progress& progress,
-                          std::vector<Figures>& all) {
+Error measure_level(const LodSuiteOptions& options, int level, Progress& progress,
+                    std::vector<Figures>& all) {
   SceneArguments look = options.look;
   look.level = level;
   if (look.vertex_bytes == 0) look.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
   BenchView view;
-  if (std::string error = view.open(options.world, look); !error.empty()) return error;
+  if (Error error = view.open(options.world, look); !error.ok()) return error;
   const core::World& terrain = view.terrain();
   if (terrain.info().level < level) return {};
   const auto path = make_standard_path("oblique", view.ground(), terrain.box(), options.frames);
   for (const int passes : kPasses) {
     std::vector<FrameRecord> warm, frames;
     for (std::vector<FrameRecord>* lap : {&warm, &frames}) {
-      if (std::string error = draw_frames(view, path, passes, *lap); !error.empty()) return error;
+      if (Error error = draw_frames(view, path, passes, *lap); !error.ok()) return error;
     }
     Figures& f = all.emplace_back();
     f.level = level;
@@ -171,11 +171,11 @@ std::string json_text(const std::vector<Figures>& all) {
   return json.text();
 }
 
-std::string run_suite(const LodSuiteOptions& options) {
+Error run_suite(const LodSuiteOptions& options) {
   std::vector<Figures> all;
   Progress progress("measuring", std::size(kLevels) * std::size(kPasses));
   for (const int level : kLevels) {
-    if (std::string error = measure_level(options, level, progress, all); !error.empty()) return error;
+    if (Error error = measure_level(options, level, progress, all); !error.ok()) return error;
   }
   progress.finish();
   if (all.empty()) return options.world + ": has neither level 4 nor level 5";
@@ -185,15 +185,14 @@ std::string run_suite(const LodSuiteOptions& options) {
     return {};
   }
   print_text(all);
-  return options.json.empty() ? std::string()
-                              : write_file_atomic(options.json, std::as_bytes(std::span(text))).text();
+  return options.json.empty() ? Error() : write_file_atomic(options.json, std::as_bytes(std::span(text)));
 }
 
 }  // namespace
 
 int run_lod_suite(const LodSuiteOptions& options) {
-  if (const std::string error = run_suite(options); !error.empty()) {
-    print_error("karst-bench", error);
+  if (const Error error = run_suite(options); !error.ok()) {
+    print_error("karst-bench", error.text());
     return kExitFailure;
   }
   return kExitOk;

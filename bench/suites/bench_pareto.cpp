@@ -14,7 +14,6 @@
 #include "app/common/camera_path.h"
 #include "app/common/mapped_file.h"
 #include "app/common/progress.h"
-#include "app/common/status_text.h"
 #include "app/stage/camera_ground.h"
 #include "bench/frames/bench_view.h"
 
@@ -59,33 +58,33 @@ std::vector<Setting> settings_of(const ParetoOptions& options) {
   return settings;
 }
 
-std::string file_flight(BenchView& view, const std::string& path, std::vector<Flight>& flights) {
+Error file_flight(BenchView& view, const std::string& path, std::vector<Flight>& flights) {
   MappedFile file;
-  if (std::string error = file.open(path); !error.empty()) return error;
+  if (Error error = file.open(path); !error.ok()) return error;
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   std::vector<CameraPlace> places;
-  if (std::string error = parse_camera_path(text, path, places); !error.empty()) return error;
+  if (Error error = parse_camera_path(text, path, places); !error.ok()) return error;
   Flight& flight = flights.emplace_back();
   flight.name = path.substr(path.find_last_of('/') + 1);
   flight.name = flight.name.substr(0, flight.name.find_last_of('.'));
   CameraGround ground;
-  if (const Error error = ground.open(view.stage().world()); !error.ok()) return error.text();
+  if (Error error = ground.open(view.stage().world()); !error.ok()) return error;
   for (CameraPlace& place : places) {
     if (const Error error = ground.stand(place); !error.ok()) return path + ": " + error.text();
-    if (std::string error = view.place(place, flight.cameras.emplace_back()); !error.empty())
-      return path + ": " + error;
+    if (const Error error = view.place(place, flight.cameras.emplace_back()); !error.ok())
+      return path + ": " + error.text();
   }
   return {};
 }
 
-std::string make_flights(BenchView& view, const ParetoOptions& options, std::vector<Flight>& flights) {
+Error make_flights(BenchView& view, const ParetoOptions& options, std::vector<Flight>& flights) {
   if (!options.path_file.empty()) return file_flight(view, options.path_file, flights);
   const GroundHeights ground = view.ground();
   for (const std::string_view name : kStandardPaths) {
     Flight& flight = flights.emplace_back();
     flight.name = name;
     const auto path = make_standard_path(name, ground, view.terrain().box(), options.frames);
-    if (std::string error = view.place(path, flight.cameras); !error.empty()) return error;
+    if (Error error = view.place(path, flight.cameras); !error.ok()) return error;
   }
   return {};
 }
@@ -130,26 +129,26 @@ class Measure {
   Measure(const ParetoOptions& options, ParetoResult& result)
       : options_(options), result_(result), settings_(settings_of(options)) {}
 
-  std::string run() {
+  Error run() {
     if (!options_.elevation.empty()) {
-      if (std::string error =
+      if (Error error =
               read_elevation_png(options_.elevation, options_.pixel_size_m, options_.z_scale, grid_);
-          !error.empty()) {
+          !error.ok()) {
         return error;
       }
     }
-    if (std::string error = time_flights(); !error.empty() || !options_.errors) return error;
+    if (Error error = time_flights(); !error.ok() || !options_.errors) return error;
     if (options_.elevation.empty()) {
-      if (std::string error = draw_references(); !error.empty()) return error;
+      if (Error error = draw_references(); !error.ok()) return error;
     }
     return measure_errors();
   }
 
  private:
-  std::string lap(const Flight& flight, const Setting& setting, std::vector<BenchFrame>* frames) {
+  Error lap(const Flight& flight, const Setting& setting, std::vector<BenchFrame>* frames) {
     BenchFrame frame;
     for (const ViewState& camera : flight.cameras) {
-      if (std::string error = view_->draw(camera, setting.lod, frame, options_.work_ms); !error.empty()) {
+      if (Error error = view_->draw(camera, setting.lod, frame, options_.work_ms); !error.ok()) {
         return error;
       }
       if (frames != nullptr) frames->push_back(frame);
@@ -158,15 +157,15 @@ class Measure {
   }
 
   // Opens the world anew: what an earlier part of the work took is given back first.
-  std::string open(const SceneArguments& look, bool keep_depth) {
+  Error open(const SceneArguments& look, bool keep_depth) {
     view_ = nullptr;
     view_ = std::make_unique<BenchView>();
     return view_->open(options_.world, look, keep_depth);
   }
 
-  std::string time_flights() {
-    if (std::string error = open(options_.look, false); !error.empty()) return error;
-    if (std::string error = make_flights(*view_, options_, flights_); !error.empty()) return error;
+  Error time_flights() {
+    if (Error error = open(options_.look, false); !error.ok()) return error;
+    if (Error error = make_flights(*view_, options_, flights_); !error.ok()) return error;
     result_.world = view_->stage().world().info().name;
     result_.renderer = device_info(view_->stage().renderer()).renderer;
     result_.width = options_.look.width;
@@ -174,21 +173,20 @@ class Measure {
     Progress progress("timing",
                       flights_.size() * static_cast<std::size_t>(options_.rounds) * settings_.size());
     for (const Flight& flight : flights_) {
-      if (std::string error = time_flight(flight, progress); !error.empty()) return error;
+      if (Error error = time_flight(flight, progress); !error.ok()) return error;
     }
     result_.first_frame_ms = view_->first_frame_ms();
     result_.peak_resident_mib = static_cast<double>(peak_resident_bytes()) / kMebibyte;
     return {};
   }
 
-  std::string time_flight(const Flight& flight, Progress& progress) {
+  Error time_flight(const Flight& flight, Progress& progress) {
     std::vector<std::vector<BenchFrame>> frames(settings_.size());
     std::vector<double> resident(settings_.size());
     for (int round = 0; round < options_.rounds; ++round) {
       for (std::size_t s = 0; s < settings_.size(); ++s) {
         for (const bool keep : {false, true}) {
-          if (std::string error = lap(flight, settings_[s], keep ? &frames[s] : nullptr); !error.empty())
-            return error;
+          if (Error error = lap(flight, settings_[s], keep ? &frames[s] : nullptr); !error.ok()) return error;
         }
         resident[s] = static_cast<double>(resident_bytes()) / kMebibyte;
         progress.update(++laps_);
@@ -218,38 +216,37 @@ class Measure {
     std::vector<float> depth;
   };
 
-  std::string draw(const ViewState& camera, const LevelChoice& lod, Picture& picture) {
+  Error draw(const ViewState& camera, const LevelChoice& lod, Picture& picture) {
     BenchFrame frame;
-    if (std::string error = view_->draw(camera, lod, frame); !error.empty()) return error;
+    if (Error error = view_->draw(camera, lod, frame); !error.ok()) return error;
     return view_->read(picture.rgba, picture.depth);
   }
 
   // Everything at the full level, whatever memory that takes.
-  std::string draw_references() {
+  Error draw_references() {
     SceneArguments look = options_.look;
     look.vertex_bytes = std::numeric_limits<std::uint64_t>::max();
     look.max_memory = kReferenceMemory;
-    if (std::string error = open(look, true); !error.empty()) return error;
+    if (Error error = open(look, true); !error.ok()) return error;
     LevelChoice full;
     full.mode = LodMode::full;
     for (const Flight& flight : flights_) {
       for (const ViewState& camera : error_frames(flight)) {
-        if (std::string error = draw(camera, full, references_.emplace_back()); !error.empty()) return error;
+        if (Error error = draw(camera, full, references_.emplace_back()); !error.ok()) return error;
       }
     }
     return {};
   }
 
-  std::string measure_errors() {
-    if (std::string error = open(options_.look, true); !error.empty()) return error;
+  Error measure_errors() {
+    if (Error error = open(options_.look, true); !error.ok()) return error;
     Progress progress("measuring", flights_.size() * settings_.size());
     std::size_t reference = 0;
     for (std::size_t f = 0; f < flights_.size(); ++f) {
       const std::vector<ViewState> cameras = error_frames(flights_[f]);
       for (std::size_t s = 0; s < settings_.size(); ++s) {
         ParetoRow& row = result_.rows[f * settings_.size() + s];
-        if (std::string error = measure(cameras, reference, settings_[s].lod, row); !error.empty())
-          return error;
+        if (Error error = measure(cameras, reference, settings_[s].lod, row); !error.ok()) return error;
         progress.update(f * settings_.size() + s + 1);
       }
       reference += cameras.size();
@@ -257,8 +254,8 @@ class Measure {
     return {};
   }
 
-  std::string measure(std::span<const ViewState> cameras, std::size_t first_reference, const LevelChoice& lod,
-                      ParetoRow& row) {
+  Error measure(std::span<const ViewState> cameras, std::size_t first_reference, const LevelChoice& lod,
+                ParetoRow& row) {
     std::vector<float> px;
     Picture drawn;
     double difference = 0;
@@ -267,8 +264,8 @@ class Measure {
     picture.height = result_.height;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       if (const Status status = view_->placement().make_camera(cameras[i], picture.camera); !status.ok())
-        return status_text("camera", status);
-      if (std::string error = draw(cameras[i], lod, drawn); !error.empty()) return error;
+        return Error("camera", status);
+      if (Error error = draw(cameras[i], lod, drawn); !error.ok()) return error;
       picture.depth = drawn.depth;
       if (options_.elevation.empty()) {
         const Picture& reference = references_[first_reference + i];
@@ -293,40 +290,41 @@ class Measure {
   std::unique_ptr<BenchView> view_;
 };
 
-std::string write_text(const std::string& path, const std::string& text) {
-  return path.empty() ? std::string() : write_file_atomic(path, std::as_bytes(std::span(text))).text();
+Error write_text(const std::string& path, const std::string& text) {
+  return path.empty() ? Error() : write_file_atomic(path, std::as_bytes(std::span(text)));
 }
 
-std::string run_suite(const ParetoOptions& options) {
+Error run_suite(const ParetoOptions& options) {
   for (const std::string* path : {&options.json, &options.csv, &options.svg}) {
     if (path->empty()) continue;
-    if (std::string error = check_writable(*path); !error.empty()) return error;
+    if (Error error = check_writable(*path); !error.ok()) return error;
   }
   MappedFile peers;
   if (!options.peers.empty()) {
-    if (std::string error = peers.open(options.peers); !error.empty()) return error;
+    if (Error error = peers.open(options.peers); !error.ok()) return error;
   }
   ParetoResult result;
-  if (std::string error = measure_pareto(options, result); !error.empty()) return error;
+  if (Error error = measure_pareto(options, result); !error.ok()) return error;
   std::fputs(pareto_text(result).c_str(), stdout);
-  if (std::string error = write_text(options.json, pareto_json(result)); !error.empty()) return error;
-  if (std::string error = write_text(options.csv, pareto_csv(result)); !error.empty()) return error;
+  if (Error error = write_text(options.json, pareto_json(result)); !error.ok()) return error;
+  if (Error error = write_text(options.csv, pareto_csv(result)); !error.ok()) return error;
   if (options.svg.empty()) return {};
   std::string svg;
   const std::string_view text(reinterpret_cast<const char*>(peers.bytes().data()), peers.bytes().size());
-  if (std::string error = pareto_svg(result, text, svg); !error.empty()) return options.peers + ": " + error;
+  if (const Error error = pareto_svg(result, text, svg); !error.ok())
+    return options.peers + ": " + error.text();
   return write_text(options.svg, svg);
 }
 
 }  // namespace
 
-std::string measure_pareto(const ParetoOptions& options, ParetoResult& result) {
+Error measure_pareto(const ParetoOptions& options, ParetoResult& result) {
   return Measure(options, result).run();
 }
 
 int run_pareto_suite(const ParetoOptions& options) {
-  if (const std::string error = run_suite(options); !error.empty()) {
-    print_error("karst-bench", error);
+  if (const Error error = run_suite(options); !error.ok()) {
+    print_error("karst-bench", error.text());
     return kExitFailure;
   }
   return kExitOk;

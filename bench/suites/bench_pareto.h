@@ -9,6 +9,7 @@
 
 #include "app/options/scene_options.h"
 #include "bench/measure/picture_error.h"
+#include "platform/base/error.h"
 
 namespace karst::bench {
 using namespace app;
@@ -56,16 +57,15 @@ struct ParetoResult {
   std::vector<ParetoRow> rows;
 };
 
-// Empty on success, else one line for the user.
-[[nodiscard]] std::string measure_pareto(const ParetoOptions& options, ParetoResult& result);
+// All timing first, then the errors where options ask for them.
+Error measure_pareto(const ParetoOptions& options, ParetoResult& result);
 
 std::string pareto_csv(const ParetoResult& result);
 std::string pareto_json(const ParetoResult& result);
 std::string pareto_text(const ParetoResult& result);  // for people
 // peers_csv: text of a file of peers' results, empty for none; columns are found by the names in its first
-// line. Empty on success, else what is wrong with it.
-[[nodiscard]] std::string pareto_svg(const ParetoResult& result, std::string_view peers_csv,
-                                     std::string& svg);
+// line. An error says what is wrong with it.
+Error pareto_svg(const ParetoResult& result, std::string_view peers_csv, std::string& svg);
 
 // Measures, prints a table, writes the files. Returns the exit code; errors go to stderr.
 int run_pareto_suite(const ParetoOptions& options);

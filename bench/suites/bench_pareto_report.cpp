@@ -92,8 +92,7 @@ struct PeerTable {
   std::vector<std::string_view> names;
   std::vector<std::vector<std::string_view>> rows;
 
-  // Empty on success.
-  std::string read(std::string_view text) {
+  Error read(std::string_view text) {
     while (!text.empty()) {
       const std::size_t end = text.find('\n');
       std::string_view line = text.substr(0, end);
@@ -216,9 +215,9 @@ std::string pareto_text(const ParetoResult& result) {
   return text;
 }
 
-std::string pareto_svg(const ParetoResult& result, std::string_view peers_csv, std::string& svg) {
+Error pareto_svg(const ParetoResult& result, std::string_view peers_csv, std::string& svg) {
   PeerTable peers;
-  if (std::string error = peers.read(peers_csv); !error.empty()) return error;
+  if (Error error = peers.read(peers_csv); !error.ok()) return error;
   std::vector<PlotPanel> panels;
   for (const Quantity& up : kUp) {
     for (const Quantity& across : kAcross) {

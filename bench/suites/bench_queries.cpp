@@ -16,7 +16,6 @@
 #include <glm/geometric.hpp>
 
 #include "app/common/arguments.h"
-#include "app/common/status_text.h"
 #include "terrain/query/query.h"
 #include "terrain/world/terrain_parts.h"
 
@@ -225,7 +224,7 @@ class QuerySuite {
 };
 
 int fail(const Status& status) {
-  print_error("karst-bench", status_text("queries", status));
+  print_error("karst-bench", Error("queries", status).text());
   return kExitFailure;
 }
 

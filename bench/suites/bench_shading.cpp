@@ -17,7 +17,6 @@
 #include "app/common/arguments.h"
 #include "app/common/atomic_file.h"
 #include "app/common/progress.h"
-#include "app/common/status_text.h"
 #include "bench/frames/bench_view.h"
 #include "bench/measure/picture_error.h"
 #include "platform/headless/headless_display.h"
@@ -36,15 +35,15 @@ struct Place {
   std::unique_ptr<BenchView> view;
 
   // Loads a scene, in place of the one before.
-  std::string set(const std::string& world, const SceneArguments& look) {
-    std::string error;
+  Error set(const std::string& world, const SceneArguments& look) {
+    Error error;
     clear();
     if (display == nullptr) display = open_headless_display({}, error);
     if (display == nullptr) return error;
     view = std::make_unique<BenchView>();
     if (const Error current = display->make_current(); !current.ok()) return current.text();
-    if (error = view->load(world, look); !error.empty()) return error;
-    return view->stage().attach(*display, look.width, look.height).text();
+    if (error = view->load(world, look); !error.ok()) return error;
+    return view->stage().attach(*display, look.width, look.height);
   }
   // The renderer goes while its context is current.
   void clear() {
@@ -70,15 +69,15 @@ class Suite {
     for (Place* place : {&main_, &other_}) place->clear();
   }
 
-  std::string run(ShadingReport& report) {
-    if (std::string error = main_.set(options_.world, look()); !error.empty()) return error;
-    if (std::string error = place_cameras(); !error.empty()) return error;
+  Error run(ShadingReport& report) {
+    if (Error error = main_.set(options_.world, look()); !error.ok()) return error;
+    if (Error error = place_cameras(); !error.ok()) return error;
     report.width = options_.look.width;
     report.height = options_.look.height;
     report.views = static_cast<int>(cameras_.size());
     report.rounds = options_.rounds;
     report.renderer = device_info(main_.view->stage().renderer()).renderer;
-    if (std::string error = compare_skips(report); !error.empty()) return error;
+    if (Error error = compare_skips(report); !error.ok()) return error;
     return compare_features(report);
   }
 
@@ -89,19 +88,19 @@ class Suite {
     return look;
   }
 
-  std::string place_cameras() {
+  Error place_cameras() {
     const GroundHeights ground = main_.view->ground();
     for (const std::string_view flight : kFlights) {
       const auto path = make_standard_path(flight, ground, main_.view->terrain().box(), options_.frames);
       std::vector<ViewState> cameras;
-      if (std::string error = main_.view->place(path, cameras); !error.empty()) return error;
+      if (Error error = main_.view->place(path, cameras); !error.ok()) return error;
       cameras_.insert(cameras_.end(), cameras.begin(), cameras.end());
     }
     return {};
   }
 
   // One view one way: the times of the second frame. picture: may be null.
-  std::string measure(const Way& way, const ViewState& camera, ShadingTime& time, Picture* picture) {
+  Error measure(const Way& way, const ViewState& camera, ShadingTime& time, Picture* picture) {
     StageView view = way.place->view->look();
     const Inspection& levels = view.inspection;
     Inspection switches = way.switches;
@@ -111,20 +110,20 @@ class Suite {
     view.inspection = switches;
     view.view = camera;
     BenchFrame frame;
-    std::string error = way.place->display->make_current().text();
-    for (int k = 0; k < 2 && error.empty(); ++k) error = way.place->view->draw(view, frame);
-    if (!error.empty()) return error;
+    Error error = way.place->display->make_current();
+    for (int k = 0; k < 2 && error.ok(); ++k) error = way.place->view->draw(view, frame);
+    if (!error.ok()) return error;
     time = {frame.record.frame_ms, frame.all_cpu_ms};
     if (picture == nullptr) return {};
     picture->resize(static_cast<std::size_t>(options_.look.width) *
                     static_cast<std::size_t>(options_.look.height) * 4);
     const Status status = way.place->view->stage().target().read_colour(*picture);
-    return status.ok() ? std::string() : status_text("picture", status);
+    return Error("picture", status);
   }
 
   // Views first..first + count, both ways. Pictures are compared in the first round.
-  std::string draw_round(const Way& on, const Way& off, std::size_t first, std::size_t count,
-                         ShadingComparison& row) {
+  Error draw_round(const Way& on, const Way& off, std::size_t first, std::size_t count,
+                   ShadingComparison& row) {
     const bool is_first = row.on_rounds.empty();
     ShadingTime& on_sum = row.on_rounds.emplace_back();
     ShadingTime& off_sum = row.off_rounds.emplace_back();
@@ -132,9 +131,9 @@ class Suite {
     Picture pictures[2];
     for (std::size_t k = first; k < first + count; ++k) {
       ShadingTime on_time, off_time;
-      std::string error = measure(on, cameras_[k], on_time, is_first ? &pictures[0] : nullptr);
-      if (error.empty()) error = measure(off, cameras_[k], off_time, is_first ? &pictures[1] : nullptr);
-      if (!error.empty()) return error;
+      Error error = measure(on, cameras_[k], on_time, is_first ? &pictures[0] : nullptr);
+      if (error.ok()) error = measure(off, cameras_[k], off_time, is_first ? &pictures[1] : nullptr);
+      if (!error.ok()) return error;
       on_sum.add(on_time, share);
       off_sum.add(off_time, share);
       if (!is_first) continue;
@@ -161,7 +160,7 @@ class Suite {
     }
   }
 
-  std::string compare_skips(ShadingReport& report) {
+  Error compare_skips(ShadingReport& report) {
     std::vector<Way> off;
     Inspection none;
     for (int n = 0; n < kSkipCount; ++n) {
@@ -182,14 +181,14 @@ class Suite {
     const auto frames = static_cast<std::size_t>(options_.frames);
     Progress progress("skips", rounds * off.size());
     for (std::size_t round = 0; round < rounds; ++round) {
-      std::string error;
-      for (std::size_t k = 0; k < alone && error.empty(); ++k) {
+      Error error;
+      for (std::size_t k = 0; k < alone && error.ok(); ++k) {
         error = draw_round(on, off[k], 0, cameras_.size(), report.skips[k]);
         progress.update(round * off.size() + k + 1);
       }
-      for (std::size_t k = 0; k < report.flights.size() && error.empty(); ++k)
+      for (std::size_t k = 0; k < report.flights.size() && error.ok(); ++k)
         error = draw_round(on, off[alone], k * frames, frames, report.flights[k]);
-      if (!error.empty()) return error;
+      if (!error.ok()) return error;
     }
     join(report.flights, report.skips[alone]);
     for (ShadingComparison& row : report.skips) finish(row);
@@ -221,14 +220,13 @@ class Suite {
   }
 
   // What the main scene has, against a scene without it.
-  std::string compare_feature(const char* name, const std::string& on, const std::string& off,
-                              const std::string& world, const SceneArguments& without,
-                              ShadingReport& report) {
-    if (std::string error = other_.set(world, without); !error.empty()) return error;
+  Error compare_feature(const char* name, const std::string& on, const std::string& off,
+                        const std::string& world, const SceneArguments& without, ShadingReport& report) {
+    if (Error error = other_.set(world, without); !error.ok()) return error;
     return compare_ways(row_of(name, on, off), {&other_, {}}, report);
   }
 
-  std::string compare_lamps(ShadingReport& report) {
+  Error compare_lamps(ShadingReport& report) {
     const std::size_t count = main_.view->terrain().lights().size();
     if (count == 0) return {};
     Way off{&main_, {}};
@@ -236,11 +234,10 @@ class Suite {
     return compare_ways(row_of("lamps", std::to_string(count), "none"), off, report);
   }
 
-  std::string compare_ways(ShadingComparison row, const Way& off, ShadingReport& report) {
+  Error compare_ways(ShadingComparison row, const Way& off, ShadingReport& report) {
     Progress progress(row.name, static_cast<std::uint64_t>(options_.rounds));
     for (int round = 0; round < options_.rounds; ++round) {
-      if (std::string error = draw_round({&main_, {}}, off, 0, cameras_.size(), row); !error.empty())
-        return error;
+      if (Error error = draw_round({&main_, {}}, off, 0, cameras_.size(), row); !error.ok()) return error;
       progress.update(static_cast<std::uint64_t>(round) + 1);
     }
     finish(row);
@@ -248,8 +245,8 @@ class Suite {
     return {};
   }
 
-  std::string compare_features(ShadingReport& report) {
-    std::string error;
+  Error compare_features(ShadingReport& report) {
+    Error error;
     if (options_.look.shadows > 0) {
       SceneArguments without = look();
       without.shadows = 0;
@@ -257,28 +254,28 @@ class Suite {
           std::to_string(options_.look.shadows) + " of " + std::to_string(options_.look.shadow_size);
       error = compare_feature("shadows", maps, "none", options_.world, without, report);
     }
-    if (error.empty()) {
+    if (error.ok()) {
       SceneArguments high = look();
       high.high_precision = true;
       error = compare_feature("precision", "medium", "high", options_.world, high, report);
     }
-    if (error.empty()) error = compare_lamps(report);
-    if (!error.empty() || options_.against.empty()) return error;
-    if (error = check_world(report.textures); !error.empty()) return error;
+    if (error.ok()) error = compare_lamps(report);
+    if (!error.ok() || options_.against.empty()) return error;
+    if (error = check_world(report.textures); !error.ok()) return error;
     return compare_feature("textures", report.textures.on, report.textures.off, options_.against, look(),
                            report);
   }
 
   // Before it is drawn: whether it is the same world, and how its textures differ.
-  std::string check_world(TextureComparison& textures) const {
+  Error check_world(TextureComparison& textures) const {
     BenchView other;
-    if (std::string error = other.load(options_.against, look()); !error.empty()) return error;
+    if (Error error = other.load(options_.against, look()); !error.ok()) return error;
     const core::World& a = main_.view->terrain();
     const core::World& b = other.terrain();
     if (a.info().extent != b.info().extent || a.patch_count() != b.patch_count())
       return options_.against + ": is not " + options_.world + " baked another way";
-    const std::string error = compare_textures(a, b, textures);
-    return error.empty() ? error : options_.against + ": " + error;
+    const Error error = compare_textures(a, b, textures);
+    return error.ok() ? error : options_.against + ": " + error.text();
   }
 
   const ShadingSuiteOptions& options_;
@@ -286,24 +283,23 @@ class Suite {
   std::vector<ViewState> cameras_;
 };
 
-std::string run_suite(const ShadingSuiteOptions& options) {
+Error run_suite(const ShadingSuiteOptions& options) {
   ShadingReport report;
-  if (std::string error = Suite(options).run(report); !error.empty()) return error;
+  if (Error error = Suite(options).run(report); !error.ok()) return error;
   const std::string text = shading_json(report);
   if (options.json == "-") {
     std::fputs(text.c_str(), stdout);
     return {};
   }
   print_shading(report);
-  return options.json.empty() ? std::string()
-                              : write_file_atomic(options.json, std::as_bytes(std::span(text))).text();
+  return options.json.empty() ? Error() : write_file_atomic(options.json, std::as_bytes(std::span(text)));
 }
 
 }  // namespace
 
 int run_shading_suite(const ShadingSuiteOptions& options) {
-  if (const std::string error = run_suite(options); !error.empty()) {
-    print_error("karst-bench", error);
+  if (const Error error = run_suite(options); !error.ok()) {
+    print_error("karst-bench", error.text());
     return kExitFailure;
   }
   return kExitOk;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/options/scene_options.h"
+#include "platform/base/error.h"
 #include "terrain/world/world.h"
 
 namespace karst::bench {
@@ -67,9 +68,8 @@ struct ShadingReport {
 void print_shading(const ShadingReport& report);
 std::string shading_json(const ShadingReport& report);
 
-// Empty on success; textures of both, which must have as many materials of the same size.
-[[nodiscard]] std::string compare_textures(const core::World& on, const core::World& off,
-                                           TextureComparison& result);
+// Textures of both, which must have as many materials of the same size.
+Error compare_textures(const core::World& on, const core::World& off, TextureComparison& result);
 
 // Returns the exit code; errors go to stderr.
 int run_shading_suite(const ShadingSuiteOptions& options);

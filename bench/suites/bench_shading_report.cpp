@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "app/common/json_writer.h"
-#include "app/common/status_text.h"
 #include "bench/suites/bench_shading.h"
 #include "etc2/etc2.h"
 
@@ -18,20 +17,20 @@ const char* format_name(TextureFormat format) {
 }
 
 // The finest level of a layer, as bytes of 4 channels.
-std::string read_layer(const core::World& world, TextureArray array, std::uint32_t layer,
-                       std::vector<std::uint8_t>& rgba) {
+Error read_layer(const core::World& world, TextureArray array, std::uint32_t layer,
+                 std::vector<std::uint8_t>& rgba) {
   const MaterialSet& set = world.materials();
   rgba.resize(std::size_t{set.side} * set.side * 4);
   std::vector<std::uint8_t> bytes(texture_image_bytes(set.format, set.side, 0));
   Status status =
       world.read_textures(array, 0, layer, 1, std::as_writable_bytes(std::span<std::uint8_t>(bytes)));
-  if (!status.ok()) return status_text("textures", status);
+  if (!status.ok()) return Error("textures", status);
   if (set.format == TextureFormat::rgba8) {
     rgba = bytes;
   } else {
     status = etc2::decode_etc2(bytes, set.side, set.side, rgba);
   }
-  return status.ok() ? std::string() : status_text("textures", status);
+  return Error("textures", status);
 }
 
 struct SquaredErrors {
@@ -47,13 +46,13 @@ struct SquaredErrors {
   }
 };
 
-std::string compare_arrays(const core::World& on, const core::World& off, TextureArray array,
-                           SquaredErrors& errors) {
+Error compare_arrays(const core::World& on, const core::World& off, TextureArray array,
+                     SquaredErrors& errors) {
   std::vector<std::uint8_t> a, b;
   for (std::uint32_t layer = 0; layer < on.materials().count; ++layer) {
-    std::string error = read_layer(on, array, layer, a);
-    if (error.empty()) error = read_layer(off, array, layer, b);
-    if (!error.empty()) return error;
+    Error error = read_layer(on, array, layer, a);
+    if (error.ok()) error = read_layer(off, array, layer, b);
+    if (!error.ok()) return error;
     for (std::size_t i = 0; i < a.size(); ++i) {
       const double d = int{a[i]} - int{b[i]};
       errors.of[i % 4] += d * d;
@@ -103,15 +102,15 @@ void write_rows(JsonWriter& json, const ShadingReport& report, const char* key,
 
 }  // namespace
 
-std::string compare_textures(const core::World& on, const core::World& off, TextureComparison& result) {
+Error compare_textures(const core::World& on, const core::World& off, TextureComparison& result) {
   const MaterialSet& a = on.materials();
   const MaterialSet& b = off.materials();
   if (a.count == 0 || a.count != b.count || a.side != b.side)
     return "its materials are not as many or not of the same size";
   SquaredErrors albedo, normal;
-  std::string error = compare_arrays(on, off, TextureArray::albedo_height, albedo);
-  if (error.empty()) error = compare_arrays(on, off, TextureArray::normal_roughness, normal);
-  if (!error.empty()) return error;
+  Error error = compare_arrays(on, off, TextureArray::albedo_height, albedo);
+  if (error.ok()) error = compare_arrays(on, off, TextureArray::normal_roughness, normal);
+  if (!error.ok()) return error;
   result.made = true;
   result.on = format_name(a.format);
   result.off = format_name(b.format);

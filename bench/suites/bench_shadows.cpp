@@ -42,9 +42,9 @@ std::vector<CameraSettings> turn(CameraSettings from, int frames) {
   return path;
 }
 
-std::string fly(BenchView& view, const char* name, const std::vector<CameraSettings>& path, int maps) {
+Error fly(BenchView& view, const char* name, const std::vector<CameraSettings>& path, int maps) {
   std::vector<ViewState> cameras;
-  if (std::string error = view.place(path, cameras); !error.empty()) return error;
+  if (Error error = view.place(path, cameras); !error.ok()) return error;
   StageView shown = view.look();
   shown.inspection.wait_for_gpu = true;
   Costs kept, all;
@@ -53,11 +53,11 @@ std::string fly(BenchView& view, const char* name, const std::vector<CameraSetti
   for (const ViewState& camera : cameras) {
     shown.view = camera;
     shown.inspection.skip_cascades = true;
-    if (std::string error = view.draw(shown, frame); !error.empty()) return error;
+    if (Error error = view.draw(shown, frame); !error.ok()) return error;
     // The first frame draws its maps whatever the way they are kept.
     if (!first) kept.add(frame.record, maps);
     shown.inspection.skip_cascades = false;
-    if (std::string error = view.draw(shown, frame); !error.empty()) return error;
+    if (Error error = view.draw(shown, frame); !error.ok()) return error;
     if (!first) all.add(frame.record, maps);
     first = false;
   }
@@ -70,9 +70,9 @@ std::string fly(BenchView& view, const char* name, const std::vector<CameraSetti
   return {};
 }
 
-std::string measure(const ShadowSuiteOptions& options) {
+Error measure(const ShadowSuiteOptions& options) {
   BenchView view;
-  if (std::string error = view.open(options.world, options.look); !error.empty()) return error;
+  if (Error error = view.open(options.world, options.look); !error.ok()) return error;
   const GroundHeights ground = view.ground();
   const core::LatticeBox box = view.terrain().box();
   const int maps = options.look.shadows;
@@ -80,12 +80,12 @@ std::string measure(const ShadowSuiteOptions& options) {
   for (const std::string_view name : {"oblique", "low"}) {
     const std::vector<CameraSettings> path = make_standard_path(name, ground, box, 8);
     const std::string label = "turn " + std::string(name.substr(0, 3));
-    if (std::string error = fly(view, label.c_str(), turn(path[0], options.frames), maps); !error.empty())
+    if (Error error = fly(view, label.c_str(), turn(path[0], options.frames), maps); !error.ok())
       return error;
   }
   for (const std::string_view name : kStandardPaths) {
     const std::vector<CameraSettings> path = make_standard_path(name, ground, box, options.frames);
-    if (std::string error = fly(view, std::string(name).c_str(), path, maps); !error.empty()) return error;
+    if (Error error = fly(view, std::string(name).c_str(), path, maps); !error.ok()) return error;
   }
   return {};
 }
@@ -93,9 +93,9 @@ std::string measure(const ShadowSuiteOptions& options) {
 }  // namespace
 
 int run_shadow_suite(const ShadowSuiteOptions& options) {
-  const std::string error = measure(options);
-  if (error.empty()) return kExitOk;
-  print_error("karst-bench", error);
+  const Error error = measure(options);
+  if (error.ok()) return kExitOk;
+  print_error("karst-bench", error.text());
   return kExitFailure;
 }
 

@@ -24,7 +24,6 @@ class [[nodiscard]] Error {
 
   bool ok() const { return text_.empty(); }
   const std::string& text() const { return text_; }
-  operator std::string() const { return text_; }  // for callers that hold the text, empty where there is none
 
  private:
   std::string text_;

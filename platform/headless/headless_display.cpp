@@ -215,12 +215,12 @@ class Search {
 
 }  // namespace
 
-std::unique_ptr<Display> open_headless_display(const HeadlessOptions& options, std::string& error,
+std::unique_ptr<Display> open_headless_display(const HeadlessOptions& options, Error& error,
                                                const EglApi& egl) {
   Search search(options, egl);
   std::unique_ptr<Display> display = search.surfaceless();
   if (display == nullptr) display = search.device();
-  error = display != nullptr ? std::string() : "no OpenGL ES 3.0 context; tried " + search.reasons();
+  error = display != nullptr ? Error() : "no OpenGL ES 3.0 context; tried " + search.reasons();
   return display;
 }
 

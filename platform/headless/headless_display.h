@@ -19,7 +19,7 @@ struct HeadlessOptions {
 
 // The context is current on the calling thread on success. On failure returns null, and error is one line
 // that names everything that was tried and why each failed.
-std::unique_ptr<Display> open_headless_display(const HeadlessOptions& options, std::string& error,
+std::unique_ptr<Display> open_headless_display(const HeadlessOptions& options, Error& error,
                                                const EglApi& egl = linked_egl());
 
 }  // namespace karst

@@ -531,11 +531,10 @@ void KmsDisplay::refused(int slot, int error, const std::string& what) {
 }  // namespace
 
 std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat, ConsoleState& console,
-                                          const LogLine& log, std::string& error, const EglApi& egl) {
+                                          const LogLine& log, Error& error, const EglApi& egl) {
   auto display = std::make_unique<KmsDisplay>(options, seat, console, log, egl);
-  const Error failed = display->start();
-  error = failed.text();
-  if (!failed.ok()) return nullptr;
+  error = display->start();
+  if (!error.ok()) return nullptr;
   return display;
 }
 

@@ -29,7 +29,6 @@ namespace karst {
 // and the wanted connector or mode is not, without mode_fallback. seat, console and what log refers to must
 // outlive the display.
 std::unique_ptr<Display> open_kms_display(const KmsOptions& options, Seat& seat, ConsoleState& console,
-                                          const LogLine& log, std::string& error,
-                                          const EglApi& egl = linked_egl());
+                                          const LogLine& log, Error& error, const EglApi& egl = linked_egl());
 
 }  // namespace karst

@@ -214,15 +214,14 @@ class LibSeat final : public Seat {
 
 }  // namespace
 
-std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const LogLine& log,
-                                std::string& error) {
-  error.clear();
+std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const LogLine& log, Error& error) {
+  error = {};
   if (kind != SeatKind::direct) {
     auto seat = std::make_unique<LibSeat>(log);
     const Error reason = seat->open();
     if (reason.ok()) return seat;
     if (kind == SeatKind::libseat) {
-      error = reason.text();
+      error = reason;
       return nullptr;
     }
     log(reason.text() + "; opening devices directly");

@@ -49,7 +49,7 @@ enum class SeatKind { automatic, libseat, direct };
 // automatic: libseat where its keeper answers, else direct. console: where the state of the virtual terminal
 // is kept for whoever puts it back (console_state.h); not null. On failure returns null and error is one
 // line. Direct access without a virtual terminal is no failure: there is nothing to switch from then.
-std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const LogLine& log, std::string& error);
+std::unique_ptr<Seat> open_seat(SeatKind kind, ConsoleState* console, const LogLine& log, Error& error);
 
 // Direct access to devices alone: no terminal is touched. For looking.
 std::unique_ptr<Seat> open_device_access();

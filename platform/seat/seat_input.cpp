@@ -156,11 +156,10 @@ class LibInput final : public Input {
 
 }  // namespace
 
-std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error) {
+std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, Error& error) {
   auto input = std::make_unique<LibInput>(seat, log);
-  const Error failed = input->open();
-  error = failed.text();
-  if (!failed.ok()) return nullptr;
+  error = input->open();
+  if (!error.ok()) return nullptr;
   return input;
 }
 

@@ -13,6 +13,6 @@
 namespace karst {
 
 // All devices of the seat, those plugged in later included. Null where there is no input, and error says why.
-std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, std::string& error);
+std::unique_ptr<Input> open_input(Seat& seat, const LogLine& log, Error& error);
 
 }  // namespace karst

@@ -176,11 +176,10 @@ class SdlWindow final : public Display {
 
 }  // namespace
 
-std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, std::string& error) {
+std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, Error& error) {
   auto display = std::make_unique<SdlWindow>();
-  const Error failed = display->open(size, title);
-  error = failed.text();
-  if (!failed.ok()) return nullptr;
+  error = display->open(size, title);
+  if (!error.ok()) return nullptr;
   return display;
 }
 

@@ -5,8 +5,7 @@
 
 namespace karst {
 
-std::unique_ptr<Display> open_window_display(Display::Size /*size*/, const char* /*title*/,
-                                             std::string& error) {
+std::unique_ptr<Display> open_window_display(Display::Size /*size*/, const char* /*title*/, Error& error) {
   error = "--window: this program is for bare screens; karst-window has windows (KARST_WINDOW in CMake)";
   return nullptr;
 }

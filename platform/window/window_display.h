@@ -12,6 +12,6 @@
 namespace karst {
 
 // On failure returns null, and error is one line.
-std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, std::string& error);
+std::unique_ptr<Display> open_window_display(Display::Size size, const char* title, Error& error);
 
 }  // namespace karst

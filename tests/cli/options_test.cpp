@@ -53,7 +53,7 @@ constexpr CommandSpec kDraw = {"draw", "draws",   "FILE\n--quiet", "Draws. .Dots
 std::string read(const std::vector<const char*>& words, Drawing& drawing, CommandLine& line) {
   if (Error error = line.parse(words, kDraw); !error.ok()) return error.text();
   void* const targets[] = {&drawing};
-  return line.store(targets);
+  return line.store(targets).text();
 }
 
 TEST(CommandLine, ValuesMayBeNegativeAndOptionsEnd) {

@@ -57,9 +57,9 @@ EglApi egl_for(Api api) {
 #define KARST_CALL(name, ...) host_.get<decltype(::name)>(#name)(__VA_ARGS__)
 
 HostContext::HostContext(Api api) : api_(api) {
-  std::string error;
+  Error error;
   display_ = open_headless_display({}, error, egl_for(api));
-  EXPECT_NE(display_, nullptr) << error;
+  EXPECT_NE(display_, nullptr) << error.text();
   if (display_ == nullptr) return;
   for (int i = 0; i < integer(GL_NUM_EXTENSIONS); ++i) {
     const GLubyte* name =

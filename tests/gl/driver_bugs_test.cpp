@@ -13,9 +13,9 @@ namespace {
 
 TEST(DriverBugs, FirstTimerResultOfLlvmpipeIsWrong) {
   // A context of its own: the bug shows once in each.
-  std::string error;
+  Error error;
   auto display = open_headless_display({}, error);
-  ASSERT_NE(display, nullptr) << error;
+  ASSERT_NE(display, nullptr) << error.text();
   const GlLoader loader{
       .load = [](void* d, const char* name) { return static_cast<Display*>(d)->gl_function(name); },
       .user = display.get()};

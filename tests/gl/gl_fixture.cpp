@@ -20,9 +20,9 @@ GlContext& GlContext::get() {
 }
 
 GlContext::GlContext() {
-  std::string error;
+  Error error;
   display_ = open_headless_display({.debug = true}, error);
-  EXPECT_NE(display_, nullptr) << error;
+  EXPECT_NE(display_, nullptr) << error.text();
   if (display_ == nullptr) return;
   const Status status = load_gl(loader(), false, gl_);
   EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();

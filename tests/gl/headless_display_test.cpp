@@ -127,13 +127,13 @@ class HeadlessDisplay : public testing::Test {
     EXPECT_EQ(fake.contexts_open, 0);
     EXPECT_EQ(fake.surfaces_open, 0);
   }
-  std::string error_;
+  Error error_;
 };
 
 TEST_F(HeadlessDisplay, RealContextIsGles3) {
   auto display = open_headless_display({.debug = true}, error_);
-  ASSERT_NE(display, nullptr) << error_;
-  EXPECT_EQ(error_, "");
+  ASSERT_NE(display, nullptr) << error_.text();
+  EXPECT_EQ(error_.text(), "");
   EXPECT_EQ(display->make_current().text(), "");
   EXPECT_EQ(display->present().text(), "");
   const auto get_string = reinterpret_cast<decltype(&glGetString)>(display->gl_function("glGetString"));
@@ -144,7 +144,7 @@ TEST_F(HeadlessDisplay, RealContextIsGles3) {
 
 TEST_F(HeadlessDisplay, SurfacelessIsPreferred) {
   auto display = open_headless_display({}, error_, fake_api());
-  ASSERT_NE(display, nullptr) << error_;
+  ASSERT_NE(display, nullptr) << error_.text();
   EXPECT_EQ(display->name(), "surfaceless");
   EXPECT_EQ(fake.platform, EGLenum{EGL_PLATFORM_SURFACELESS_MESA});
   EXPECT_EQ(fake.context_config, EGL_NO_CONFIG_KHR);
@@ -155,7 +155,7 @@ TEST_F(HeadlessDisplay, DeviceIsTheFallback) {
   fake.client_extensions = "EGL_EXT_platform_base EGL_EXT_platform_device EGL_EXT_device_base";
   fake.devices = 2;
   auto display = open_headless_display({}, error_, fake_api());
-  ASSERT_NE(display, nullptr) << error_;
+  ASSERT_NE(display, nullptr) << error_.text();
   EXPECT_EQ(display->name(), "EGL device 0");
   EXPECT_EQ(fake.platform, EGLenum{EGL_PLATFORM_DEVICE_EXT});
 }
@@ -163,13 +163,13 @@ TEST_F(HeadlessDisplay, DeviceIsTheFallback) {
 TEST_F(HeadlessDisplay, Egl15WithoutTheExtensionWillDo) {
   fake.client_extensions = "EGL_MESA_platform_surfaceless";
   fake.client_version = "1.5";
-  EXPECT_NE(open_headless_display({}, error_, fake_api()), nullptr) << error_;
+  EXPECT_NE(open_headless_display({}, error_, fake_api()), nullptr) << error_.text();
 }
 
 TEST_F(HeadlessDisplay, PbufferWhereADriverInsistsOnASurface) {
   fake.display_extensions = "";
   auto display = open_headless_display({}, error_, fake_api());
-  ASSERT_NE(display, nullptr) << error_;
+  ASSERT_NE(display, nullptr) << error_.text();
   EXPECT_EQ(fake.surfaces_open, 1);
   EXPECT_NE(fake.context_config, EGL_NO_CONFIG_KHR);
 }
@@ -190,14 +190,14 @@ TEST_F(HeadlessDisplay, DebugContextOnlyWhereThereIsSuch) {
 TEST_F(HeadlessDisplay, ErrorNamesEverythingThatIsMissing) {
   fake.client_extensions = "";
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
-  EXPECT_EQ(error_,
+  EXPECT_EQ(error_.text(),
             "no OpenGL ES 3.0 context; tried surfaceless (EGL_MESA_platform_surfaceless): libEGL has neither "
             "EGL_EXT_platform_base nor EGL 1.5; device (EGL_EXT_platform_device): libEGL has neither "
             "EGL_EXT_platform_base nor EGL 1.5");
   fake.client_extensions = "EGL_EXT_platform_base EGL_EXT_platform_device";
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
   EXPECT_EQ(
-      error_,
+      error_.text(),
       "no OpenGL ES 3.0 context; tried surfaceless (EGL_MESA_platform_surfaceless): not offered by libEGL; "
       "device (EGL_EXT_platform_device): EGL_EXT_device_enumeration is not offered");
 }
@@ -207,28 +207,28 @@ TEST_F(HeadlessDisplay, ErrorNamesEveryDeviceThatFails) {
   fake.devices = 2;
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
   EXPECT_EQ(
-      error_,
+      error_.text(),
       "no OpenGL ES 3.0 context; tried surfaceless (EGL_MESA_platform_surfaceless): eglInitialize: "
       "EGL_NOT_INITIALIZED; EGL device 0: eglInitialize: EGL_NOT_INITIALIZED; EGL device 1: eglInitialize: "
       "EGL_NOT_INITIALIZED");
   fake.devices = 0;
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
-  EXPECT_NE(error_.find("there is no device"), std::string::npos) << error_;
+  EXPECT_NE(error_.text().find("there is no device"), std::string::npos) << error_.text();
 }
 
 TEST_F(HeadlessDisplay, LaterStepsFailCleanly) {
   fake.context_ok = false;
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
-  EXPECT_NE(error_.find("eglCreateContext for OpenGL ES 3"), std::string::npos) << error_;
+  EXPECT_NE(error_.text().find("eglCreateContext for OpenGL ES 3"), std::string::npos) << error_.text();
   fake.context_ok = true;
   fake.current_ok = false;
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
-  EXPECT_NE(error_.find("eglMakeCurrent"), std::string::npos) << error_;
+  EXPECT_NE(error_.text().find("eglMakeCurrent"), std::string::npos) << error_.text();
   fake.current_ok = true;
   fake.display_extensions = "";
   fake.configs = 0;
   EXPECT_EQ(open_headless_display({}, error_, fake_api()), nullptr);
-  EXPECT_NE(error_.find("no configuration for OpenGL ES 3"), std::string::npos) << error_;
+  EXPECT_NE(error_.text().find("no configuration for OpenGL ES 3"), std::string::npos) << error_.text();
 }
 
 }  // namespace

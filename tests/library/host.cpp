@@ -78,9 +78,9 @@ HostWorld::~HostWorld() {
 }
 
 HostPicture::HostPicture(int width, int height) : width_(width), height_(height) {
-  std::string error;
+  Error error;
   display_ = open_headless_display({}, error);
-  EXPECT_NE(display_, nullptr) << error;
+  EXPECT_NE(display_, nullptr) << error.text();
   glGenRenderbuffers(1, &colour_);
   glBindRenderbuffer(GL_RENDERBUFFER, colour_);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
