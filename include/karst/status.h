@@ -13,6 +13,7 @@ enum class StatusCode : std::uint8_t {
   limit_reached,  // a Config limit is too small; field() names it and value() is what was needed (0: unknown)
   corrupt,        // untrusted bytes are not what they claim; field() names the field, value() its byte offset
   unsupported,    // well-formed, but of a version or kind this build does not read
+  io,             // bytes could not be read; value() is the byte offset where reading began
 };
 
 class [[nodiscard]] Status {

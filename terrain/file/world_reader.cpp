@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kBuffer = 512 * SectionCheck::kPiece;
 
 Status unreadable(std::uint64_t offset) {
-  return {StatusCode::corrupt, "the file cannot be read", "file", offset};
+  return {StatusCode::io, "the file cannot be read", "file", offset};
 }
 
 Status wrong_length(WorldSection section) {

@@ -4,8 +4,8 @@
 // group of heights against its own checksum; verify() checks all of the file. Files in memory are read alike,
 // by ByteSource::of.
 //
-// corrupt: the bytes contradict themselves, or cannot be read (naming "file"); unsupported: another version,
-// or a required section of unknown kind.
+// corrupt: the bytes contradict themselves; unsupported: another version, or a required section of unknown
+// kind; io ("file", value: offset of the first byte that was asked for): the source cannot read.
 #pragma once
 
 #include <array>

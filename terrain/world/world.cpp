@@ -57,9 +57,12 @@ Status World::create(const Config& config, Arena& arena) {
   config_ = config;
   info_ = {};
   reader_ = {};
+  table_ = {};
   if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
   if (const Status status = octree_.create(blocks_.octets, static_cast<int>(config.max_depth)); !status.ok())
     return status;
+  table_.create(blocks_.table);
+  slots_.create(blocks_.volumes, blocks_.patches, &table_);
   cache_.create(blocks_.heights);
   tree_.create(blocks_.boxes);
   occluders_.create(blocks_.occluders);
@@ -108,6 +111,7 @@ Status World::load(const ByteSource& source) {
     status = load_parts();
   }
   if (status.ok()) return {};
+  slots_.adopt(0, 0);
   info_ = {};
   reader_ = {};
   return status;
@@ -157,7 +161,9 @@ Status World::load_surface() {
     return {StatusCode::corrupt, "its voxels make another number of volumes than stated", "volumes"};
   if (made.patches != info_.patches)
     return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
-  return reader_.match_keys(surface());
+  if (const Status status = reader_.match_keys(surface()); !status.ok()) return status;
+  slots_.adopt(info_.volumes, info_.patches);
+  return {};
 }
 
 Status World::load_patches() {

@@ -29,7 +29,9 @@
 #include "terrain/patch/heights.h"
 #include "terrain/resident/height_cache.h"
 #include "terrain/shading/materials.h"
+#include "terrain/surface/bezier/update_surface.h"
 #include "terrain/surface/patch.h"
+#include "terrain/surface/patch_table.h"
 
 namespace karst::core {
 
@@ -72,6 +74,8 @@ class World {
   Surface surface() const {
     return {blocks_.volumes.first(info_.volumes), blocks_.patches.first(info_.patches)};
   }
+  // By key, the slot of each patch of surface(). Empty where no world is loaded.
+  const PatchTable& patch_table() const { return table_; }
   std::span<const PatchBounds> bounds() const { return blocks_.bounds.first(info_.patches); }
   std::span<const NormalCone> cones() const { return blocks_.cones.first(info_.patches); }
   std::span<const NormalCone> shading_cones() const { return blocks_.shading_cones.first(info_.patches); }
@@ -118,6 +122,7 @@ class World {
     std::span<Octree::Octet> octets;
     std::span<Volume> volumes;
     std::span<Patch> patches;
+    PatchTable::Blocks table;
     std::span<std::uint8_t> overrides;
     HeightCache::Storage heights;
     std::span<std::uint32_t> height_crcs;  // by group
@@ -136,6 +141,7 @@ class World {
       visit(Consumer::octets, config.max_octets, octets);
       visit(Consumer::volumes, config.max_volumes, volumes);
       visit(Consumer::patches, patches_most, patches);
+      table.each_block(config, visit);
       visit(Consumer::patches, patches_most, overrides);
       heights.each_block(config, visit);
       visit(Consumer::heights, height_groups(config.max_patches), height_crcs);
@@ -167,6 +173,8 @@ class World {
   WorldReader reader_;
   WorldInfo info_;
   Octree octree_;
+  PatchTable table_;
+  SurfaceSlots slots_;  // of table_
   HeightCache cache_;
   BoundsTree tree_;
   Occluders occluders_;

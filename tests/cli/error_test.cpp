@@ -29,6 +29,7 @@ TEST(ErrorTest, StatusNamesSubjectFieldAndValue) {
   EXPECT_EQ(text(StatusCode::corrupt, "header", 28), "a.karst: is wrong (header, at byte 28)");
   EXPECT_EQ(text(StatusCode::corrupt, "header", 0), "a.karst: is wrong (header)");
   EXPECT_EQ(text(StatusCode::unsupported, "version", 8), "a.karst: is wrong (version, at byte 8)");
+  EXPECT_EQ(text(StatusCode::io, "file", 64), "a.karst: is wrong (file, at byte 64)");
   EXPECT_EQ(text(StatusCode::limit_reached, "patches", 900), "a.karst: is wrong (patches: 900)");
   EXPECT_EQ(text(StatusCode::invalid_argument, "level", 7), "a.karst: is wrong (level)");
   EXPECT_EQ(text(StatusCode::invalid_argument, "", 0), "a.karst: is wrong");

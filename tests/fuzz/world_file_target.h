@@ -25,6 +25,7 @@ inline void promise(bool kept) {
 // A failure says what failed, and where inside the file (or, for a file cut short, at its end).
 inline void promise_stated(const Status& status, std::size_t file_bytes) {
   promise(std::strlen(status.what()) > 0 && std::strlen(status.field()) > 0);
+  promise(status.code() != StatusCode::io);  // bytes in memory can be read
   const bool at_offset = status.code() == StatusCode::corrupt || status.code() == StatusCode::unsupported;
   promise(!at_offset || status.value() <= file_bytes);
 }

@@ -347,7 +347,7 @@ TEST_F(Worlds, EachReadMayFail) {
     const Status status = try_file(failing.source(), plan);
     if (status.ok()) continue;  // the query's reads
     ++failed;
-    EXPECT_EQ(status.code(), StatusCode::corrupt) << n;
+    EXPECT_EQ(status.code(), StatusCode::io) << n;
     EXPECT_STREQ(status.field(), "file") << n << " " << status.what();
   }
   EXPECT_GT(failed, 4);

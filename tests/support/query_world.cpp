@@ -89,7 +89,7 @@ QueryWorld TestQueryWorld::read() const {
   w.source = {this, [](const void* context, std::uint32_t group, std::span<std::int16_t> out) {
                 const auto* self = static_cast<const TestQueryWorld*>(context);
                 ++self->reads_;
-                if (self->fails_) return Status(StatusCode::corrupt, "made to fail", "heights", group);
+                if (self->fails_) return Status(StatusCode::io, "made to fail", "file", group);
                 const Heights heights = self->world_.heights();
                 const std::size_t block = static_cast<std::size_t>(patch_vertices(heights.level));
                 const auto from = heights.samples.subspan(group * kHeightGroup * block, out.size());

@@ -190,9 +190,9 @@ TEST(Query, HeightsThatCannotBeReadAreAnsweredCoarsely) {
   QueryHit hit;
   query->ground({12.2, 9, 12.1}, 0, Wait::for_file, hit);
   EXPECT_GT(query->failed_reads(), 0u);
-  EXPECT_EQ(query->trouble().code(), StatusCode::corrupt);
+  EXPECT_EQ(query->trouble().code(), StatusCode::io);
   EXPECT_TRUE(hit.coarse || !hit.found());
-  EXPECT_EQ(query->prepare({12, 4, 12}, 3).code(), StatusCode::corrupt);
+  EXPECT_EQ(query->prepare({12, 4, 12}, 3).code(), StatusCode::io);
   lent.fail(false);
   ASSERT_TRUE(query->ground({12.2, 9, 12.1}, 0, Wait::for_file, hit));
   EXPECT_EQ(hit.level, 3);

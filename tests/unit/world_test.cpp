@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <thread>
 
@@ -21,6 +22,48 @@ using test::hilly_world;
 using test::LoadedParts;
 
 constexpr int kLevel = 3;
+
+// A world whose load failed calls no patch by a key, nor has it any.
+void expect_empty(const World& world, std::span<const PatchKey> keys) {
+  EXPECT_EQ(world.patch_count(), 0u);
+  EXPECT_EQ(world.patch_table().size(), 0u);
+  EXPECT_EQ(world.patch_table().end(), 0u);
+  for (const PatchKey key : keys) ASSERT_EQ(world.patch_table().find(key), PatchTable::kNone);
+}
+
+// Every patch lies at the slot that its key has, and that is its number in the file.
+void expect_slots(const World& world, std::span<const PatchKey> keys) {
+  const PatchTable& table = world.patch_table();
+  ASSERT_EQ(world.patch_count(), keys.size());
+  EXPECT_EQ(table.size(), keys.size());
+  EXPECT_EQ(table.end(), keys.size());
+  const Surface surface = world.surface();
+  for (PatchId p = 0; p < keys.size(); ++p) {
+    ASSERT_EQ(key_of(surface, p), keys[p]);
+    ASSERT_EQ(table.find(keys[p]), p);
+    ASSERT_TRUE(table.is_used(p));
+    ASSERT_EQ(table.key(p), keys[p]);
+  }
+}
+
+// Bytes whose n-th read fails.
+struct FailingFile {
+  std::span<const std::byte> bytes;
+  int good_reads = 0;
+  std::uint64_t asked = 0;  // where the read began that failed
+
+  ByteSource source() {
+    return {bytes.size(), this, [](const void* context, std::uint64_t offset, std::span<std::byte> out) {
+              auto* self = static_cast<FailingFile*>(const_cast<void*>(context));
+              if (self->good_reads-- == 0) {
+                self->asked = offset;
+                return false;
+              }
+              std::copy_n(self->bytes.begin() + static_cast<std::ptrdiff_t>(offset), out.size(), out.begin());
+              return true;
+            }};
+  }
+};
 
 TEST(World, PartsUseExactlyTheirBudget) {
   const test::TestWorld world = hilly_world();
@@ -83,16 +126,102 @@ TEST(World, EachLimitIsNamed) {
   }
 }
 
+// One patch more than the world has, too, so that capacity and count differ.
+TEST(World, EachPatchIsFoundByItsKey) {
+  const test::TestWorld shape = hilly_world();
+  const std::vector<PatchKey> keys = shape.keys();
+  for (const std::uint32_t more : {0u, 1u, 5000u}) {
+    Config config = World::config_for(shape.info(), kLevel);
+    config.max_patches += more;
+    LoadedParts parts(config);
+    EXPECT_EQ(parts.world.patch_table().size(), 0u);
+    ASSERT_TRUE(parts.load(shape.file()).ok());
+    expect_slots(parts.world, keys);
+    EXPECT_EQ(parts.world.patch_table().capacity(), config.max_patches);
+    const glm::ivec3 extent = shape.extent();
+    const auto absent = PatchKey::make(kOnlyRegion, static_cast<std::uint32_t>(extent.x), 1023,
+                                       static_cast<std::uint32_t>(extent.z), 0);
+    EXPECT_EQ(parts.world.patch_table().find(absent), PatchTable::kNone);
+  }
+}
+
+// The next world's patches take the place of those of the last, whichever of the two is larger.
+TEST(World, AnotherWorldHasOtherKeys) {
+  const test::TestWorld large = hilly_world();
+  test::TestWorld small = test::TestWorld::noise(3, {14, 10, 14}, 0.5, 3.0, false);
+  small.roughen(kLevel, 9, 500);
+  Config config = World::config_for(large.info(), kLevel);
+  config.max_octets = std::max(config.max_octets, small.info().octets);
+  config.max_volumes = std::max(config.max_volumes, small.info().volumes);
+  config.max_patches = std::max(config.max_patches, small.info().patches);
+  config.max_height_blocks = config.max_patches;
+  ASSERT_NE(small.info().patches, large.info().patches);
+  LoadedParts parts(config);
+  for (const test::TestWorld* shape : std::initializer_list<const test::TestWorld*>{&large, &small, &large}) {
+    ASSERT_TRUE(parts.load(shape->file()).ok());
+    expect_slots(parts.world, shape->keys());
+  }
+}
+
+// 28 bytes a patch, one for its material, eight for its key, and four an entry of a table at most 2/3 full:
+// each block in whole cache lines.
+TEST(World, PatchesTakeWhatIsStated) {
+  const auto lines = [](std::size_t bytes) { return (bytes + 63) / 64 * 64; };
+  Config config;
+  for (const std::size_t patches : {1u, 2u, 3u, 1000u, 4096u}) {
+    config.max_patches = static_cast<std::uint32_t>(patches);
+    std::size_t entries = 4;
+    while (entries * 2 < patches * 3) entries *= 2;
+    Budget budget;
+    World::add_to(budget, config);
+    EXPECT_EQ(budget.bytes(Consumer::patches),
+              lines(28 * patches) + lines(patches) + lines(8 * patches) + lines(4 * entries));
+  }
+}
+
+// Whichever read of the file fails: it is named, the world is empty, and it can be loaded again.
+TEST(World, AFileThatCannotBeReadIsNamed) {
+  const test::TestWorld shape = hilly_world();
+  const std::vector<std::byte> bytes = shape.file();
+  LoadedParts parts(shape);
+  FailingFile file{bytes};
+  const auto expect_io = [&](const Status& status, int read) {
+    EXPECT_EQ(status.code(), StatusCode::io) << read;
+    EXPECT_STREQ(status.field(), "file");
+    EXPECT_EQ(status.value(), file.asked);
+  };
+  const auto failures = [&](const auto& run, const auto& check) {
+    for (int read = 0;; ++read) {
+      file.good_reads = read;
+      const Status status = run();
+      if (file.good_reads >= 0) {
+        EXPECT_TRUE(status.ok());
+        return read;
+      }
+      expect_io(status, read);
+      check();
+    }
+  };
+  const auto load = [&] { return parts.load(file.source()); };
+  EXPECT_GT(failures(load, [&] { expect_empty(parts.world, shape.keys()); }), 20);
+  expect_slots(parts.world, shape.keys());
+  file.good_reads = 1 << 20;
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(file.source()).ok());
+  EXPECT_GT(failures([&] { return reader.verify(); }, [] {}), 20);
+}
+
 TEST(World, LoadsAgainAfterAFailure) {
   const test::TestWorld world = hilly_world();
   LoadedParts parts(world);
+  expect_slots(parts.world, world.keys());
   std::vector<std::byte> file = world.file();
   std::vector<std::byte> broken = file;
   broken[broken.size() / 2] ^= std::byte{1};
   EXPECT_EQ(parts.load(broken).code(), StatusCode::corrupt);
-  EXPECT_EQ(parts.world.patch_count(), 0u);
+  expect_empty(parts.world, world.keys());
   EXPECT_TRUE(parts.load(file).ok());
-  EXPECT_EQ(parts.world.patch_count(), world.surface().patches.size());
+  expect_slots(parts.world, world.keys());
 }
 
 // A valid file whose patches disagree about a vertex they share would draw a crack.
@@ -109,6 +238,7 @@ TEST(World, RefusesHeightsThatDisagree) {
   const Status status = parts.load(world.file());
   EXPECT_EQ(status.code(), StatusCode::corrupt);
   EXPECT_STREQ(status.field(), "heights");
+  expect_empty(parts.world, world.keys());
 }
 
 // A file whose sections fit one another, but whose patches are not those that its voxels make: the counts of
