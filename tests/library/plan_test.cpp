@@ -217,6 +217,17 @@ class Worlds : public Plans {
 TEST_F(Worlds, APlanForAnotherFileIsRefused) {
   MemoryFile other(test::hilly_world().file());
   EXPECT_EQ(refused_field(try_file(other.source(), plan)), "plan");
+  // As large as the other in all parts, but elsewhere.
+  std::vector<std::byte> bytes = test::cave_world_file();
+  core::store_at(bytes, core::world_offsets::kOrigin, 1234.5);
+  core::fix_checksums(bytes);
+  MemoryFile elsewhere(std::move(bytes));
+  Plan own;
+  own.needs = plan.needs;
+  ASSERT_TRUE(make_plan(elsewhere.source(), own).ok());
+  EXPECT_EQ(own.cpu_bytes, plan.cpu_bytes);
+  EXPECT_TRUE(try_file(elsewhere.source(), own).ok());
+  EXPECT_EQ(refused_field(try_file(elsewhere.source(), plan)), "plan");
   Plan without;
   ASSERT_TRUE(make_plan(without).ok());
   without.cpu_bytes = plan.cpu_bytes;
