@@ -3,8 +3,8 @@
 #include "app/command_line/help.h"
 #include "app/command_line/manual.h"
 #include "app/common/arguments.h"
-#include "app/common/atomic_file.h"
 #include "app/common/progress.h"
+#include "app/files/atomic_file.h"
 #include "bake/bake_options.h"
 #include "bake/pipeline/report.h"
 

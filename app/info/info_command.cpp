@@ -7,8 +7,8 @@
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
-#include "app/common/file_source.h"
 #include "app/common/json_writer.h"
+#include "app/files/file_source.h"
 #include "karst/world.h"
 #include "platform/base/error.h"
 

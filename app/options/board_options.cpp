@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/options/board_options.h"
 
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 
 namespace karst::app {
 

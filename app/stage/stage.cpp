@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 #include "app/stage/resource_counts.h"
 #include "platform/base/clock.h"
 

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "app/common/camera_view.h"
-#include "app/common/file_source.h"
 #include "app/common/picture_target.h"
-#include "app/common/png_file.h"
+#include "app/files/file_source.h"
+#include "app/files/png_file.h"
 #include "app/options/scene_options.h"
 #include "karst/inspect.h"
 #include "karst/karst.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/common/camera_view.h"
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 #include "platform/base/clock.h"
 
 namespace karst::app {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/materials/material_files.h"
 
-#include "app/common/regular_file.h"
+#include "app/files/regular_file.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/quiet_stderr.h"
 

@@ -8,7 +8,7 @@
 #include "app/command_line/help.h"
 #include "app/command_line/manual.h"
 #include "app/common/arguments.h"
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_lod.h"

@@ -11,7 +11,7 @@
 
 #include <png.h>
 
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 
 namespace karst::bench {
 using namespace app;

@@ -14,8 +14,8 @@
 #include <memory>
 #include <vector>
 
-#include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
+#include "app/files/atomic_file.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/world/terrain_parts.h"

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "app/common/arguments.h"
-#include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
 #include "app/common/progress.h"
+#include "app/files/atomic_file.h"
 #include "bench/frames/bench_view.h"
 
 namespace karst::bench {

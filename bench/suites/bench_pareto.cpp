@@ -10,10 +10,10 @@
 #include <memory>
 
 #include "app/common/arguments.h"
-#include "app/common/atomic_file.h"
 #include "app/common/camera_path.h"
-#include "app/common/mapped_file.h"
 #include "app/common/progress.h"
+#include "app/files/atomic_file.h"
+#include "app/files/mapped_file.h"
 #include "app/stage/camera_ground.h"
 #include "bench/frames/bench_view.h"
 

@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "app/common/arguments.h"
-#include "app/common/atomic_file.h"
 #include "app/common/progress.h"
+#include "app/files/atomic_file.h"
 #include "bench/frames/bench_view.h"
 #include "bench/measure/picture_error.h"
 #include "platform/headless/headless_display.h"

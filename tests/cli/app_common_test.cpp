@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "app/common/arguments.h"
-#include "app/common/atomic_file.h"
 #include "app/common/json_writer.h"
-#include "app/common/mapped_file.h"
+#include "app/files/atomic_file.h"
+#include "app/files/mapped_file.h"
 #include "tests/support/process.h"
 
 namespace karst::app {

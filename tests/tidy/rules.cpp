@@ -93,25 +93,28 @@ std::vector<Floor> make_floors() {
     floors.push_back({folder, below});
     below.push_back(folder);
   }
-  floors.insert(floors.end(),
-                {
-                    {"gles_shaders", {}},
-                    {"renderer", {"karst", "terrain", "gles_shaders"}},
-                    {"platform/base", {"karst"}},
-                    {"platform", {"karst"}},
-                    {"boards", {"karst", "platform/base"}},
-                    {"etc2", {"karst", "terrain"}},
-                    {"app/common", {"karst", "platform"}},
-                    {"app/command_line", {"karst", "app/common", "platform/base"}},
-                    {"scene/world", {"karst", "terrain", "renderer/input"}},
-                    {"scene", {"karst", "terrain", "renderer", "gles_shaders"}},
-                    {"app", {"karst", "platform", "boards"}},
-                    {"bake", {"karst", "terrain", "etc2", "app/common", "app/command_line", "platform/base"}},
-                    {"bench", {"karst", "terrain", "renderer", "scene", "platform", "boards", "etc2", "app"}},
-                    {"tests",
-                     {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2",
-                      "app", "bake", "bench"}},
-                });
+  floors.insert(
+      floors.end(),
+      {
+          {"gles_shaders", {}},
+          {"renderer", {"karst", "terrain", "gles_shaders"}},
+          {"platform/base", {"karst"}},
+          {"platform", {"karst"}},
+          {"boards", {"karst", "platform/base"}},
+          {"etc2", {"karst", "terrain"}},
+          {"app/files", {"karst", "platform/base"}},
+          {"app/common", {"karst", "platform"}},
+          {"app/command_line", {"karst", "app/common", "platform/base"}},
+          {"scene/world", {"karst", "terrain", "renderer/input"}},
+          {"scene", {"karst", "terrain", "renderer", "gles_shaders"}},
+          {"app", {"karst", "platform", "boards"}},
+          {"bake",
+           {"karst", "terrain", "etc2", "app/common", "app/files", "app/command_line", "platform/base"}},
+          {"bench", {"karst", "terrain", "renderer", "scene", "platform", "boards", "etc2", "app"}},
+          {"tests",
+           {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2", "app",
+            "bake", "bench"}},
+      });
   return floors;
 }
 const std::vector<Floor> kFloors = make_floors();

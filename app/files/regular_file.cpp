@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/regular_file.h"
+#include "app/files/regular_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/mapped_file.h"
+#include "app/files/mapped_file.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstdint>
 
-#include "app/common/regular_file.h"
+#include "app/files/regular_file.h"
 
 namespace karst::app {
 

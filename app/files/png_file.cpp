@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/png_file.h"
+#include "app/files/png_file.h"
 
 #include <csetjmp>
 

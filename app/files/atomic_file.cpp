@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/atomic_file.h"
+#include "app/files/atomic_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/file_source.h"
+#include "app/files/file_source.h"
 
 #include <unistd.h>
 
 #include <cerrno>
 #include <span>
 
-#include "app/common/regular_file.h"
+#include "app/files/regular_file.h"
 
 namespace karst::app {
 namespace {
