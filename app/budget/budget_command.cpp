@@ -102,6 +102,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   const bool has_board = !options.board_name.empty();
   Needs& needs = plan.needs;
   needs.level = static_cast<std::uint32_t>(options.level);
+  needs.queries = 1;  // for the ground, as render and view have it
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   if (has_board) {
     needs.vertex_bytes = board.vertex_bytes;

@@ -63,9 +63,13 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.drape_repeat = options.drape_repeat;
   Gl table;
   if (const Status status = load_gl(loader, options.desktop, table); !status.ok()) return status;
-  if (const Status status = gl.create(table, settings); !status.ok()) {
+  const Status created = gl.create(table, settings);
+  if (gl.pending_error() != GL_NO_ERROR) {
+    world.say(Severity::warning, "an OpenGL error of the host was pending; it was taken");
+  }
+  if (!created.ok()) {
     if (*gl.message() != '\0') world.say(Severity::error, gl.message());
-    return status;
+    return created;
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
   gl.upload_sky_line(world.terrain.world.octree());

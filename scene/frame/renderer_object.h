@@ -54,7 +54,6 @@ struct RendererObject final : karst::Renderer {
   std::uint32_t view_count_ = 0;
   FrameLight light_;
   double work_ms_ = 0;
-  double drape_repeat_ = 1;
   std::uint32_t limits_ = 0;
   std::uint32_t made_ = 0;  // by the last end()
   bool first_frame_ = true;

@@ -126,10 +126,11 @@ std::uint64_t PlanLayout::cpu_bytes() const {
   return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes;
 }
 
-Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout) {
-  if (const Status status = check_needs(needs); !status.ok()) return status;
-  layout = {};
-  set_limits(info, needs, layout.config);
+namespace {
+
+// From layout.config on.
+Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const Needs& needs,
+                      PlanLayout& layout) {
   set_renderer(info, materials, needs, layout.config, layout.renderer);
   layout.query_limits.level = std::min(static_cast<int>(needs.query_level), info.level);
   layout.query_limits.patches = std::min(needs.query_patches, std::max(info.patches, 1u));
@@ -147,6 +148,15 @@ Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs&
   layout.holds_all_heights = layout.config.max_height_blocks == all;
   add_up(layout);
   return layout.config.validate();
+}
+
+}  // namespace
+
+Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout) {
+  if (const Status status = check_needs(needs); !status.ok()) return status;
+  layout = {};
+  set_limits(info, needs, layout.config);
+  return lay_out_config(info, materials, needs, layout);
 }
 
 karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights) {
@@ -245,21 +255,26 @@ Status make_plan(const Source& file, Plan& plan) noexcept {
 }
 
 Status make_plan(Plan& plan) noexcept {
-  // As large as the limits' defaults.
-  const core::Config standard;
-  core::WorldInfo info;
-  info.depth = static_cast<int>(standard.max_depth);
-  info.level = static_cast<int>(standard.max_level);
-  info.extent = glm::ivec3(1 << standard.max_depth);
-  info.extent.y -= 1;
-  info.octets = standard.max_octets;
-  info.volumes = standard.max_volumes;
-  info.patches = standard.max_patches;
-  info.height_blocks = standard.max_height_blocks;
-  core::PlacementFrame frame;
-  if (const Status status = frame.create(plan.placement, core::WorldFrame()); !status.ok()) return status;
+  if (const Status status = core::check_needs(plan.needs); !status.ok()) return status;
   core::PlanLayout layout;
-  if (const Status status = core::lay_out(info, core::MaterialSet(), plan.needs, layout); !status.ok())
+  core::Config& config = layout.config;
+  config.max_views = plan.needs.views;
+  if (plan.needs.vertex_bytes > 0) {
+    config.max_level = std::min(plan.needs.level, config.max_level);
+    config.gpu_vertex_pages = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        plan.needs.vertex_bytes / (core::kPageVertices * sizeof(core::GpuVertex)), 1, core::kMostPages));
+    config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
+    config.max_resident_patches = config.max_draw_items;
+    config.stream_indices =
+        std::min(config.stream_indices,
+                 config.max_draw_items * core::max_patch_indices(static_cast<int>(config.max_level)));
+  }
+  core::WorldInfo info;
+  info.depth = static_cast<int>(config.max_depth);
+  info.level = static_cast<int>(config.max_level);
+  info.extent = glm::ivec3(1 << config.max_depth);
+  info.patches = config.max_patches;
+  if (const Status status = core::lay_out_config(info, core::MaterialSet(), plan.needs, layout); !status.ok())
     return status;
   core::fill_plan(layout, 0, plan);
   return core::check_room(plan);

@@ -34,8 +34,8 @@ struct ByteSink {
   // Calls out(bytes), which returns whether it could. Borrowed.
   template <class Write>
   static ByteSink to(const Write& out) {
-    return {&out, [](const void* context, std::span<const std::byte> bytes) -> bool {
-              return (*static_cast<const Write*>(context))(bytes);
+    return {&out, [](const void* to_write, std::span<const std::byte> bytes) -> bool {
+              return (*static_cast<const Write*>(to_write))(bytes);
             }};
   }
 };
