@@ -13,6 +13,7 @@
 #include "app/files/file_source.h"
 #include "app/options/board_options.h"
 #include "app/options/scene_ranges.h"
+#include "app/stage/stage.h"
 #include "karst/plan.h"
 #include "platform/base/error.h"
 
@@ -103,6 +104,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   Needs& needs = plan.needs;
   needs.level = static_cast<std::uint32_t>(options.level);
   needs.queries = 1;  // for the ground, as render and view have it
+  needs.query_patches = kGroundPatches;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   if (has_board) {
     needs.vertex_bytes = board.vertex_bytes;

@@ -51,6 +51,7 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, std::ui
   width_ = scene.width;
   height_ = scene.height;
   plan_.needs.queries = queries;
+  plan_.needs.query_patches = kGroundPatches;
   std::int64_t start = now_ns();
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;

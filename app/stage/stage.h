@@ -21,6 +21,9 @@
 
 namespace karst::app {
 
+// Patches that a query of a program keeps ready: it asks below one camera.
+inline constexpr std::uint32_t kGroundPatches = 32;
+
 // Milliseconds of the steps that come before the first frame is drawn.
 struct LoadTimes {
   double read = 0;      // the file, up to patches and heights in memory
