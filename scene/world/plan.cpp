@@ -256,6 +256,8 @@ Status make_plan(const Source& file, Plan& plan) noexcept {
 
 Status make_plan(Plan& plan) noexcept {
   if (const Status status = core::check_needs(plan.needs); !status.ok()) return status;
+  core::PlacementFrame frame;
+  if (const Status status = frame.create(plan.placement, core::WorldFrame()); !status.ok()) return status;
   core::PlanLayout layout;
   core::Config& config = layout.config;
   config.max_views = plan.needs.views;
