@@ -11,9 +11,8 @@ namespace karst::test {
 namespace {
 
 // What headers of OpenGL ES 3.0 do not have.
-constexpr GLenum kTexture1D = 0x0DE0, kTextureRectangle = 0x84F5, kTextureBuffer = 0x8C2A;
 constexpr GLenum kSampleMask = 0x8E51, kSampleShading = 0x8C36, kDepthClamp = 0x864F;
-constexpr GLenum kClipDistance0 = 0x3000, kFramebufferSrgb = 0x8DB9, kProgramPipeline = 0x825A;
+constexpr GLenum kClipDistance0 = 0x3000, kFramebufferSrgb = 0x8DB9;
 constexpr GLenum kColourLogicOp = 0x0BF2, kPolygonSmooth = 0x0B41, kMultisample = 0x809D;
 constexpr GLenum kSampleAlphaToOne = 0x809F, kPrimitiveRestart = 0x8F9D, kPolygonMode = 0x0B40;
 constexpr GLenum kLine = 0x1B01, kFill = 0x1B02, kProvokingVertex = 0x8E4F;
