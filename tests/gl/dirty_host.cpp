@@ -11,6 +11,7 @@ namespace karst::test {
 namespace {
 
 // What headers of OpenGL ES 3.0 do not have.
+constexpr GLenum kTextureBuffer = 0x8C2A;
 constexpr GLenum kSampleMask = 0x8E51, kSampleShading = 0x8C36, kDepthClamp = 0x864F;
 constexpr GLenum kClipDistance0 = 0x3000, kFramebufferSrgb = 0x8DB9;
 constexpr GLenum kColourLogicOp = 0x0BF2, kPolygonSmooth = 0x0B41, kMultisample = 0x809D;
