@@ -221,8 +221,7 @@ constinit const CommandSpec kBenchSpec = {
     .usage = "WORLD [--suite NAME] [options]",
     .about =
         "Measures a world and prints the results beside those of the paper it follows. Each suite refuses "
-        "the "
-        "options that it has no use for. In lod and pareto there are no shadow maps unless --shadows or "
+        "the options that it has no use for. In lod and pareto there are no shadow maps unless --shadows or "
         "--board says so; lod and shading keep everything resident unless --vertex-memory or --board says "
         "otherwise.",
     .parts = kParts,

@@ -5,10 +5,10 @@
 
 #include <glm/matrix.hpp>
 
+#include "terrain/base/angles.h"
+
 namespace karst::core {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
@@ -30,18 +30,6 @@ bool sim_from_compass(Axes axes, glm::dmat3& out) {
   return false;
 }
 
-// Sine and cosine, exact at multiples of 90 degrees.
-void sin_cos_deg(double angle_deg, double& sine, double& cosine) {
-  const double quarter = std::nearbyint(angle_deg / 90.0);
-  const double rest = (angle_deg - quarter * 90.0) * (kPi / 180.0);
-  const double s = std::sin(rest);
-  const double c = std::cos(rest);
-  constexpr int kSines[4] = {0, 1, 0, -1};
-  const int turn = static_cast<int>(quarter) & 3;
-  sine = kSines[turn] * c + kSines[(turn + 1) & 3] * s;
-  cosine = kSines[(turn + 1) & 3] * c - kSines[turn] * s;
-}
-
 }  // namespace
 
 Status PlacementFrame::create(const Placement& placement, const WorldFrame& frame) {
@@ -52,9 +40,7 @@ Status PlacementFrame::create(const Placement& placement, const WorldFrame& fram
     if (!(std::abs(origin[n]) <= 1e12)) return refuse("not within +-1e12 metres", "origin");
   }
   if (!(std::abs(placement.turn_deg) <= 360.0)) return refuse("not within -360..360 degrees", "turn_deg");
-  double s = 0;
-  double c = 1;
-  sin_cos_deg(placement.turn_deg, s, c);
+  const auto [s, c] = sin_cos_deg(placement.turn_deg);
   // The world's east, up and south among the simulator's compass points.
   const glm::dmat3 turned{{c, 0.0, s}, {0.0, 1.0, 0.0}, {-s, 0.0, c}};
   sim_from_world_ = axes * turned;

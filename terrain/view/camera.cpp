@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "terrain/base/angles.h"
 #include "terrain/view/projection.h"
 
 namespace karst::core {
@@ -28,28 +29,6 @@ bool inside_reach(glm::dvec3 v) {
 
 bool finite(glm::dvec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-// Sine and cosine of an angle within +-180 degrees, exact at the multiples of 90: views along an axis then
-// have zeros in their matrices, not rounding residue.
-struct SinCos {
-  double sin, cos;
-};
-SinCos sin_cos_deg(double angle_deg) {
-  const double quarter = std::nearbyint(angle_deg / 90.0);
-  const double rest = (angle_deg - quarter * 90.0) * (kPi / 180.0);
-  const double s = std::sin(rest);
-  const double c = std::cos(rest);
-  switch (static_cast<int>(quarter) & 3) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
 }
 
 Status refuse(const char* what, const char* field) {

@@ -9,6 +9,7 @@
 
 #include "tests/gl/dirty_host.h"
 #include "tests/library/host.h"
+#include "tests/library/vec3.h"
 
 namespace karst {
 namespace {
@@ -22,18 +23,6 @@ constexpr int kHeight = 120;
 
 using Rgb = std::array<double, 3>;
 
-Vec3 operator+(Vec3 a, Vec3 b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-Vec3 operator-(Vec3 a, Vec3 b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-Vec3 operator*(Vec3 a, double s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-double dot(Vec3 a, Vec3 b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }

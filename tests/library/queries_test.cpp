@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/library/host.h"
+#include "tests/library/vec3.h"
 
 namespace karst {
 namespace {
@@ -16,18 +17,6 @@ namespace {
 using test::HostWorld;
 using test::Random;
 
-Vec3 operator+(Vec3 a, Vec3 b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-Vec3 operator-(Vec3 a, Vec3 b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-Vec3 operator*(Vec3 a, double s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-double dot(Vec3 a, Vec3 b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 double distance(Vec3 a, Vec3 b) {
   return std::sqrt(dot(a - b, a - b));
 }
