@@ -89,6 +89,10 @@ TEST(Placements, AreWhatTheirNamesSay) {
   expect_at({Axes::north_east_down, origin, 90}, there, origin + Vec3{-3, -7, -5});
   const double half = std::sqrt(0.5);
   expect_at({Axes::east_north_up, origin, 45}, {0, 0, -2}, origin + Vec3{2 * half, 2 * half, 0});
+  const double root = std::sqrt(3.0);
+  expect_at({Axes::east_north_up, origin, 120}, {0, 0, -2}, origin + Vec3{root, -1, 0});
+  expect_at({Axes::east_north_up, origin, 210}, {0, 0, -2}, origin + Vec3{-1, -root, 0});
+  expect_at({Axes::east_north_up, origin, -60}, {0, 0, -2}, origin + Vec3{-root, 1, 0});
 }
 
 TEST(Queries, AgreeWithEachOtherInAllPlacements) {
