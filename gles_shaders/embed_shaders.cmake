@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 # cmake -D SHADER_DIR=... -D TEXT_DIR=... -D EMBEDDED=... -P embed_shaders.cmake
 #
-# For each line of variants.def: the two shader files with their includes spliced in and the variant's
-# macros defined after the version line. Comments and indentation are left out, so that the program carries
-# only what the driver's compiler needs. EMBEDDED becomes a C++ file with all texts
-# (gles_shaders/shader_texts.h).
+# For each line of variants.def: the two shader files with their includes spliced in, in TEXT_DIR with the
+# variant's macros defined after the version line, for the reference compiler. EMBEDDED becomes a C++ file with
+# all texts (gles_shaders/shader_texts.h), the macros beside them: variants of the same files are the same
+# literals then, which the program holds once. Comments and indentation are left out.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -24,19 +24,18 @@ function(read_shader file out)
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
-function(make_text file macros out)
+function(make_text file out)
   read_shader(${file} text)
   if(NOT text MATCHES "^#version 300 es\n")
     message(FATAL_ERROR "${file} must begin with #version 300 es")
   endif()
-  set(defines "")
-  string(REPLACE " " ";" macros "${macros}")
-  foreach(macro ${macros})
-    string(APPEND defines "#define KARST_${macro} 1\n")
-  endforeach()
-  string(REGEX REPLACE "^#version 300 es\n" "#version 300 es\n${defines}" text "${text}")
   strip_text(text)
   set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(write_text path defines text)
+  string(REGEX REPLACE "^#version 300 es\n" "#version 300 es\n${defines}" text "${text}")
+  file(WRITE ${path} "${text}")
 endfunction()
 
 # Without comments and indentation.
@@ -58,12 +57,17 @@ foreach(line ${lines})
   set(name ${CMAKE_MATCH_1})
   set(vertex_file ${CMAKE_MATCH_2})
   set(fragment_file ${CMAKE_MATCH_3})
-  set(macros "${CMAKE_MATCH_4}")
-  make_text(${vertex_file} "${macros}" vertex)
-  make_text(${fragment_file} "${macros}" fragment)
-  file(WRITE ${TEXT_DIR}/${name}.vert "${vertex}")
-  file(WRITE ${TEXT_DIR}/${name}.frag "${fragment}")
-  string(APPEND entries "    {\"${name}\",\n     R\"glsl(${vertex})glsl\",\n")
+  string(REPLACE " " ";" macros "${CMAKE_MATCH_4}")
+  set(defines "")
+  foreach(macro ${macros})
+    string(APPEND defines "#define KARST_${macro} 1\n")
+  endforeach()
+  make_text(${vertex_file} vertex)
+  make_text(${fragment_file} fragment)
+  write_text(${TEXT_DIR}/${name}.vert "${defines}" "${vertex}")
+  write_text(${TEXT_DIR}/${name}.frag "${defines}" "${fragment}")
+  string(APPEND entries "    {\"${name}\",\n     R\"glsl(${defines})glsl\",\n")
+  string(APPEND entries "     R\"glsl(${vertex})glsl\",\n")
   string(APPEND entries "     R\"glsl(${fragment})glsl\"},\n")
 endforeach()
 set(included "")

@@ -16,8 +16,9 @@ enum class ShaderVariant {
 inline constexpr std::size_t kShaderVariants = static_cast<std::size_t>(ShaderVariant::count);
 
 struct ShaderText {
-  const char* name;    // as in variants.def
-  const char* vertex;  // whole text, beginning with its #version line
+  const char* name;     // as in variants.def
+  const char* defines;  // lines that define the variant's macros; they go after the version line
+  const char* vertex;   // beginning with its #version line
   const char* fragment;
 };
 

@@ -33,21 +33,21 @@ std::span<char> begin_log(std::span<char> log, const char* name, const char* sta
   return length < log.size() ? log.subspan(length) : std::span<char>();
 }
 
-void compile(const Gl& gl, GLuint shader, const char* text, const char* defines) {
+void compile(const Gl& gl, GLuint shader, const char* text, const char* macros, const char* defines) {
   // Nothing but comments may come before the version, which is the text's first line.
   const char* rest = std::strchr(text, '\n');
   rest = rest == nullptr ? text : rest + 1;
-  const char* parts[] = {text, defines, rest};
-  const GLint lengths[] = {static_cast<GLint>(rest - text), -1, -1};
-  gl.ShaderSource(shader, 3, parts, lengths);
+  const char* parts[] = {text, macros, defines, rest};
+  const GLint lengths[] = {static_cast<GLint>(rest - text), -1, -1, -1};
+  gl.ShaderSource(shader, 4, parts, lengths);
   gl.CompileShader(shader);
 }
 
 // Attaches a new shader, which the program keeps alive; its result is read after all are under way, because
 // drivers may compile in the background.
-void attach_shader(const Gl& gl, GLuint program, GLenum stage, const char* text, const char* defines) {
-  const GLuint shader = gl.CreateShader(stage);
-  compile(gl, shader, text, defines);
+void attach_shader(const Gl& gl, GLuint program, bool vertex, const ShaderText& text, const char* defines) {
+  const GLuint shader = gl.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
+  compile(gl, shader, vertex ? text.vertex : text.fragment, text.defines, defines);
   gl.AttachShader(program, shader);
   gl.DeleteShader(shader);
 }
@@ -57,7 +57,7 @@ void describe_failure(const Gl& gl, GLuint program, const ShaderText& text, cons
                       std::span<char> log) {
   for (const bool vertex : {true, false}) {
     const GLuint shader = gl.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-    compile(gl, shader, vertex ? text.vertex : text.fragment, defines);
+    compile(gl, shader, vertex ? text.vertex : text.fragment, text.defines, defines);
     GLint ok = GL_FALSE;
     gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
     if (ok == GL_FALSE) {
@@ -94,8 +94,8 @@ Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span
                 settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     programs_[i] = gl.CreateProgram();
-    attach_shader(gl, programs_[i], GL_VERTEX_SHADER, kShaderTexts[i].vertex, defines_);
-    attach_shader(gl, programs_[i], GL_FRAGMENT_SHADER, kShaderTexts[i].fragment, defines_);
+    attach_shader(gl, programs_[i], true, kShaderTexts[i], defines_);
+    attach_shader(gl, programs_[i], false, kShaderTexts[i], defines_);
     gl.LinkProgram(programs_[i]);
   }
   const Status status = link_all(gl, settings, log);
