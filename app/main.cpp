@@ -6,12 +6,9 @@
 #include <string>
 #include <string_view>
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include "app/commands.h"
 #include "app/common/arguments.h"
+#include "platform/base/freed_memory.h"
 
 namespace karst::app {
 namespace {
@@ -41,16 +38,6 @@ karst COMMAND --help tells more; karst --version prints the version.
              file);
 }
 
-// A software driver takes a frame's working memory from the heap and frees it when the frame is drawn. By
-// default glibc gives the end of the heap back to the kernel each time, and the next frame faults it in page
-// by page. Memory that was once needed is kept instead; the most that is ever used does not change.
-void keep_freed_memory() {
-#ifdef __GLIBC__
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);  // bytes
-  mallopt(M_MMAP_THRESHOLD, 4 << 20);    // far above what a frame takes at once, below what is taken to stay
-#endif
-}
-
 int run(std::span<const char* const> words) {
   if (words.empty()) {
     print_help(stderr);
@@ -77,7 +64,7 @@ int run(std::span<const char* const> words) {
 
 int main(int argc, char** argv) {
   using namespace karst::app;
-  keep_freed_memory();
+  karst::keep_freed_memory();
   try {
     const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
     const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,

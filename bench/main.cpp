@@ -6,9 +6,11 @@
 
 #include "app/common/arguments.h"
 #include "bench/command/bench_command.h"
+#include "platform/base/freed_memory.h"
 
 int main(int argc, char** argv) {
   using namespace karst;
+  keep_freed_memory();
   try {
     const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
     const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,

@@ -19,14 +19,11 @@
 #include <tuple>
 #include <vector>
 
+#include "platform/base/freed_memory.h"
 #include "renderer/input/shader_interface.h"
 #include "terrain/draw/expand_indices.h"
 #include "terrain/draw/index_batches.h"
 #include "tests/gl/gl_fixture.h"
-
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 namespace karst::core {
 namespace {
@@ -359,10 +356,7 @@ class Bench {
 }  // namespace karst::core
 
 int main(int argc, char** argv) {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 4 << 20);  // as karst does; see app/main.cpp
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
-#endif
+  karst::keep_freed_memory();
   const bool smoke = argc > 1 && std::strcmp(argv[1], "--smoke") == 0;
   karst::core::Bench bench(smoke ? 24 : 96, smoke ? 1 : 51);
   for (const double error_px : {4.0, 1.0, 0.25}) bench.run(error_px);
