@@ -11,6 +11,7 @@
 #include "app/files/mapped_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/suites/bench_core.h"
+#include "bench/suites/bench_flight.h"
 #include "bench/suites/bench_lod.h"
 #include "bench/suites/bench_pareto.h"
 #include "bench/suites/bench_queries.h"
@@ -112,6 +113,15 @@ int run_shadows(const BenchOptions& options) {
   return run_shadow_suite(shadows);
 }
 
+int run_flight(const BenchOptions& options) {
+  FlightSuiteOptions flight;
+  flight.world = options.world;
+  flight.look = options.scene;
+  flight.flight = kFlightNames[static_cast<int>(options.flight)];
+  take(options.frames, flight.frames);
+  return run_flight_suite(flight);
+}
+
 }  // namespace
 
 int run_bench(std::span<const char* const> words) {
@@ -133,8 +143,8 @@ int run_bench(std::span<const char* const> words) {
     std::puts("karst-bench " KARST_VERSION);
     return kExitOk;
   }
-  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto,
-                                                     run_shading, run_shadows, run_queries};
+  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto, run_shading,
+                                                     run_shadows, run_queries, run_flight};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

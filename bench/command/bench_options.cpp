@@ -38,14 +38,15 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows queries",
+     .words = "core lod pareto shading shadows queries flight",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
          "error, a sweep of error targets and of distances, on flights; shading: nanoseconds a pixel of each "
          "part of shading, on and off, and how pictures differ; shadows: shadow maps that are kept, beside "
          "drawing all in every frame, turning and on flights; queries: rays, heights under wheels, columns, "
-         "spheres and picks of voxels on one thread",
+         "spheres and picks of voxels on one thread; "
+         "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
@@ -58,7 +59,7 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "frames",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "lod: 24, pareto: 120, shading: 1, shadows: 36",
+     .initial = "lod: 24, pareto: 120, shading: 1, shadows: 36, flight: 24",
      .min = 1,
      .max = 100000,
      .help = "of each flight (all but core and queries)",
@@ -66,7 +67,7 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "json",
      .kind = Kind::file,
      .value = "FILE",
-     .help = "for programs; - prints it instead of the table (all but shadows and queries)",
+     .help = "for programs; - prints it instead of the table (all but shadows, queries and flight)",
      .store = put<&BenchOptions::json>},
     {.name = "version", .help = "prints the version"},
 };
@@ -164,10 +165,21 @@ constexpr OptionRow kQueryRows[] = {
      .store = put<&BenchOptions::rays>},
 };
 
+constexpr OptionRow kFlightRows[] = {
+    {.name = "flight",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "default",
+     .words = "default low oblique high teleport",
+     .help = "default: the whole world is shown, as without --camera; else a standard flight",
+     .store = put<&BenchOptions::flight>},
+};
+
 constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},
                                    {"of shading", kShadingRows},
                                    {"of pareto", kParetoRows},
-                                   {"of queries", kQueryRows}};
+                                   {"of queries", kQueryRows},
+                                   {"of flight", kFlightRows}};
 constexpr OptionPart kParts[] = {kGroups, kSceneGroups};
 
 // What a suite has no use for, with blanks around each: it draws nothing, or the option is what it varies.
@@ -177,23 +189,26 @@ constexpr const char* kUnused[] = {
     "size "
     "sun fov haze show precision no-skip lod error-px lod-distance level generate-ms vertex-memory "
     "max-memory "
-    "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays ",
+    "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays flight ",
     // lod
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers level "
-    "generate-ms query-level query-patches rays ",
+    "generate-ms query-level query-patches rays flight ",
     // pareto
-    " against lod error-px lod-distance query-level query-patches rays ",
+    " against lod error-px lod-distance query-level query-patches rays flight ",
     // shading
     " path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision no-skip "
-    "generate-ms query-level query-patches rays ",
+    "generate-ms query-level query-patches rays flight ",
     // shadows
     " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms drape drape-repeat query-level query-patches rays ",
+    "generate-ms drape drape-repeat query-level query-patches rays flight ",
     // queries
     " frames json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
     "board size sun fov haze show precision no-skip lod error-px lod-distance level generate-ms "
-    "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat "};
-constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows", "queries"};
+    "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight ",
+    // flight
+    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "generate-ms query-level query-patches rays "};
+constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows", "queries", "flight"};
 
 Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);

@@ -13,7 +13,10 @@
 
 namespace karst::bench {
 
-enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries };
+enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries, flight };
+
+enum class FlightName : std::uint8_t { overview, low, oblique, high, teleport };
+inline constexpr const char* kFlightNames[] = {"default", "low", "oblique", "high", "teleport"};
 
 struct BenchOptions {
   std::string world;
@@ -34,6 +37,7 @@ struct BenchOptions {
   int query_level = 0;              // 0: the suite's own
   std::uint32_t query_patches = 0;  // 0: the suite's own
   std::uint32_t rays = 0;           // 0: the suite's own
+  FlightName flight = FlightName::overview;
 };
 
 extern const app::CommandSpec kBenchSpec;

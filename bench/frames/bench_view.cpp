@@ -136,6 +136,27 @@ GroundHeights BenchView::ground() {
   return ground;
 }
 
+CameraPlace BenchView::place_of(const CameraSettings& settings) const {
+  const core::WorldFrame& frame = placement().world();
+  CameraPlace at;
+  at.position_m = frame.origin_m + settings.position * frame.voxel_size_m;
+  at.yaw_deg = settings.yaw_deg;
+  at.pitch_deg = settings.pitch_deg;
+  return at;
+}
+
+std::vector<CameraPlace> BenchView::flight(std::string_view name, int frames) {
+  std::vector<CameraPlace> places;
+  if (name == "default") {
+    places.assign(static_cast<std::size_t>(frames), overview(stage_.world().info(), shape_.fov_y_deg));
+    return places;
+  }
+  for (const CameraSettings& settings : make_standard_path(name, ground(), terrain().box(), frames)) {
+    places.push_back(place_of(settings));
+  }
+  return places;
+}
+
 Error BenchView::place(const CameraPlace& place, ViewState& camera) {
   camera = look_.view;
   const Status status = place_view(place, stage_.world().info(), shape_, camera);
@@ -143,14 +164,9 @@ Error BenchView::place(const CameraPlace& place, ViewState& camera) {
 }
 
 Error BenchView::place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras) {
-  const core::WorldFrame& frame = placement().world();
   cameras.clear();
   for (const CameraSettings& settings : path) {
-    CameraPlace at;
-    at.position_m = frame.origin_m + settings.position * frame.voxel_size_m;
-    at.yaw_deg = settings.yaw_deg;
-    at.pitch_deg = settings.pitch_deg;
-    if (Error error = place(at, cameras.emplace_back()); !error.ok()) return error;
+    if (Error error = place(place_of(settings), cameras.emplace_back()); !error.ok()) return error;
   }
   return {};
 }

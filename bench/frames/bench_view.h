@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/common/camera_view.h"
@@ -56,6 +57,9 @@ class BenchView {
   const StageView& look() const { return look_; }
   LevelChoice levels() const;
   GroundHeights ground();
+  // A flight over this world as path files have it: of kStandardPaths, or "default", the place from which
+  // programs show the whole world, in every frame.
+  std::vector<CameraPlace> flight(std::string_view name, int frames);
   // Cameras of a flight over this world, near and far fitted to its box.
   Error place(std::span<const CameraSettings> path, std::vector<ViewState>& cameras);
   Error place(const CameraPlace& place, ViewState& camera);
@@ -65,6 +69,8 @@ class BenchView {
   double first_frame_ms() const { return first_frame_ms_; }
 
  private:
+  CameraPlace place_of(const CameraSettings& settings) const;
+
   std::unique_ptr<Display> display_;  // of open(); before stage_, whose objects are in its context
   Stage stage_;
   StageView look_;

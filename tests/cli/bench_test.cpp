@@ -199,6 +199,39 @@ TEST_F(Bench, ShadingComparesTexturesOfTwoWorlds) {
 }
 #endif
 
+TEST_F(Bench, FlightIsAPathThatParetoFlies) {
+  const std::vector<std::string> words = {"--suite", "flight", "--size", "160x90", "--frames", "3"};
+  const ProcessResult overview = bench(words);
+  ASSERT_EQ(overview.code, 0) << overview.err;
+  auto low_words = words;
+  low_words.insert(low_words.end(), {"--flight", "low"});
+  const ProcessResult low = bench(low_words);
+  ASSERT_EQ(low.code, 0) << low.err;
+  std::vector<std::string> lines[2];
+  int flight = 0;
+  for (const ProcessResult* result : {&overview, &low}) {
+    std::istringstream text(result->out);
+    for (std::string line; std::getline(text, line);) {
+      if (line.empty() || line[0] == '#') continue;
+      lines[flight].push_back(line);
+      // Some of the picture is sky and some is not.
+      const double pixels = std::strtod(line.c_str() + line.find('#') + 1, nullptr);
+      EXPECT_GT(pixels, 160 * 90 / 10) << line;
+      EXPECT_LT(pixels, 160 * 90) << line;
+    }
+    ASSERT_EQ(lines[flight++].size(), 3u);
+  }
+  EXPECT_EQ(lines[0][0], lines[0][2]) << "the whole world is seen from one place";
+  EXPECT_NE(lines[1][0], lines[1][2]);
+  const std::string path = folder_.write("low.txt", low.out);
+  const ProcessResult flown = bench({"--suite", "pareto", "--size", "64x36", "--path", path, "--targets", "4",
+                                     "--distances", "none", "--no-errors", "--csv", file("a.csv")});
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_EQ(rows(file("a.csv"))[0]["path"], "low");
+  EXPECT_EQ(bench({"--suite", "flight", "--targets", "4"}).code, 2);
+  EXPECT_EQ(bench({"--suite", "pareto", "--flight", "low"}).code, 2);
+}
+
 TEST_F(Bench, CoreWritesJson) {
   const ProcessResult result = bench({"--rounds", "1", "--json", "-"});
   ASSERT_EQ(result.code, 0) << result.err;
