@@ -1,8 +1,11 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # karst beside what users would choose instead: the same scene, camera path and machine, in turns.
-# See usage below; docs/run-time-against-error.md has the results.
+# See usage below, and layers.sh; docs/run-time-against-error.md has the results.
 set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source=tests/bench/peers/scene.sh
+source "$here/peers/scene.sh"
 
 usage() {
   cat <<'END'
@@ -39,10 +42,11 @@ build() {
   mkdir -p "$peers/src" "$peers/data"
   cp -f "$sources"/* "$peers/src/"
   chmod -R u+w "$peers/src"
+  echo "include($here/peers/layers.cmake)" >>"$peers/src/CMakeLists.txt"
   add_rms "$peers/src"
-  cmake -S "$peers/src" -B "$peers/build" -G Ninja >/dev/null
-  nice -n 10 cmake --build "$peers/build" --parallel "${JOBS:-2}" --target gen_terrain peer_ogre \
-    peer_irrlicht peer_osg
+  cmake -S "$peers/src" -B "$peers/build" -G Ninja -DKARST_ROOT="$(realpath "$here/../..")" >/dev/null
+  nice -n 10 cmake --build "$peers/build" --parallel "${JOBS:-2}" --target gen_terrain gen_layers \
+    peer_ogre peer_ogre_layers peer_irrlicht peer_osg
 }
 
 # name, program and arguments. The first word of a name is the peer, the rest its setting.
@@ -65,27 +69,13 @@ more_programs=(
   "OGRE Terrain,GL3+ error 2|peer_ogre gl3plus 2"
 )
 
-# The scene of peer_common.h: heights of 16 bits up to 200 m, samples 4000 / 1024 m apart, 240 frames.
-pixel_size=3.90625
-z_scale=0.0030518043793392844
 make_scene() {
-  [[ -s terrain_1025.png && -s diffuse_1024.png ]] || "$peers/build/gen_terrain" >&2
-  "$bake" terrain_1025.png -o peers.karst --pixel-size $pixel_size --z-scale $z_scale --voxel 100 \
-    --levels 4 >"$out/bake.txt"
-  awk 'BEGIN {
-    pi = atan2(0, -1)
-    for (k = 0; k < 240; ++k) {
-      a = 2 * pi * k / 240
-      x = 1200 * cos(a); y = 260; z = 1200 * sin(a)
-      dx = 600 * cos(a + 1) - x; dy = 60 - y; dz = 600 * sin(a + 1) - z
-      printf "%.9f %.9f %.9f %.12f %.12f\n", x, y, z, atan2(-dx, -dz) * 180 / pi,
-        atan2(dy, sqrt(dx * dx + dz * dz)) * 180 / pi
-    }
-  }' >peers.txt
+  scene_inputs "$peers"
+  "$bake" "${scene_bake[@]}" -o peers.karst >"$out/bake.txt"
+  scene_path >peers.txt
 }
 
-scene=(peers.karst --suite pareto --path peers.txt --distances none --drape diffuse_1024.png
-  --drape-repeat 32)
+scene=(peers.karst --suite pareto --path peers.txt --distances none "${scene_drape[@]}")
 
 # Prints "median p99 cpu_all cpu_main triangles draws rss_mib load_ms" of a peer.
 peer_times() {
@@ -103,16 +93,7 @@ peer_errors() {
       if (v["mean"] != "") print v["mean"], v["rms"] ? v["rms"] : "-", v["p95"], v["p99"], v["max"]
     }'
 }
-# Of the first line of figures.
-csv_value() {
-  awk -F, -v want="$2" 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == want) n = i } NR == 2 { print $n }' "$1"
-}
 json_number() { sed -n "s/.*\"$2\": \([0-9.]*\).*/\1/p" "$1" | head -n 1; }
-# Several of them.
-csv_values() {
-  local name
-  for name in "${@:2}"; do printf '%s ' "$(csv_value "$1" "$name")"; done
-}
 karst_times() {
   "$bench" "${scene[@]}" --targets "$1" --no-errors --csv "$out/k.csv" --json "$out/k.json" >/dev/null
   csv_values "$out/k.csv" frame_median_ms frame_p99_ms all_cpu_ms main_cpu_ms triangles draw_calls

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: MIT
+# Programs of five layers, added to the peers' own CMakeLists.txt by peers.sh. KARST_ROOT: of this repository.
+if(PNG_FOUND)
+  add_executable(gen_layers ${KARST_ROOT}/tests/bench/peers/gen_layers.cpp)
+  target_include_directories(gen_layers PRIVATE ${KARST_ROOT} ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(gen_layers PRIVATE PNG::PNG)
+endif()
+if(TARGET peer_ogre AND PNG_FOUND)
+  add_executable(peer_ogre_layers ${KARST_ROOT}/tests/bench/peers/peer_ogre_layers.cpp)
+  foreach(property INCLUDE_DIRECTORIES LINK_LIBRARIES COMPILE_DEFINITIONS)
+    get_target_property(value peer_ogre ${property})
+    set_property(TARGET peer_ogre_layers PROPERTY ${property} "${value}")
+  endforeach()
+  target_include_directories(peer_ogre_layers PRIVATE ${KARST_ROOT} ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(peer_ogre_layers PRIVATE PNG::PNG)
+endif()
