@@ -103,6 +103,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   const bool has_board = !options.board_name.empty();
   Needs& needs = plan.needs;
   needs.level = static_cast<std::uint32_t>(options.level);
+  needs.query_level = needs.level;
   needs.queries = 1;  // for the ground, as render and view have it
   needs.query_patches = kGroundPatches;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;

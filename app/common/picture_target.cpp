@@ -2,7 +2,6 @@
 #include "app/common/picture_target.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace karst::app {
 namespace {
@@ -14,16 +13,16 @@ void main() {
 }
 )";
 
-// OpenGL ES cannot read a depth buffer back; this writes its 24 bits into the bytes of a colour buffer, high
-// byte in red.
+// OpenGL ES cannot read a depth buffer back; this writes its numbers as floats into the bytes of a colour
+// buffer, low byte in red.
 constexpr const char* kDepthCopyShader = R"(#version 300 es
 precision highp float;
 precision highp int;
 uniform highp sampler2D depth;
 out vec4 colour;
 void main() {
-  highp uint bits = uint(round(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).x * 16777215.0));
-  colour = vec4(uvec4(bits >> 16, bits >> 8, bits, 255u) & 255u) / 255.0;
+  highp uint bits = floatBitsToUint(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).x);
+  colour = vec4(uvec4(bits, bits >> 8, bits >> 16, bits >> 24) & 255u) / 255.0;
 }
 )";
 
@@ -100,7 +99,8 @@ Status PictureTarget::create_framebuffers() {
   gl_.ActiveTexture(GL_TEXTURE0);
   gl_.GenTextures(1, &depth_);
   gl_.BindTexture(GL_TEXTURE_2D, depth_);
-  gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH_COMPONENT24, width, height);
+  const GLenum depth_format = settings_.float_depth ? GL_DEPTH_COMPONENT32F : GL_DEPTH_COMPONENT24;
+  gl_.TexStorage2D(GL_TEXTURE_2D, 1, depth_format, width, height);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   gl_.BindTexture(GL_TEXTURE_2D, 0);
@@ -157,17 +157,18 @@ void PictureTarget::forget() {
   colour_ = depth_ = target_ = colour_target_ = depth_copy_ = no_attributes_ = 0;
 }
 
-void PictureTarget::begin() {
+void PictureTarget::begin(float farthest) {
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
   const GLenum colour = GL_COLOR_ATTACHMENT0;
   gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);
-  gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  gl_.ClearBufferfv(GL_DEPTH, 0, &farthest);
 }
 
-void PictureTarget::begin(const float (&rgb)[3]) {
+void PictureTarget::begin(const float (&rgb)[3], float farthest) {
+  const float colour[4] = {rgb[0], rgb[1], rgb[2], 1.0f};
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
-  gl_.ClearColor(rgb[0], rgb[1], rgb[2], 1.0f);
-  gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  gl_.ClearBufferfv(GL_COLOR, 0, colour);
+  gl_.ClearBufferfv(GL_DEPTH, 0, &farthest);
 }
 
 void PictureTarget::end() {
@@ -227,13 +228,6 @@ Status PictureTarget::read_depth(std::span<float> depth) {
   read_pixels(depth.data());
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   has_picture_ = false;
-  for (float& value : depth.first(pixels)) {
-    std::uint8_t bytes[4];
-    std::memcpy(bytes, &value, 4);
-    const unsigned bits =
-        static_cast<unsigned>(bytes[0]) << 16 | static_cast<unsigned>(bytes[1]) << 8 | bytes[2];
-    value = static_cast<float>(bits) / 16777215.0f;
-  }
   return {};
 }
 

@@ -24,8 +24,7 @@
   X(BindVertexArray)              \
   X(BlitFramebuffer)              \
   X(CheckFramebufferStatus)       \
-  X(Clear)                        \
-  X(ClearColor)                   \
+  X(ClearBufferfv)                \
   X(CompileShader)                \
   X(CreateProgram)                \
   X(CreateShader)                 \
@@ -63,8 +62,9 @@ namespace karst::app {
 struct PictureSettings {
   int width = 1280;  // pixels, 1..kMaxPicture
   int height = 720;
-  bool rgb565 = false;      // 16 bits a pixel instead of 32: for screens that show no more
-  bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
+  bool rgb565 = false;       // 16 bits a pixel instead of 32: for screens that show no more
+  bool float_depth = false;  // of 32 bits instead of 24, for reversed depth
+  bool keep_depth = false;   // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   static constexpr int kMaxPicture = 16384;  // pixels a side
 
@@ -91,10 +91,11 @@ class PictureTarget {
   const PictureSettings& settings() const { return settings_; }
   Rect viewport() const { return {0, 0, settings_.width, settings_.height}; }
 
-  // Binds the target and clears its depth. Every pixel's colour is going to be drawn.
-  void begin();
+  // Binds the target and clears its depth to what is farthest: 1, or 0 with reversed depth. Every pixel's
+  // colour is going to be drawn.
+  void begin(float farthest = 1);
   // The same, and clears its colour: red, green, blue, 0..1, as they are shown.
-  void begin(const float (&rgb)[3]);
+  void begin(const float (&rgb)[3], float farthest = 1);
   // The picture is complete.
   void end();
   // Waits until the GPU has done all that it was told.
@@ -104,8 +105,8 @@ class PictureTarget {
   void present();
   // Reads the picture, row 0 at the top. rgba: width x height x 4 bytes.
   Status read_colour(std::span<std::uint8_t> rgba);
-  // Reads its depth, row 0 at the top, 0 to 1, steps of 1/(2^24 - 1). depth: width x height. Needs
-  // keep_depth; overwrites the picture, so read_colour() comes first.
+  // Reads its depth as the buffer holds it, row 0 at the top. depth: width x height. Needs keep_depth and not
+  // rgb565; overwrites the picture, so read_colour() comes first.
   Status read_depth(std::span<float> depth);
 
   // The first GL error since the last call, GL_NO_ERROR where there was none. Asking makes some drivers wait.

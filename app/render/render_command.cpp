@@ -8,7 +8,6 @@
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
-#include "app/common/camera_view.h"
 #include "app/common/progress.h"
 #include "app/files/atomic_file.h"
 #include "app/files/mapped_file.h"
@@ -16,6 +15,7 @@
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
 #include "app/stage/camera_ground.h"
+#include "app/stage/camera_view.h"
 #include "app/stage/frame_statistics.h"
 #include "app/stage/stage_view.h"
 #include "platform/headless/headless_display.h"
@@ -72,7 +72,8 @@ class Render {
 
   Error place_cameras() {
     const WorldInfo& world = stage_.world().info();
-    const PictureShape shape{options_.scene.width, options_.scene.height, options_.scene.fov_y_deg, 0};
+    const PictureShape shape{options_.scene.width, options_.scene.height, options_.scene.fov_y_deg, 0,
+                             stage_.reversed_depth()};
     if (places_.empty()) places_.push_back(overview(world, shape.fov_y_deg));
     CameraGround ground;
     if (Error error = ground.open(stage_.world()); !error.ok()) return error;
@@ -83,7 +84,9 @@ class Render {
       const std::string what = path ? options_.camera.path_file + ": frame " + std::to_string(i) : "--camera";
       if (const Error error = ground.stand(places_[i]); !error.ok()) return what + ": " + error.text();
       ViewState& camera = cameras_.emplace_back(view_.view);
-      if (const Status status = place_view(places_[i], world, shape, camera); !status.ok())
+      if (const Status status =
+              place_view(places_[i], world, shape, ground.clearance_m(places_[i].position_m), camera);
+          !status.ok())
         return Error(what, status);
       if (warned) continue;
       if (const Error rock = ground.in_rock(places_[i]); !rock.ok()) {

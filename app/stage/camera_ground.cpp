@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <glm/geometric.hpp>
+
+#include "app/stage/camera_view.h"
+
 namespace karst::app {
 namespace {
 
@@ -59,6 +63,13 @@ std::optional<double> CameraGround::below_m(const glm::dvec3& place_m, double st
   Hit hit;
   if (!query_->ground(vec(place_m), step_m, Wait::for_file, hit)) return std::nullopt;
   return hit.place.y;
+}
+
+double CameraGround::clearance_m(const glm::dvec3& place_m) {
+  const double most = kClearance * world_->info().voxel_size_m;
+  Hit hit;
+  if (!query_->sphere(vec(place_m), vec(place_m), most, Wait::for_file, hit)) return most;
+  return glm::length(glm::dvec3(hit.place.x, hit.place.y, hit.place.z) - place_m);
 }
 
 }  // namespace karst::app

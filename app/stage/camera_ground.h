@@ -29,6 +29,8 @@ class CameraGround {
   Error in_rock(const CameraPlace& place);
   // Height of the ground, metres, that is no higher than step_m above the place; none where there is none.
   std::optional<double> below_m(const glm::dvec3& place_m, double step_m);
+  // Metres from the place to the nearest surface, at most kClearance of the world's voxels.
+  double clearance_m(const glm::dvec3& place_m);
 
  private:
   World* world_ = nullptr;

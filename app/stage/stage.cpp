@@ -91,6 +91,7 @@ Error Stage::make_plan_for(const Source& file) {
   Needs& needs = plan_.needs;
   plan_.placement.axes = Axes::east_up_south;
   needs.level = static_cast<std::uint32_t>(scene_.level);
+  needs.query_level = needs.level;  // cameras stand on what is drawn
   needs.vertex_bytes = scene_.vertex_bytes;
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
@@ -139,6 +140,7 @@ Error Stage::attach(Display& display, int width, int height) {
   picture.height = height;
   picture.rgb565 = scene_.rgb565;
   picture.keep_depth = keep_depth;
+  picture.float_depth = reversed_depth();
   if (const Status status = target_.create(counting_loader(loader), picture); !status.ok()) {
     detach();
     return {display.name(), status};
@@ -187,12 +189,14 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
   }
   if (status.ok()) {
     // The sky is one colour with a drape; its own shading would cost as much a pixel as the terrain's.
+    const float farthest = view.view.reversed_depth ? 0.0f : 1.0f;
     if (has_drape()) {
-      target_.begin(renderer_->air(0).horizon_display_rgb);
+      target_.begin(renderer_->air(0).horizon_display_rgb, farthest);
     } else {
-      target_.begin();
+      target_.begin(farthest);
     }
     Target target;
+    target.depth_zero_to_one = view.view.reversed_depth;
     target.viewport = target_.viewport();
     target.sky = !has_drape();
     status = renderer_->draw(0, target);

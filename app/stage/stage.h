@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "app/common/camera_view.h"
 #include "app/common/picture_target.h"
 #include "app/files/file_source.h"
 #include "app/files/png_file.h"
 #include "app/options/scene_options.h"
+#include "app/stage/camera_view.h"
 #include "karst/inspect.h"
 #include "karst/karst.h"
 #include "platform/base/error.h"
@@ -66,6 +66,8 @@ class Stage {
   void detach(bool lost = false);
   bool attached() const { return renderer_ != nullptr; }
 
+  // What the device draws best with: PictureShape::reversed_depth. Where it has clip control.
+  bool reversed_depth() const { return device_info(*renderer_).clip_control; }
   // Draws one frame into target() and notes what it cost. The first one after attach() is complete whatever
   // work_ms says.
   Error draw(const StageView& view, FrameRecord& record);

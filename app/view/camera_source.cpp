@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "app/common/camera_view.h"
 #include "app/files/mapped_file.h"
+#include "app/stage/camera_view.h"
 #include "platform/base/clock.h"
 
 namespace karst::app {

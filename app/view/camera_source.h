@@ -42,6 +42,8 @@ class CameraSource {
   // The place of a frame that begins now: world_s into the path; fixed_s: time since the last one, below 0:
   // by the clock.
   const CameraPlace& advance(double world_s, std::int64_t now_ns, double fixed_s);
+  // From that place to the nearest surface: for place_view().
+  double clearance_m() { return ground_.clearance_m(place_.position_m); }
 
  private:
   bool take(CameraPlace pose);

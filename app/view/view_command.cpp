@@ -13,9 +13,9 @@
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
-#include "app/common/camera_view.h"
 #include "app/common/json_writer.h"
 #include "app/files/atomic_file.h"
+#include "app/stage/camera_view.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
 #include "app/view/frame_scheduler.h"
@@ -264,8 +264,9 @@ Error View::draw() {
   const CameraPlace& place = camera_.advance(scheduler_.time_s(), start, step_s);
   Display::Size size = display_->size();
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
-  const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns()};
-  const Status placed = place_view(place, stage_.world().info(), shape, view_.view);
+  const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns(),
+                           stage_.reversed_depth()};
+  const Status placed = place_view(place, stage_.world().info(), shape, camera_.clearance_m(), view_.view);
   if (!placed.ok()) {  // a pose far outside: the picture stays as it is
     say(Error("camera", placed).text());
     return {};

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
@@ -16,6 +17,9 @@
 namespace karst::bench {
 using namespace app;
 namespace {
+
+// Flights keep away from the ground.
+constexpr double kFree = std::numeric_limits<double>::infinity();
 
 double clock_ms(clockid_t clock) {
   timespec time{};
@@ -159,7 +163,7 @@ std::vector<CameraPlace> BenchView::flight(std::string_view name, int frames) {
 
 Error BenchView::place(const CameraPlace& place, ViewState& camera) {
   camera = look_.view;
-  const Status status = place_view(place, stage_.world().info(), shape_, camera);
+  const Status status = place_view(place, stage_.world().info(), shape_, kFree, camera);
   return Error("camera", status);
 }
 

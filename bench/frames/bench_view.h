@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/common/camera_view.h"
+#include "app/stage/camera_view.h"
 #include "app/stage/frame_statistics.h"
 #include "app/stage/stage_view.h"
 #include "bench/measure/standard_path.h"

@@ -74,6 +74,7 @@ KARST_API const FrameCosts& costs(const Renderer& renderer) noexcept;
 struct DeviceInfo {
   const char* renderer = "";  // as the driver names itself
   const char* version = "";
+  bool clip_control = false;    // for Target::depth_zero_to_one
   std::uint64_t gpu_bytes = 0;  // of the objects that exist
   std::uint64_t cpu_bytes = 0;  // taken of the world's memory
 };

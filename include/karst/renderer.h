@@ -97,6 +97,10 @@ struct Target {
   Rect viewport{};
   bool sky = true;  // false: what is there stays where there is no terrain
   Output output = Output::display;
+  // Depth reaches the buffer by way of 0..1, not -1..1; matrices stay as they are. With reversed_depth and a
+  // float depth buffer depth is then as fine far away as nearby: near may be 0.1 m and far 100 km. Needs
+  // DeviceInfo::clip_control, else unsupported. Whoever draws into the same depth sets glClipControl alike.
+  bool depth_zero_to_one = false;
 };
 
 // Light and air of a view, for the simulator's own shaders to look alike; linear light.

@@ -23,6 +23,16 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
   return {};
 }
 
+// z becomes (z + w) / 2: the same depth in the buffer, without what adding 1 takes off small numbers there.
+// In double, because of a reversed z near the far plane only the least digits are left.
+Camera zero_to_one(Camera camera) {
+  for (int column = 0; column < 4; ++column) {
+    glm::dvec4& c = camera.clip_from_view[column];
+    c.z = 0.5 * (c.z + c.w);
+  }
+  return camera;
+}
+
 ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& input, Writes writes) {
   if (writes == Writes::depth) return ShaderVariant::depth_only;
   if (settings.drape_width > 0) return ShaderVariant::drape;
@@ -40,16 +50,10 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   const int upright_height = on_its_side ? target.viewport.width : target.viewport.height;
   shader::FrameBlock block =
       make_frame_block(input.camera, input.least_cos2, input.light, settings.extent, upright_height);
+  if (target.depth_zero_to_one) block.clip_from_lattice = clip_from_lattice(zero_to_one(input.camera));
   block.first_rows.x = static_cast<int>(input.first_morph_row);
   turn_frame_block(block, input.quarter_turns);
   block.view_scale.w = target.linear ? 1.0f : 0.0f;
-  if (target.depth_zero_to_one) {
-    // (z + w) / 2: the same depth in the buffer, without what adding 1 takes off small numbers there.
-    for (int column = 0; column < 4; ++column) {
-      glm::vec4& c = block.clip_from_lattice[column];
-      c.z = 0.5f * (c.z + c.w);
-    }
-  }
   set_drape(settings.extent, settings.drape_repeat, block);
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
   const PixelSkips& skips = input.skips;

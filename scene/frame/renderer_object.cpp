@@ -322,6 +322,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   where.viewport = target.viewport;
   where.sky = target.sky;
   where.linear = target.output == Output::linear;
+  where.depth_zero_to_one = target.depth_zero_to_one;
   const Status status = gl.draw(input, where);
   costs.submit_ms += ms_since(start);
   return status;
@@ -457,6 +458,7 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   DeviceInfo info;
   info.renderer = own.gl.caps().renderer;
   info.version = own.gl.caps().version;
+  info.clip_control = own.gl.caps().clip_control;
   info.gpu_bytes = own.gl.gpu_bytes();
   info.cpu_bytes =
       own.world.layout.objects_bytes + own.world.layout.staging_bytes + own.world.terrain.arena.used();

@@ -77,7 +77,7 @@ HostWorld::~HostWorld() {
   if (world != nullptr) world->destroy();
 }
 
-HostPicture::HostPicture(int width, int height) : width_(width), height_(height) {
+HostPicture::HostPicture(int width, int height, GLenum depth_format) : width_(width), height_(height) {
   Error error;
   display_ = open_headless_display({}, error);
   EXPECT_NE(display_, nullptr) << error.text();
@@ -86,7 +86,7 @@ HostPicture::HostPicture(int width, int height) : width_(width), height_(height)
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
   glGenRenderbuffers(1, &depth_);
   glBindRenderbuffer(GL_RENDERBUFFER, depth_);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
+  glRenderbufferStorage(GL_RENDERBUFFER, depth_format, width, height);
   glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);

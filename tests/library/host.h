@@ -72,7 +72,7 @@ class HostWorld {
 // A context of OpenGL ES 3.0 and a framebuffer in it; row 0 at the bottom.
 class HostPicture {
  public:
-  HostPicture(int width, int height);
+  HostPicture(int width, int height, GLenum depth_format = GL_DEPTH_COMPONENT24);
   ~HostPicture();
   HostPicture(const HostPicture&) = delete;
   HostPicture& operator=(const HostPicture&) = delete;

@@ -122,6 +122,7 @@ void TestWorld::roughen(int level, std::uint64_t seed, int amplitude) {
 
 WorldInfo TestWorld::info() const {
   core::WorldInfo info;
+  info.voxel_size_m = voxel_size_m;
   info.extent = extent_;
   info.depth = octree_.depth();
   info.level = level_;

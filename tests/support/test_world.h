@@ -73,6 +73,7 @@ class TestWorld {
   core::WorldInfo info() const;
   std::vector<PatchKey> keys() const;
   std::vector<std::byte> file() const;
+  double voxel_size_m = 1;
 
   // Vertices of one patch in slot order.
   std::vector<GpuVertex> vertices(PatchId patch, int level) const;

@@ -17,11 +17,17 @@ struct PictureShape {
   // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
   // the target.
   int quarter_turns = 0;
+  bool reversed_depth = false;
 };
 
-// Near and far fitted to the world's box. invalid_argument naming position, yaw_deg or pitch_deg.
+// Voxels: surfaces further from the eye than this do not matter to place_view().
+inline constexpr double kClearance = 0.25;
+
+// Near and far fitted to the world's box, near also to the eye's clearance: metres from it to the nearest
+// surface, or more than kClearance. Near moves in steps of 2, so that it is the same in most frames of a
+// flight. invalid_argument naming position, yaw_deg or pitch_deg.
 Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
-                  ViewState& view);
+                  double clearance_m, ViewState& view);
 
 // Looks over the world from above its south-east corner.
 CameraPlace overview(const WorldInfo& world, double fov_y_deg);

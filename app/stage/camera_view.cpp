@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/common/camera_view.h"
+#include "app/stage/camera_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,8 +24,13 @@ constexpr double kOverviewHeight = 0.09;
 constexpr double kOverviewYawDeg = 45.0;
 constexpr double kOverviewHorizon = 0.31;
 
-// From here on nearer things are cut: small enough to walk through a cave with.
-constexpr double kNearest = 1.0 / 32;  // voxels
+// Near planes within the world's box: this, or where surfaces are nearer, a half, a quarter, ... of it. No
+// nearer than kLeastNear_m: at an arm's length from rock nothing is cut.
+constexpr double kNearest = 1.0 / 32;    // voxels
+constexpr double kLeastNear_m = 0.0625;  // or kNearest, where that is less
+// Of the way to the nearest surface that the near plane's corners may go: what is drawn strays from what is
+// asked for by the picture's error.
+constexpr double kPartOfWay = 0.8;
 
 glm::dvec3 vec(Vec3 v) {
   return {v.x, v.y, v.z};
@@ -79,8 +84,11 @@ Status refuse(const char* what, const char* field) {
 }  // namespace
 
 Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
-                  ViewState& view) {
+                  double clearance_m, ViewState& view) {
   const double size = world.voxel_size_m;
+  const bool on_its_side = (shape.quarter_turns & 1) != 0;
+  const int upright_width = on_its_side ? shape.height : shape.width;
+  const int upright_height = on_its_side ? shape.width : shape.height;
   const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / size;
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(place.position_m[axis])) return refuse("not a finite number", "position");
@@ -89,8 +97,6 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const Pictur
   }
   if (!(std::abs(place.yaw_deg) <= 1e6)) return refuse("not within -1e6..1e6 degrees", "yaw_deg");
   if (!(std::abs(place.pitch_deg) <= 90)) return refuse("not within -90..90 degrees", "pitch_deg");
-  // A depth buffer's steps grow with far / near: take near as far as the view allows, a half of what lies
-  // between the eye and the box.
   const glm::dvec3 low = (vec(world.low_m) - vec(world.origin_m)) / size;
   const glm::dvec3 high = (vec(world.high_m) - vec(world.origin_m)) / size;
   const glm::dvec3 outside = glm::max(glm::max(low - position, position - high), glm::dvec3(0.0));
@@ -100,16 +106,22 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const Pictur
                             (n & 4) != 0 ? high.z : low.z);
     farthest = std::max(farthest, glm::length(corner - position));
   }
-  double near = std::max(kNearest, 0.5 * glm::length(outside));
+  // A depth buffer of whole numbers has steps that grow with far / near: near is taken as far as the view
+  // allows.
+  const double up = std::tan(0.5 * shape.fov_y_deg * kRadiansPerDegree);
+  const double across = up * upright_width / upright_height;
+  const double part = kPartOfWay / std::sqrt(1 + up * up + across * across);
+  double near = kNearest;
+  while (near * size >= 2 * kLeastNear_m && near * size > part * clearance_m) near *= 0.5;
+  near = std::max(near, part * glm::length(outside));
   const double far = std::min(std::max(farthest * 1.01, near * 2.0), kReach);
   near = std::min(near, far * 0.5);
 
   view.eye = {place.position_m.x, place.position_m.y, place.position_m.z};
   set_rotation(place.yaw_deg, place.pitch_deg, view);
-  view.reversed_depth = false;
-  const bool on_its_side = (shape.quarter_turns & 1) != 0;
-  view.width_px = static_cast<std::uint32_t>(on_its_side ? shape.height : shape.width);
-  view.height_px = static_cast<std::uint32_t>(on_its_side ? shape.width : shape.height);
+  view.reversed_depth = shape.reversed_depth;
+  view.width_px = static_cast<std::uint32_t>(upright_width);
+  view.height_px = static_cast<std::uint32_t>(upright_height);
   set_perspective(view, shape.fov_y_deg, near * size, far * size);
   turn(shape.quarter_turns, view);
   view.width_px = static_cast<std::uint32_t>(shape.width);

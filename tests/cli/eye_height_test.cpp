@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Pictures from a person's height over voxels that are a hundred times larger.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "app/files/mapped_file.h"
+#include "app/files/png_file.h"
+#include "tests/support/process.h"
+#include "tests/support/test_world.h"
+
+namespace karst::app {
+namespace {
+
+// Level ground, voxels of 256 m: a picture straight down from a person's height shows nothing else.
+TEST(EyeHeight, NoSkyBelowAPerson) {
+  test::TestWorld ground({12, 8, 12}, [](glm::ivec3 v) { return v.y < 4; });
+  ground.roughen(3, 1, 0);
+  ground.voxel_size_m = 256;
+  const test::Folder folder;
+  const std::string world = folder.write("world.karst", ground.file());
+  const auto drawn = [&](const std::string& camera) {
+    const test::ProcessResult result = test::run_process(
+        KARST_APP_PATH, {"render", world, "-o", folder.path("a.png"), "--size", "64x36", "--camera", camera},
+        {});
+    EXPECT_EQ(result.code, 0) << result.err;
+    MappedFile file;
+    PngPicture picture;
+    EXPECT_EQ(file.open(folder.path("a.png")).text(), "");
+    EXPECT_EQ(decode_png(file.bytes(), 64, picture).text(), "");
+    int blue = 0;
+    for (std::size_t n = 0; n + 3 < picture.rgba.size(); n += 4)
+      blue += picture.rgba[n + 2] > picture.rgba[n];
+    return blue;
+  };
+  EXPECT_EQ(drawn("1500,~0.5,1500,10,90"), 64 * 36);
+  for (const char* camera : {"1500,~1.7,1500,10,-90", "1500,~1.7,1500,10,-40", "1500,~0.25,1500,10,-60"})
+    EXPECT_EQ(drawn(camera), 0) << camera;
+}
+
+}  // namespace
+}  // namespace karst::app
