@@ -16,8 +16,12 @@ namespace {
 
 constexpr std::uint32_t kChunkIndices = 48;  // 16 triangles
 
-void GL_APIENTRY show_shadows(GLuint shader, GLsizei, const GLchar* const* texts, const GLint*) {
-  std::string text = texts[0];
+void GL_APIENTRY show_shadows(GLuint shader, GLsizei count, const GLchar* const* texts,
+                              const GLint* lengths) {
+  std::string text;  // a length below 0: up to the end
+  for (GLsizei n = 0; n < count; ++n)
+    text +=
+        lengths[n] < 0 ? std::string(texts[n]) : std::string(texts[n], static_cast<std::size_t>(lengths[n]));
   const std::size_t main = text.find("void main() {");
   if (main != std::string::npos && text.find("in vec3 from_eye_ws") != std::string::npos &&
       text.find("out vec4 colour") != std::string::npos) {
