@@ -12,12 +12,12 @@
 #define KARST_UNIT_PAGE_TABLE 0
 #define KARST_UNIT_MORPH_ENTRIES 1
 #define KARST_UNIT_MORPH_ROWS 2
-#define KARST_UNIT_ALBEDO_HEIGHT 3
+#define KARST_UNIT_FAR_TEXTURES 3
 #define KARST_UNIT_SKY_LINE 4
 #define KARST_UNIT_VARIATION 5
 #define KARST_UNIT_DRAPE 6
 #define KARST_UNIT_SHADOW_MAPS 7
-#define KARST_UNIT_NORMAL_ROUGHNESS 8
+#define KARST_UNIT_NEAR_TEXTURES 8
 #define KARST_UNITS 9
 
 // Binding points of the uniform blocks, from the first that a host gives.
@@ -49,11 +49,12 @@
 #ifndef KARST_MATERIALS
 #define KARST_MATERIALS KARST_MOST_MATERIALS
 #endif
-// Voxels that one repeat of the textures covers at the far scale, and one of the variation; powers of two, so
-// that positions can be taken modulo the repeat in integers and stay precise however far from the origin. At
-// the near scale it is one voxel.
-#define KARST_FAR_REPEAT 16
-#define KARST_FAR_REPEAT_LOG2 4.0
+// Voxels that one repeat of the textures covers, and one of the variation, are powers of two, so that
+// positions can be taken modulo the repeat in integers and stay precise however far from the origin. At the
+// far scale it is 16 times as wide as at the near one (MaterialSet::repeat_log2), of half as many texels:
+// levels of detail between the two.
+#define KARST_FAR_REPEAT_LOG2 4
+#define KARST_FAR_LEVELS 5.0
 #define KARST_VARIATION_REPEAT 32
 // epsilon of K's equation 4.4: 0.15 to 0.25 are good.
 #define KARST_TRIPLANAR_EPSILON 0.2
@@ -138,11 +139,16 @@ KARST_BLOCK(FrameBlock) {
 
 // What stays the same for a world. Material, terrain/shading/materials.h, by layer.
 KARST_BLOCK(MaterialBlock) {
-  vec4 material_scale;  // y: log2 of a texture's side in texels
+  // Repeats a voxel, x: near, z: far; y: log2 of near texels a voxel; w: log2 of a near texture's texels
+  vec4 material_scale;
+  ivec4 material_repeat;  // voxels that a repeat covers less 1, x: near, y: far; 0: one or less
   // Limits of the normal's y: x * xy + .. is 0 where a material begins to cover, 1 where it covers; zw: the
   // same at the high limit.
   vec4 material_slope[KARST_MOST_MATERIALS];
   vec4 material_height[KARST_MOST_MATERIALS];      // of the height, voxels
   vec4 material_noise_cave[KARST_MOST_MATERIALS];  // x: how far noise moves limits, y: cover in caves
-  vec4 material_average[KARST_MOST_MATERIALS];  // rgb: albedo, a: roughness, both of the coarsest level
+  vec4 material_average[KARST_MOST_MATERIALS];  // rgb: albedo, a: roughness, of all of it seen from afar
+  vec4 material_tint[KARST_MOST_MATERIALS];     // rgb: how much albedo follows brightness
+  // What a texel of the near array stands for, factor and offset: xy: of brightness, zw: of slopes.
+  vec4 material_near[KARST_MOST_MATERIALS];
 };

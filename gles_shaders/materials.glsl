@@ -7,8 +7,9 @@
 // Skipping is done by loops of 0 or more rounds, not by branches: GPUs take both alike, while llvmpipe runs
 // both sides of a branch always, and a loop only as long as one of eight pixels needs it.
 
-uniform KARST_MEDIUM sampler2DArray albedo_height;     // rgb: albedo, sRGB; a: height of the bumps, 0..1
-uniform KARST_MEDIUM sampler2DArray normal_roughness;  // a, g: normal along s and t; r: roughness
+// TextureArray, terrain/shading/materials.h; MaterialBlock says what near texels stand for.
+uniform KARST_MEDIUM sampler2DArray far_textures;   // rgb: albedo, sRGB; a: roughness
+uniform KARST_MEDIUM sampler2DArray near_textures;  // r: brightness; g: height, 0..1; ba: slope along s and t
 #ifdef KARST_BLEND
 uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, K equation 4.6 (variation_texture.h)
 #endif
@@ -35,19 +36,22 @@ struct Lookup {
   vec3 far;
   float near_lod;
   float far_lod;
-  // Shares of the near scale's albedo and of its bumps: 0 where texels are far smaller than a pixel.
+  // Shares of the near scale's brightness and of its bumps: 0 where texels are far smaller than a pixel. What
+  // is not seen as bumps makes the ground rougher.
   KARST_MEDIUM float detail;
   KARST_MEDIUM float relief;
-  int albedos;  // lookups at the near scale: 1 or 0
-  int bumps;
+  KARST_MEDIUM float smoothness;
+  int details;  // lookups at the near scale: 1 or 0
 };
 
 Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
-  vec3 far = vec3(patch_voxel & (KARST_FAR_REPEAT - 1)) + in_patch;
-  float detail = clamp(material_scale.y - KARST_DETAIL_LEVELS - lod, 0.0, 1.0);
-  float relief = clamp(material_scale.y - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
-  return Lookup(in_patch, far / float(KARST_FAR_REPEAT), lod, lod - KARST_FAR_REPEAT_LOG2, detail, relief,
-                max(int(detail > 0.0), least_work.z), max(int(relief > 0.0), least_work.z));
+  vec3 near = (vec3(patch_voxel & material_repeat.x) + in_patch) * material_scale.x;
+  vec3 far = (vec3(patch_voxel & material_repeat.y) + in_patch) * material_scale.z;
+  float detail = clamp(material_scale.w - KARST_DETAIL_LEVELS - lod, 0.0, 1.0);
+  float relief = clamp(material_scale.w - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
+  float smoothness = clamp(1.0 - lod / (material_scale.w + 1.0 - KARST_RELIEF_LEVELS), 0.0, 1.0);
+  return Lookup(near, far, lod, lod - KARST_FAR_LEVELS, detail, relief, smoothness,
+                max(int(detail > 0.0), least_work.z));
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -72,9 +76,8 @@ Planes planes_of(vec3 normal) {
 
 // Sums over planes of what the textures say, times the plane's weight.
 struct Sums {
-  KARST_MEDIUM vec3 far;
-  KARST_MEDIUM vec4 near;
-  KARST_MEDIUM float roughness;
+  KARST_MEDIUM vec4 far;
+  KARST_MEDIUM vec2 near;
   KARST_MEDIUM vec3 gradient;
 };
 
@@ -83,38 +86,36 @@ KARST_MEDIUM vec3 decode_albedo(KARST_MEDIUM vec3 srgb) {
   return srgb * (srgb * (srgb * 0.305306011 + 0.682171111) + 0.012522878);
 }
 
-void add_bump(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM float weight) {
-  KARST_MEDIUM vec4 bump = textureLod(normal_roughness, near, lod);
-  sums.roughness += weight * bump.r;
-  // A height's gradient in s and t is that of the surface along two of the world's axes, whichever way it
+void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM float weight,
+                KARST_MEDIUM vec2 decoding) {
+  KARST_MEDIUM vec4 texel = textureLod(near_textures, near, lod);
+  sums.near += weight * texel.rg;
+  // A height's slope along s and t is the surface's gradient along two of the world's axes, whichever way it
   // faces: M. Mikkelsen, "Surface Gradient Based Bump Mapping Framework", 2020.
-  KARST_MEDIUM vec2 n = bump.ag * (255.0 / 127.0) - 128.0 / 127.0;
-  KARST_MEDIUM vec2 slope = n * (-weight * inversesqrt(max(1.0 - dot(n, n), 0.02)));
+  KARST_MEDIUM vec2 slope = weight * (texel.ba * decoding.x + decoding.y);
   sums.gradient +=
       axis == 0 ? vec3(0.0, slope.yx) : axis == 1 ? vec3(slope.x, 0.0, slope.y) : vec3(slope, 0.0);
 }
 
 Surface surface_of(int material, Lookup at, Planes planes) {
-  Sums sums = Sums(vec3(0.0), vec4(0.0), 0.0, vec3(0.0));
+  Sums sums = Sums(vec4(0.0), vec2(0.0), vec3(0.0));
   float layer = float(material);
+  KARST_MEDIUM vec4 decoding = material_near[material];
   for (int n = 0; n < planes.count; ++n) {
     int axis = planes.count == 3 ? n : n == 0 ? planes.first : planes.second;
     KARST_MEDIUM float weight =
         axis == 0 ? planes.weights.x : axis == 1 ? planes.weights.y : planes.weights.z;
-    sums.far += weight * textureLod(albedo_height, vec3(on_plane(at.far, axis), layer), at.far_lod).rgb;
+    sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
     vec3 near = vec3(on_plane(at.near, axis), layer);
-    for (int once = 0; once < at.albedos; ++once) {
-      sums.near += weight * textureLod(albedo_height, near, at.near_lod);
+    for (int once = 0; once < at.details; ++once) {
+      add_detail(sums, near, at.near_lod, axis, weight, decoding.zw);
     }
-    for (int once = 0; once < at.bumps; ++once) add_bump(sums, near, at.near_lod, axis, weight);
   }
-  // The near scale brings detail, the far one variety: their product, by the average.
-  sums.far = decode_albedo(sums.far);
-  sums.near.rgb = decode_albedo(sums.near.rgb);
-  KARST_MEDIUM vec4 average = material_average[material];
-  return Surface(sums.far * mix(vec3(1.0), sums.near.rgb / average.rgb, at.detail),
-                 mix(KARST_MEAN_HEIGHT, sums.near.a, at.detail), mix(average.a, sums.roughness, at.relief),
-                 sums.gradient * at.relief);
+  // The far scale brings variety, the near one detail, of which the texture's own colours follow.
+  KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
+  return Surface(decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb),
+                 mix(KARST_MEAN_HEIGHT, sums.near.g, at.detail),
+                 mix(material_average[material].a, sums.far.a, at.smoothness), sums.gradient * at.relief);
 }
 
 #ifdef KARST_BLEND

@@ -62,10 +62,11 @@ void print_materials(std::string& out, const BakedMaterials& materials) {
     print(out, "textures      %zu bytes, not compressed\n", materials.textures.size());
     return;
   }
-  print(out, "textures      %zu bytes of ETC2 for %zu; albedo %.1f dB, height %.1f dB, roughness %.1f dB, ",
-        materials.textures.size(), bytes_as(set, TextureFormat::rgba8), materials.loss.albedo_db,
-        materials.loss.height_db, materials.loss.roughness_db);
-  print(out, "normals %.2f degrees rms\n", materials.loss.normal_degrees);
+  const TextureLoss& loss = materials.loss;
+  print(out, "textures      %zu bytes for %zu; far: albedo %.1f dB, roughness %.1f dB; ",
+        materials.textures.size(), bytes_as(set, TextureFormat::rgba8), loss.albedo_db, loss.roughness_db);
+  print(out, "near: brightness %.1f dB, height %.1f dB, normals %.2f degrees rms\n", loss.brightness_db,
+        loss.height_db, loss.normal_degrees);
 }
 
 // A PSNR is infinite where nothing changed.
@@ -94,8 +95,9 @@ void write_materials(app::JsonWriter& json, const BakedMaterials& materials) {
   json.field("bytes_rgba8", std::uint64_t{bytes_as(set, TextureFormat::rgba8)});
   json.key("psnr_db").begin_object();
   write_decibels(json, "albedo", materials.loss.albedo_db);
-  write_decibels(json, "height", materials.loss.height_db);
   write_decibels(json, "roughness", materials.loss.roughness_db);
+  write_decibels(json, "brightness", materials.loss.brightness_db);
+  write_decibels(json, "height", materials.loss.height_db);
   json.end_object();
   json.field("normal_rms_degrees", materials.loss.normal_degrees);
   json.field("patches_painted", std::uint64_t{materials.painted});

@@ -51,9 +51,9 @@ struct TextureComparison {
   const char* on = "";
   const char* off = "";  // formats
   std::uint64_t on_bytes = 0, off_bytes = 0;
-  // PSNR of the finest level's bytes, decoded, all layers; infinite where they are the same.
-  double albedo_db = 0, height_db = 0;
-  double roughness_db = 0, normal_t_db = 0, normal_s_db = 0;
+  // PSNR of the finest level, all layers, the peak being 1; infinite where they are the same.
+  double albedo_db = 0, roughness_db = 0;  // of what is stored
+  double brightness_db = 0, height_db = 0, slope_db = 0;
 };
 
 struct ShadingReport {

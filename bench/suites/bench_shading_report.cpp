@@ -16,45 +16,64 @@ const char* format_name(TextureFormat format) {
   return format == TextureFormat::etc2 ? "etc2" : "rgba8";
 }
 
-// The finest level of a layer, as bytes of 4 channels.
+// The finest level of a layer, what its four channels stand for: of the far array 0..1, of the near one
+// brightness, height and slopes.
 Error read_layer(const core::World& world, TextureArray array, std::uint32_t layer,
-                 std::vector<std::uint8_t>& rgba) {
+                 std::vector<double>& texels) {
   const MaterialSet& set = world.materials();
-  rgba.resize(std::size_t{set.side} * set.side * 4);
-  std::vector<std::uint8_t> bytes(texture_image_bytes(set.format, set.side, 0));
-  Status status =
+  const TextureFormat format = texture_format(set.format, array);
+  const std::uint32_t side = texture_side(set.side, array);
+  std::vector<std::uint8_t> bytes(texture_image_bytes(set.format, set.side, array, 0)), codes;
+  const Status status =
       world.read_textures(array, 0, layer, 1, std::as_writable_bytes(std::span<std::uint8_t>(bytes)));
   if (!status.ok()) return Error("textures", status);
-  if (set.format == TextureFormat::rgba8) {
-    rgba = bytes;
+  if (format == TextureFormat::etc2) {
+    codes.resize(std::size_t{side} * side * 4);
+    if (const Status decoded = etc2::decode_etc2(bytes, side, side, codes); !decoded.ok())
+      return Error("textures", decoded);
+  } else if (format == TextureFormat::rgba4) {
+    for (std::size_t i = 0; i < bytes.size(); i += 2) {
+      const unsigned texel = bytes[i] | unsigned{bytes[i + 1]} << 8;
+      for (const unsigned shift : {12u, 8u, 4u, 0u})
+        codes.push_back(static_cast<std::uint8_t>(texel >> shift & 15));
+    }
   } else {
-    status = etc2::decode_etc2(bytes, set.side, set.side, rgba);
+    codes = bytes;
   }
-  return Error("textures", status);
+  const NearCodes near = near_codes(format);
+  const Material& material = set.materials[layer];
+  texels.clear();
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const int code = codes[i];
+    const double span = i % 4 == 0 ? double{material.brightness_span} : double{material.slope_span};
+    const bool plain = array == TextureArray::far || i % 4 == 1;
+    texels.push_back(plain ? 1.0 * code / near.most : span * (code - near.middle) / near.steps);
+  }
+  return {};
 }
 
 struct SquaredErrors {
   double of[4] = {};  // sums by channel
   double texels = 0;
 
-  // Of channels first..last together.
+  // Of channels first..last together, the peak being 1.
   double psnr_db(int first, int last) const {
     double sum = 0;
     for (int c = first; c <= last; ++c) sum += of[c];
     if (sum == 0) return std::numeric_limits<double>::infinity();
-    return 10 * std::log10(255.0 * 255.0 * texels * (last - first + 1) / sum);
+    return 10 * std::log10(texels * (last - first + 1) / sum);
   }
 };
 
 Error compare_arrays(const core::World& on, const core::World& off, TextureArray array,
                      SquaredErrors& errors) {
-  std::vector<std::uint8_t> a, b;
+  std::vector<double> a, b;
   for (std::uint32_t layer = 0; layer < on.materials().count; ++layer) {
     Error error = read_layer(on, array, layer, a);
     if (error.ok()) error = read_layer(off, array, layer, b);
     if (!error.ok()) return error;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      const double d = int{a[i]} - int{b[i]};
+      const double d = a[i] - b[i];
       errors.of[i % 4] += d * d;
     }
     errors.texels += static_cast<double>(a.size() / 4);
@@ -107,20 +126,20 @@ Error compare_textures(const core::World& on, const core::World& off, TextureCom
   const MaterialSet& b = off.materials();
   if (a.count == 0 || a.count != b.count || a.side != b.side)
     return "its materials are not as many or not of the same size";
-  SquaredErrors albedo, normal;
-  Error error = compare_arrays(on, off, TextureArray::albedo_height, albedo);
-  if (error.ok()) error = compare_arrays(on, off, TextureArray::normal_roughness, normal);
+  SquaredErrors far, near;
+  Error error = compare_arrays(on, off, TextureArray::far, far);
+  if (error.ok()) error = compare_arrays(on, off, TextureArray::near, near);
   if (!error.ok()) return error;
   result.made = true;
   result.on = format_name(a.format);
   result.off = format_name(b.format);
   result.on_bytes = texture_bytes(a);
   result.off_bytes = texture_bytes(b);
-  result.albedo_db = albedo.psnr_db(0, 2);
-  result.height_db = albedo.psnr_db(3, 3);
-  result.roughness_db = normal.psnr_db(0, 0);
-  result.normal_t_db = normal.psnr_db(1, 1);
-  result.normal_s_db = normal.psnr_db(3, 3);
+  result.albedo_db = far.psnr_db(0, 2);
+  result.roughness_db = far.psnr_db(3, 3);
+  result.brightness_db = near.psnr_db(0, 0);
+  result.height_db = near.psnr_db(1, 1);
+  result.slope_db = near.psnr_db(2, 3);
   return {};
 }
 
@@ -139,11 +158,10 @@ void print_shading(const ShadingReport& report) {
   const TextureComparison& t = report.textures;
   if (!t.made) return;
   std::printf(
-      "textures: %s %.0f KiB, %s %.0f KiB; PSNR in dB: albedo %.1f, height %.1f, roughness %.1f, normals "
-      "%.1f "
-      "%.1f\n",
+      "textures: %s %.0f KiB, %s %.0f KiB; PSNR in dB: albedo %.1f, roughness %.1f, brightness %.1f, "
+      "height %.1f, slopes %.1f\n",
       t.on, static_cast<double>(t.on_bytes) / 1024, t.off, static_cast<double>(t.off_bytes) / 1024,
-      t.albedo_db, t.height_db, t.roughness_db, t.normal_t_db, t.normal_s_db);
+      t.albedo_db, t.roughness_db, t.brightness_db, t.height_db, t.slope_db);
 }
 
 std::string shading_json(const ShadingReport& report) {
@@ -158,9 +176,9 @@ std::string shading_json(const ShadingReport& report) {
   if (t.made) {
     json.begin_object().field("on", t.on).field("off", t.off);
     json.field("on_bytes", t.on_bytes).field("off_bytes", t.off_bytes);
-    json.key("psnr_db").begin_object().field("albedo", t.albedo_db).field("height", t.height_db);
-    json.field("roughness", t.roughness_db).field("normal_t", t.normal_t_db);
-    json.field("normal_s", t.normal_s_db).end_object().end_object();
+    json.key("psnr_db").begin_object().field("albedo", t.albedo_db).field("roughness", t.roughness_db);
+    json.field("brightness", t.brightness_db).field("height", t.height_db);
+    json.field("slope", t.slope_db).end_object().end_object();
   } else {
     json.null();
   }

@@ -13,6 +13,7 @@ std::size_t image_bytes(GLenum format, std::size_t width, std::size_t height) {
     case GL_R8UI:
       return width * height;
     case GL_R16F:
+    case GL_RGBA4:
     case GL_DEPTH_COMPONENT16:
       return width * height * 2;
     case GL_RG32UI:

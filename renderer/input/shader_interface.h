@@ -32,7 +32,6 @@ static_assert(kMostMorphRows == 1u << KARST_ROW_BITS && kMostSlotPages <= 1u << 
 static_assert(KARST_PLACE_BITS + KARST_ROW_BITS == KARST_MATERIAL_SHIFT);
 static_assert(kMostMaterials == KARST_MOST_MATERIALS && kMostLights == KARST_MOST_LIGHTS);
 static_assert(kCaveBegins == static_cast<float>(KARST_CAVE_BEGINS));
-static_assert(1 << static_cast<int>(KARST_FAR_REPEAT_LOG2) == KARST_FAR_REPEAT);
 static_assert(kMorphShare == static_cast<float>(KARST_MORPH_SHARE));
 
 }  // namespace karst::core::shader

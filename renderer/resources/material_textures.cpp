@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/resources/material_textures.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "renderer/gl/gl_state.h"
@@ -20,6 +21,20 @@ glm::vec4 limits(float low, float high, float soft) {
   return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
 }
 
+// Whole voxels of a repeat, at least one.
+int voxels(int repeat_log2) {
+  return 1 << std::max(repeat_log2, 0);
+}
+
+// What a near texel, 0..1, stands for: factors and offsets.
+glm::vec4 near_decoding(TextureFormat format, const Material& material) {
+  const NearCodes codes = near_codes(format);
+  const float factor = static_cast<float>(codes.most) / static_cast<float>(codes.steps);
+  const float offset = static_cast<float>(codes.middle) / static_cast<float>(codes.steps);
+  return {material.brightness_span * factor, 1.0f - material.brightness_span * offset,
+          material.slope_span * factor, -material.slope_span * offset};
+}
+
 Status fill_plain(const Gl& gl, const RendererSettings& settings, const std::uint8_t (&texel)[4]) {
   if (settings.material_count > 0) return {};
   gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, texel);
@@ -30,15 +45,28 @@ Status fill_plain(const Gl& gl, const RendererSettings& settings, const std::uin
 
 // Albedo is sRGB, which the shader decodes (materials.glsl): once for all planes instead of at each of a
 // lookup's eight texels, where llvmpipe spends most of a frame.
-GLenum texture_format(TextureFormat format) {
-  return format == TextureFormat::etc2 ? GL_COMPRESSED_RGBA8_ETC2_EAC : GL_RGBA8;
+GLenum gl_format(TextureFormat format) {
+  switch (format) {
+    case TextureFormat::etc2:
+      return GL_COMPRESSED_RGBA8_ETC2_EAC;
+    case TextureFormat::rgba4:
+      return GL_RGBA4;
+    case TextureFormat::rgba8:
+      break;
+  }
+  return GL_RGBA8;
 }
 
 shader::MaterialBlock make_material_block(const MaterialSet& materials) {
   shader::MaterialBlock block{};
-  block.material_scale = {0.0f, materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side)),
-                          0.0f, 0.0f};
+  const int near = materials.repeat_log2, far = near + KARST_FAR_REPEAT_LOG2;
+  const float levels = materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side));
+  block.material_scale = {std::ldexp(1.0f, -near), levels - static_cast<float>(near), std::ldexp(1.0f, -far),
+                          levels};
+  block.material_repeat = {voxels(near) - 1, voxels(far) - 1, 0, 0};
   block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
+  block.material_tint[0] = {1.0f, 1.0f, 1.0f, 0.0f};
+  block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
   for (std::uint32_t m = 0; m < materials.count; ++m) {
     const Material& material = materials.materials[m];
     block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
@@ -47,6 +75,8 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials) {
     block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
     block.material_average[m] = {material.average[0], material.average[1], material.average[2],
                                  material.roughness};
+    block.material_tint[m] = {material.tint[0], material.tint[1], material.tint[2], 0.0f};
+    block.material_near[m] = near_decoding(texture_format(materials.format, TextureArray::near), material);
   }
   return block;
 }
@@ -58,11 +88,11 @@ Status fill_material_block(const Gl& gl, const RendererSettings& /*settings*/, c
 }
 
 // Pale stone, level and rough.
-Status fill_albedo_height(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
-  return fill_plain(gl, settings, {148, 140, 128, 128});
+Status fill_far_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  return fill_plain(gl, settings, {148, 140, 128, 230});
 }
-Status fill_normal_roughness(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
-  return fill_plain(gl, settings, {230, 128, 230, 128});
+Status fill_near_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  return fill_plain(gl, settings, {128, 128, 128, 128});
 }
 
 Status fill_variation(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
@@ -94,25 +124,30 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
 
 Status upload_textures(const GlDevice& device, const RendererSettings& settings, TextureArray array,
                        int level, int first_layer, int layers, std::span<const std::byte> bytes) {
-  if (level < 0 || level >= texture_levels(settings.material_side)) return invalid("not a level", "level");
+  if (level < 0 || level >= texture_levels(settings.material_side, array))
+    return invalid("not a level", "level");
   const auto count = static_cast<int>(settings.material_count);
   if (first_layer < 0 || layers < 1 || first_layer > count - layers) return invalid("not layers", "layers");
-  const std::size_t needed = texture_image_bytes(settings.material_format, settings.material_side, level) *
-                             static_cast<std::size_t>(layers);
+  const std::size_t needed =
+      texture_image_bytes(settings.material_format, settings.material_side, array, level) *
+      static_cast<std::size_t>(layers);
   if (bytes.size() != needed) return invalid("of another size than the layers", "bytes", bytes.size());
   const Gl& gl = device.gl;
   enter_upload(device);
   gl.BindTexture(GL_TEXTURE_2D_ARRAY,
-                 name_of(device, array == TextureArray::albedo_height ? Object::albedo_height
-                                                                      : Object::normal_roughness));
-  const auto side = static_cast<GLsizei>(settings.material_side >> level);
-  if (settings.material_format == TextureFormat::etc2) {
+                 name_of(device, array == TextureArray::far ? Object::far_textures : Object::near_textures));
+  const auto side = static_cast<GLsizei>(texture_side(settings.material_side, array) >> level);
+  const TextureFormat format = texture_format(settings.material_format, array);
+  if (format == TextureFormat::etc2) {
     gl.CompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers,
-                               texture_format(settings.material_format), static_cast<GLsizei>(needed),
-                               bytes.data());
+                               gl_format(format), static_cast<GLsizei>(needed), bytes.data());
   } else {
+    const bool small = format == TextureFormat::rgba4;
+    // Images of one texel have no gaps between them.
+    if (small) gl.PixelStorei(GL_UNPACK_ALIGNMENT, 2);
     gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, first_layer, side, side, layers, GL_RGBA,
-                     GL_UNSIGNED_BYTE, bytes.data());
+                     small ? GL_UNSIGNED_SHORT_4_4_4_4 : GL_UNSIGNED_BYTE, bytes.data());
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
   }
   gl.BindTexture(GL_TEXTURE_2D_ARRAY, 0);
   leave_upload(device);

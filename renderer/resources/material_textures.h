@@ -13,15 +13,16 @@
 
 namespace karst::core {
 
-GLenum texture_format(TextureFormat format);
+// The internal format of images.
+GLenum gl_format(TextureFormat format);
 
 // What stays the same for a world. materials.count 0: one material that is everywhere.
 shader::MaterialBlock make_material_block(const MaterialSet& materials);
 
 // ObjectRow::fill: what is seen where a world has no materials; and the noise.
 Status fill_material_block(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
-Status fill_albedo_height(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
-Status fill_normal_roughness(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
+Status fill_far_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
+Status fill_near_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
 Status fill_variation(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
 
 // Renderer::set_materials and upload_textures.

@@ -57,12 +57,13 @@ ObjectShape drape(const Settings& s) {
   return shape;
 }
 
+template <TextureArray array>
 ObjectShape materials(const Settings& s) {
   const bool plain = s.material_count == 0;
-  const int side = plain ? 1 : static_cast<int>(s.material_side);
+  const int side = plain ? 1 : static_cast<int>(texture_side(s.material_side, array));
   return {.target = GL_TEXTURE_2D_ARRAY,
-          .format = texture_format(plain ? TextureFormat::rgba8 : s.material_format),
-          .levels = plain ? 1 : texture_levels(s.material_side),
+          .format = gl_format(plain ? TextureFormat::rgba8 : texture_format(s.material_format, array)),
+          .levels = plain ? 1 : texture_levels(s.material_side, array),
           .width = side,
           .height = side,
           .depth = plain ? 1 : static_cast<int>(s.material_count),
@@ -159,8 +160,8 @@ constexpr ObjectRow kRows[] = {
        return image(GL_R16F, kPatchesPerRow * kMorphRow, morph_texture_rows(s.morph_rows));
      },
      nullptr},
-    {"albedo_height", Kind::texture, Consumer::materials, materials, fill_albedo_height},
-    {"normal_roughness", Kind::texture, Consumer::materials, materials, fill_normal_roughness},
+    {"far_textures", Kind::texture, Consumer::materials, materials<TextureArray::far>, fill_far_textures},
+    {"near_textures", Kind::texture, Consumer::materials, materials<TextureArray::near>, fill_near_textures},
     {"variation", Kind::texture, Consumer::textures, variation, fill_variation},
     {"sky_line", Kind::texture, Consumer::textures,
      [](const Settings& s) { return image(GL_R16F, s.extent.x, s.extent.z, GL_LINEAR); }, fill_sky_line},
@@ -184,12 +185,12 @@ struct Unit {
 constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_table},
                            {KARST_UNIT_MORPH_ENTRIES, GL_TEXTURE_2D, Object::morph_entries},
                            {KARST_UNIT_MORPH_ROWS, GL_TEXTURE_2D, Object::morph_rows},
-                           {KARST_UNIT_ALBEDO_HEIGHT, GL_TEXTURE_2D_ARRAY, Object::albedo_height},
+                           {KARST_UNIT_FAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::far_textures},
                            {KARST_UNIT_SKY_LINE, GL_TEXTURE_2D, Object::sky_line},
                            {KARST_UNIT_VARIATION, GL_TEXTURE_3D, Object::variation},
                            {KARST_UNIT_DRAPE, GL_TEXTURE_2D, Object::drape},
                            {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},
-                           {KARST_UNIT_NORMAL_ROUGHNESS, GL_TEXTURE_2D_ARRAY, Object::normal_roughness}};
+                           {KARST_UNIT_NEAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::near_textures}};
 static_assert(std::size(kUnits) == KARST_UNITS);
 
 }  // namespace

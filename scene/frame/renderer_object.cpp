@@ -97,9 +97,9 @@ Status RendererObject::upload_materials() {
   const MaterialSet& set = world.terrain.world.materials();
   if (gl.settings().material_count == 0) return {};
   Status status = gl.set_materials(set);
-  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
-    for (int level = 0; status.ok() && level < texture_levels(set.side); ++level) {
-      const auto image = world.staging.first(texture_image_bytes(set.format, set.side, level));
+  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
+    for (int level = 0; status.ok() && level < texture_levels(set.side, array); ++level) {
+      const auto image = world.staging.first(texture_image_bytes(set.format, set.side, array, level));
       for (std::uint32_t layer = 0; status.ok() && layer < set.count; ++layer) {
         status = world.terrain.world.read_textures(array, level, layer, 1, image);
         if (status.ok()) status = gl.upload_textures(array, level, static_cast<int>(layer), 1, image);

@@ -140,7 +140,8 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   layout.query_bytes = query.cpu_bytes();
   layout.objects_bytes = whole_lines(objects_bytes(needs.queries)) + needs.queries * layout.query_bytes;
   if (layout.renderer.material_count > 0) {
-    layout.staging_bytes = whole_lines(texture_image_bytes(materials.format, materials.side, 0));
+    layout.staging_bytes =
+        whole_lines(texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
   }
   add_up(layout);
   const std::uint32_t all = layout.config.max_height_blocks;

@@ -33,6 +33,11 @@ constexpr Range kMaterialRanges[] = {
     {"average is outside 0.0001..1", offsetof(Material, average) + 4, 1e-4f, 1},
     {"average is outside 0.0001..1", offsetof(Material, average) + 8, 1e-4f, 1},
     {"roughness is outside 0..1", offsetof(Material, roughness), 0, 1},
+    {"tint is outside 0..16", offsetof(Material, tint), 0, 16},
+    {"tint is outside 0..16", offsetof(Material, tint) + 4, 0, 16},
+    {"tint is outside 0..16", offsetof(Material, tint) + 8, 0, 16},
+    {"brightness_span is outside 0..16", offsetof(Material, brightness_span), 0, 16},
+    {"slope_span is outside 0..64", offsetof(Material, slope_span), 0, 64},
 };
 constexpr Range kLightRanges[] = {
     {"position of a light is outside +-10^6", 0, -kMostHeight, kMostHeight},
@@ -82,23 +87,25 @@ Fault check_material(const Material& material) {
   return {};
 }
 
-Fault check_sizes(std::uint32_t count, std::uint32_t side, std::uint32_t format) {
+Fault check_sizes(std::uint32_t count, std::uint32_t side, std::uint32_t format, std::int32_t repeat_log2) {
   if (count < 1 || count > kMostMaterials) return {"count is outside 1..8", 0};
   if (side < kLeastTextureSide || side > kMostTextureSide || !std::has_single_bit(side))
     return {"side is not a power of two within 16..1024", 4};
-  if (format > static_cast<std::uint32_t>(TextureFormat::etc2)) return {"format is none that is known", 8};
+  if (format > static_cast<std::uint32_t>(TextureFormat::etc2))
+    return {"format is neither rgba8 nor etc2", 8};
+  if (repeat_log2 < -16 || repeat_log2 > 5) return {"repeat_log2 is outside -16..5", 12};
   return {};
 }
 
 }  // namespace
 
 std::size_t image_count(const MaterialSet& set) {
-  return kTextureArrays * static_cast<std::size_t>(texture_levels(set.side)) * set.count;
+  return image_index(set, TextureArray::near, texture_levels(set.side, TextureArray::near), 0);
 }
 
 std::size_t image_index(const MaterialSet& set, TextureArray array, int level, std::uint32_t layer) {
-  const auto levels = static_cast<std::size_t>(texture_levels(set.side));
-  return (static_cast<std::size_t>(array) * levels + static_cast<std::size_t>(level)) * set.count + layer;
+  const int before = array == TextureArray::far ? 0 : texture_levels(set.side, TextureArray::far);
+  return static_cast<std::size_t>(before + level) * set.count + layer;
 }
 
 std::size_t section_bytes(const MaterialSet& set) {
@@ -107,7 +114,8 @@ std::size_t section_bytes(const MaterialSet& set) {
 
 Fault check_set(const MaterialSet& set) {
   if (set.count == 0) return {};
-  if (const Fault fault = check_sizes(set.count, set.side, static_cast<std::uint32_t>(set.format));
+  if (const Fault fault =
+          check_sizes(set.count, set.side, static_cast<std::uint32_t>(set.format), set.repeat_log2);
       fault.what != nullptr)
     return fault;
   for (std::uint32_t i = 0; i < set.count; ++i) {
@@ -134,9 +142,11 @@ Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std
   if (section.size() < kHeaderBytes) return {"the section is shorter than its header", 0};
   std::uint32_t header[kHeaderBytes / sizeof(std::uint32_t)];
   std::memcpy(header, section.data(), sizeof header);
-  if (const Fault fault = check_sizes(header[0], header[1], header[2]); fault.what != nullptr) return fault;
-  if (header[3] != 0) return {"a reserved field is not 0", 12};
   MaterialSet read;
+  read.repeat_log2 = static_cast<std::int32_t>(header[3]);
+  if (const Fault fault = check_sizes(header[0], header[1], header[2], read.repeat_log2);
+      fault.what != nullptr)
+    return fault;
   read.count = header[0];
   read.side = header[1];
   read.format = static_cast<TextureFormat>(header[2]);
@@ -151,7 +161,8 @@ Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std
 }
 
 void encode(const MaterialSet& set, std::span<const std::byte> textures, std::span<std::byte> out) {
-  const std::uint32_t header[] = {set.count, set.side, static_cast<std::uint32_t>(set.format), 0};
+  const std::uint32_t header[] = {set.count, set.side, static_cast<std::uint32_t>(set.format),
+                                  static_cast<std::uint32_t>(set.repeat_log2)};
   std::memcpy(out.data(), header, sizeof header);
   const std::size_t records = set.count * sizeof(Material);
   std::memcpy(out.data() + kHeaderBytes, &set.materials, records);
@@ -163,11 +174,12 @@ void encode(const MaterialSet& set, std::span<const std::byte> textures, std::sp
 }
 
 std::size_t image_offset(const MaterialSet& set, std::size_t index) {
-  const auto levels = static_cast<std::size_t>(texture_levels(set.side));
   if (index >= image_count(set)) return texture_bytes(set);
-  return texture_offset(set, static_cast<TextureArray>(index / (levels * set.count)),
-                        static_cast<int>(index / set.count % levels),
-                        static_cast<std::uint32_t>(index % set.count));
+  const std::size_t first_near = image_index(set, TextureArray::near, 0, 0);
+  const auto array = index < first_near ? TextureArray::far : TextureArray::near;
+  const std::size_t within = index < first_near ? index : index - first_near;
+  return texture_offset(set, array, static_cast<int>(within / set.count),
+                        static_cast<std::uint32_t>(within % set.count));
 }
 
 }  // namespace karst::core::material_section

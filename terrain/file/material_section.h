@@ -12,7 +12,7 @@
 
 namespace karst::core::material_section {
 
-inline constexpr std::size_t kHeaderBytes = 16;  // count, side, format, reserved
+inline constexpr std::size_t kHeaderBytes = 16;  // count, side, format, repeat_log2
 inline constexpr std::size_t kMostImages = kTextureArrays * kMostTextureLevels * kMostMaterials;
 inline constexpr std::size_t kMostBytes =
     kHeaderBytes + kMostMaterials * sizeof(Material) + kMostImages * sizeof(std::uint32_t);

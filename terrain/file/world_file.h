@@ -24,7 +24,7 @@
 
 namespace karst::core {
 
-inline constexpr std::uint32_t kWorldFileVersion = 4;
+inline constexpr std::uint32_t kWorldFileVersion = 5;
 inline constexpr std::size_t kWorldNameBytes = 64;
 inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes, in the file
 

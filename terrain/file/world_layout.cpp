@@ -77,18 +77,20 @@ Fault check_name(const WorldInfo& info) {
 
 // What to say about a file of another version than this one; null: it is this one.
 const char* other_version(std::uint32_t version) {
-  static_assert(kWorldFileVersion == 4);
+  static_assert(kWorldFileVersion == 5);
   switch (version) {
     case 1:
-      return "world file of version 1; this karst reads 4: bake it again with karst-bake";
+      return "world file of version 1; this karst reads 5: bake it again with karst-bake";
     case 2:
-      return "world file of version 2; this karst reads 4: bake it again with karst-bake";
+      return "world file of version 2; this karst reads 5: bake it again with karst-bake";
     case 3:
-      return "world file of version 3; this karst reads 4: bake it again with karst-bake";
+      return "world file of version 3; this karst reads 5: bake it again with karst-bake";
+    case 4:
+      return "world file of version 4; this karst reads 5: bake it again with karst-bake";
     case kWorldFileVersion:
       return nullptr;
     default:
-      return "world file of a version that this karst, which reads 4, does not know";
+      return "world file of a version that this karst, which reads 5, does not know";
   }
 }
 

@@ -188,9 +188,9 @@ Status WorldReader::read_overrides(std::span<std::uint8_t> overrides) const {
 
 Status WorldReader::read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                                   std::span<std::byte> out) const {
-  KARST_ASSERT(level >= 0 && level < texture_levels(materials_.side));
+  KARST_ASSERT(level >= 0 && level < texture_levels(materials_.side, array));
   KARST_ASSERT(first <= materials_.count && count <= materials_.count - first);
-  const std::size_t image = texture_image_bytes(materials_.format, materials_.side, level);
+  const std::size_t image = texture_image_bytes(materials_.format, materials_.side, array, level);
   if (out.size() != image * count) return wrong_length(WorldSection::textures);
   const std::uint64_t start = texture_offset(materials_, array, level, first);
   if (const Status status = read_bytes(place_of(WorldSection::textures).offset + start, out); !status.ok())

@@ -17,7 +17,8 @@ inline constexpr int kMostLights = 16;
 
 enum class TextureFormat : std::uint8_t {
   rgba8 = 0,
-  etc2 = 1,  // blocks of 4 x 4 texels, 16 bytes: EAC alpha, then ETC2 colour
+  etc2 = 1,   // blocks of 4 x 4 texels, 16 bytes: EAC alpha, then ETC2 colour
+  rgba4 = 2,  // 16 bits a texel, r in the highest four
 };
 
 // Where a material lies. Materials cover each other in order: a later one hides the earlier where it covers.
@@ -29,10 +30,14 @@ struct Material {
   float height_low = -1e6f, height_high = 1e6f, height_soft = 1;  // voxels from the octree's minimum corner
   float cave = 0;                // 0..1: how much it also covers where the ground lies under rock
   float fray = 0;                // 0..1: share of the softness that noise moves the limits by
-  float average[3] = {1, 1, 1};  // linear albedo of the coarsest mip as the texture holds it, decoded
-  float roughness = 1;           // of the coarsest mip
+  float average[3] = {1, 1, 1};  // linear albedo
+  float roughness = 1;           // of the whole texture seen from afar, all bumps in it
+  // Of the near array. Linear albedo is the far array's times 1 + tint * (brightness - 1).
+  float tint[3] = {1, 1, 1};
+  float brightness_span = 1;  // brightness is within 1 - span .. 1 + 8/7 span
+  float slope_span = 1;       // slopes are within -span .. 8/7 span
 };
-static_assert(sizeof(Material) == 64 && std::is_trivially_copyable_v<Material>);
+static_assert(sizeof(Material) == 84 && std::is_trivially_copyable_v<Material>);
 
 // K equation 4.2.
 struct PointLight {
@@ -44,61 +49,98 @@ struct PointLight {
 static_assert(sizeof(PointLight) == 32 && std::is_trivially_copyable_v<PointLight>);
 
 struct MaterialSet {
-  std::uint32_t count = 0;  // 0: the world has none
-  std::uint32_t side = 0;   // texels of a texture's side: a power of two, 16..1024
-  TextureFormat format = TextureFormat::rgba8;
+  std::uint32_t count = 0;                      // 0: the world has none
+  std::uint32_t side = 0;                       // texels of a near texture's side: a power of two, 16..1024
+  TextureFormat format = TextureFormat::rgba8;  // or etc2; near textures are rgba4 then
+  std::int32_t repeat_log2 = 0;  // a near texture covers 2^this voxels, -16..5; a far one 16 times as many
   Material materials[kMostMaterials] = {};
 };
 
-// --- Textures: two arrays of `count` layers with full pyramids, which tile.
+// --- Textures: two arrays of `count` layers with full pyramids, which tile. Both hold the same images, of
+// which the far one is looked up at the larger scale for what colour lies where, and the near one for detail.
+//
+// ETC2 keeps channels that go together, and alpha. Those of the near array do not: at four bits each they
+// take twice the memory of ETC2 and come out better (docs/materials.md).
 
 enum class TextureArray : std::uint8_t {
-  // sRGB albedo; alpha: height 0..1, linear. GL_SRGB8_ALPHA8 or GL_COMPRESSED_SRGB8_ALPHA8_ETC2_EAC.
-  albedo_height = 0,
-  // r and b: roughness; a and g: the normal's s and t parts, codes 128 + 127 times the part. GL_RGBA8 or
-  // GL_COMPRESSED_RGBA8_ETC2_EAC.
-  normal_roughness = 1,
+  // Half as many texels a side. r, g, b: albedo, sRGB; a: roughness.
+  far = 0,
+  // r: brightness, luminance by that of the whole texture; g: height 0..1; b, a: slope of the height along s
+  // and t. Codes of r, b and a: NearCodes.
+  near = 1,
 };
+
+// A code c of the near array stands for base + span * (c - middle) / steps. base: 1 of brightness, 0 of
+// slopes, which are codes so; span: Material's.
+struct NearCodes {
+  int most, middle, steps;
+};
+constexpr NearCodes near_codes(TextureFormat format) {
+  return format == TextureFormat::rgba4 ? NearCodes{15, 7, 7} : NearCodes{255, 128, 127};
+}
+
 inline constexpr std::size_t kTextureArrays = 2;
 inline constexpr std::uint32_t kLeastTextureSide = 16;
 inline constexpr std::uint32_t kMostTextureSide = 1024;
 inline constexpr std::size_t kMostTextureLevels = 11;
 
+constexpr std::uint32_t texture_side(std::uint32_t side, TextureArray array) {
+  return array == TextureArray::far ? side / 2 : side;
+}
+
+// Of an array's images, by a set's format.
+constexpr TextureFormat texture_format(TextureFormat format, TextureArray array) {
+  return format == TextureFormat::etc2 && array == TextureArray::near ? TextureFormat::rgba4 : format;
+}
+
 // Levels of a pyramid down to one texel.
-constexpr int texture_levels(std::uint32_t side) {
+constexpr int texture_levels(std::uint32_t side, TextureArray array) {
   int levels = 0;
-  for (; side > 0; side /= 2) ++levels;
+  for (std::uint32_t texels = texture_side(side, array); texels > 0; texels /= 2) ++levels;
   return levels;
 }
 
-// Bytes of one layer of a level. 0 <= level < texture_levels(side).
-constexpr std::size_t texture_image_bytes(TextureFormat format, std::uint32_t side, int level) {
-  const std::size_t texels = side >> level;
-  if (format == TextureFormat::rgba8) return texels * texels * 4;
+// Bytes of one layer of a level, by a set's format and side. 0 <= level < texture_levels(side, array).
+constexpr std::size_t texture_image_bytes(TextureFormat format, std::uint32_t side, TextureArray array,
+                                          int level) {
+  const std::size_t texels = texture_side(side, array) >> level;
+  switch (texture_format(format, array)) {
+    case TextureFormat::rgba8:
+      return texels * texels * 4;
+    case TextureFormat::rgba4:
+      return texels * texels * 2;
+    case TextureFormat::etc2:
+      break;
+  }
   const std::size_t blocks = (texels + 3) / 4;
   return blocks * blocks * 16;
+}
+
+// Bytes of one layer's levels before `level`.
+constexpr std::size_t texture_levels_bytes(TextureFormat format, std::uint32_t side, TextureArray array,
+                                           int level) {
+  std::size_t bytes = 0;
+  for (int k = 0; k < level; ++k) bytes += texture_image_bytes(format, side, array, k);
+  return bytes;
 }
 
 // Where an image begins in the texture data: array by array, in it level by level from the finest, in a level
 // layer by layer. layer may be count: the end of the level.
 constexpr std::size_t texture_offset(const MaterialSet& set, TextureArray array, int level,
                                      std::uint32_t layer) {
-  std::size_t pyramid = 0;
-  std::size_t before = 0;
-  for (int k = 0; k < texture_levels(set.side); ++k) {
-    const std::size_t bytes = texture_image_bytes(set.format, set.side, k);
-    pyramid += bytes;
-    if (k < level) before += bytes;
-  }
-  const std::size_t first = array == TextureArray::albedo_height ? 0 : pyramid * set.count;
-  return first + before * set.count + texture_image_bytes(set.format, set.side, level) * layer;
+  const std::size_t first = array == TextureArray::far
+                                ? 0
+                                : texture_levels_bytes(set.format, set.side, TextureArray::far,
+                                                       texture_levels(set.side, TextureArray::far));
+  const std::size_t before = first + texture_levels_bytes(set.format, set.side, array, level);
+  return before * set.count + texture_image_bytes(set.format, set.side, array, level) * layer;
 }
 
 // Of all texture data.
 constexpr std::size_t texture_bytes(const MaterialSet& set) {
-  return set.count == 0
-             ? 0
-             : texture_offset(set, TextureArray::normal_roughness, texture_levels(set.side) - 1, set.count);
+  if (set.count == 0) return 0;
+  const int levels = texture_levels(set.side, TextureArray::near);
+  return texture_offset(set, TextureArray::near, levels - 1, set.count);
 }
 
 }  // namespace karst::core

@@ -96,7 +96,7 @@ Image rock() {
           }};
 }
 
-// Like normal_roughness of a material: roughness in red and blue, the normal's parts in green and alpha.
+// Channels that do not go together: one in red and blue, one in green, one in alpha.
 Image normals() {
   return {256, 256, [](double x, double y, int c) {
             const bool roughness = c == 0 || c == 2;

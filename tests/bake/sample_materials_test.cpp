@@ -89,14 +89,15 @@ TEST(SampleMaterials, AreTheSameBitsEverywhere) {
   const struct {
     const char* name;
     std::uint32_t crc;
-  } pinned[] = {{"grass", 0x1b86b242u}, {"rock", 0x93eca8f6u}, {"strata", 0x185849a4u},
-                {"sand", 0x4942819cu},  {"snow", 0xf9cbb135u}, {"ceiling", 0xc921337cu}};
+  } pinned[] = {{"grass", 0xdb55e01du}, {"rock", 0x142d59d1u}, {"strata", 0x3441279fu},
+                {"sand", 0x957cfef2u},  {"snow", 0xae9291b3u}, {"ceiling", 0x25a1097cu}};
   for (const auto& [name, crc] : pinned) {
     std::vector<MaterialImage> images;
     images.push_back(make_sample_material(name, 64));
     MaterialSet set;
     set.count = 1;
     set.side = 64;
+    set.format = TextureFormat::etc2;
     TextureLoss loss;
     EXPECT_EQ(crc32c(MakeTextures{images, 1}.run(set, loss)), crc) << name;
   }

@@ -39,10 +39,10 @@ inline void fuzz_textures(std::span<const std::byte> file, const WorldReader& re
     promise(whole.lights.size() == reader.lights().size());
   }
   std::vector<std::byte> image;
-  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
-    for (int level = 0; level < texture_levels(set.side); ++level) {
+  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
+    for (int level = 0; level < texture_levels(set.side, array); ++level) {
       for (std::uint32_t layer = 0; layer < set.count; ++layer) {
-        image.resize(texture_image_bytes(set.format, set.side, level));
+        image.resize(texture_image_bytes(set.format, set.side, array, level));
         const Status status = reader.read_textures(array, level, layer, 1, image);
         if (!status.ok()) promise_stated(status, file.size());
         if (!accepted) continue;

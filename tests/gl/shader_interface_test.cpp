@@ -70,10 +70,14 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_ARRAY(light_place, GL_FLOAT_VEC4),
                                               KARST_ARRAY(light_colour, GL_FLOAT_VEC4)};
 const std::map<std::string, Field> kMaterialFields = {
-    KARST_MATERIAL(material_scale, "material_scale"), KARST_MATERIAL(material_slope, "material_slope[0]"),
+    KARST_MATERIAL(material_scale, "material_scale"),
+    {"material_repeat", {offsetof(shader::MaterialBlock, material_repeat), GL_INT_VEC4}},
+    KARST_MATERIAL(material_slope, "material_slope[0]"),
     KARST_MATERIAL(material_height, "material_height[0]"),
     KARST_MATERIAL(material_noise_cave, "material_noise_cave[0]"),
-    KARST_MATERIAL(material_average, "material_average[0]")};
+    KARST_MATERIAL(material_average, "material_average[0]"),
+    KARST_MATERIAL(material_tint, "material_tint[0]"),
+    KARST_MATERIAL(material_near, "material_near[0]")};
 #undef KARST_MATERIAL
 #undef KARST_ARRAY
 #undef KARST_FIELD
@@ -177,15 +181,12 @@ TEST_F(ShaderInterface, BlocksHaveTheOffsetsOfTheStructs) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                              {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
-                                              {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
-                                              {"variation", KARST_UNIT_VARIATION},
-                                              {"sky_line", KARST_UNIT_SKY_LINE},
-                                              {"drape", KARST_UNIT_DRAPE},
-                                              {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+  const std::map<std::string, GLint> units = {
+      {"page_table", KARST_UNIT_PAGE_TABLE},       {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+      {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
+      {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"variation", KARST_UNIT_VARIATION},
+      {"sky_line", KARST_UNIT_SKY_LINE},           {"drape", KARST_UNIT_DRAPE},
+      {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;

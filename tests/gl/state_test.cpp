@@ -230,9 +230,9 @@ class Guest {
     set.materials[2].cave = 1;
     set.materials[2].height_high = 9;
     call("materials", kNothing, [&] { return renderer_.set_materials(set); });
-    for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
-      for (int level = 0; level < texture_levels(set.side); ++level) {
-        const auto bytes = noise(texture_image_bytes(set.format, set.side, level) * set.count);
+    for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
+      for (int level = 0; level < texture_levels(set.side, array); ++level) {
+        const auto bytes = noise(texture_image_bytes(set.format, set.side, array, level) * set.count);
         call("textures", kUpload,
              [&] { return renderer_.upload_textures(array, level, 0, static_cast<int>(set.count), bytes); });
       }

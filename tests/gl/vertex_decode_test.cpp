@@ -63,8 +63,8 @@ class Decoder {
                      GL_UNSIGNED_BYTE, entries.data());
     make_texture(KARST_UNIT_MORPH_ROWS, GL_R16F, kRowTexels, "morph_rows");
     // Samplers of another kind must not share a unit with these, used or not.
-    gl.Uniform1i(gl.GetUniformLocation(program_, "albedo_height"), KARST_UNIT_ALBEDO_HEIGHT);
-    gl.Uniform1i(gl.GetUniformLocation(program_, "normal_roughness"), KARST_UNIT_NORMAL_ROUGHNESS);
+    gl.Uniform1i(gl.GetUniformLocation(program_, "far_textures"), KARST_UNIT_FAR_TEXTURES);
+    gl.Uniform1i(gl.GetUniformLocation(program_, "near_textures"), KARST_UNIT_NEAR_TEXTURES);
   }
   ~Decoder() {
     const Gl& gl = context_.gl();

@@ -84,6 +84,7 @@ struct TestWorld {
     set.count = count;
     set.side = side;
     set.format = format;
+    set.repeat_log2 = -3;
     for (std::uint32_t k = 0; k < count; ++k) {
       Material& material = set.materials[k];
       std::snprintf(material.name, sizeof material.name, "mat %u", k);
@@ -92,6 +93,8 @@ struct TestWorld {
       material.height_high = static_cast<float>(random.range(0, 500));
       material.cave = 0.01f * static_cast<float>(random.range(0, 100));
       for (float& channel : material.average) channel = 0.01f * static_cast<float>(random.range(1, 100));
+      for (float& channel : material.tint) channel = 0.01f * static_cast<float>(random.range(0, 150));
+      material.slope_span = 0.01f * static_cast<float>(random.range(1, 200));
     }
     textures.resize(texture_bytes(set));
     for (std::byte& b : textures) b = static_cast<std::byte>(random.below(256));

@@ -118,11 +118,13 @@ inline void fix_image_checksums(std::span<std::byte> file, std::uint64_t section
   const auto side = load_at<std::uint32_t>(materials, 4);
   const auto format = load_at<std::uint32_t>(materials, 8);
   if (count < 1 || count > 8 || side < 16 || side > 1024 || (side & (side - 1)) != 0 || format > 1) return;
-  std::size_t crc = 16 + count * 64;
-  for (int array = 0; array < 2; ++array) {
-    for (std::size_t texels = side; texels > 0; texels /= 2) {
+  std::size_t crc = 16 + count * 84;
+  for (const bool far : {true, false}) {
+    for (std::size_t texels = far ? side / 2 : side; texels > 0; texels /= 2) {
       const std::size_t blocks = (texels + 3) / 4;
-      const std::size_t image = format == 0 ? texels * texels * 4 : blocks * blocks * 16;
+      const std::size_t image = format == 0 ? texels * texels * 4
+                                : far       ? blocks * blocks * 16
+                                            : texels * texels * 2;
       for (std::uint32_t layer = 0; layer < count; ++layer) {
         if (crc + 4 > materials.size() || image > textures.size()) return;
         store_at(materials, crc, crc32c(textures.first(image)));

@@ -71,7 +71,7 @@ TEST(WorldFile, SectionsAreAlignedAndTheLayoutIsTheDocumentedOne) {
   const TestWorld world(4, 3, 5);
   const std::vector<std::byte> file = world.bytes();
   EXPECT_EQ(std::memcmp(file.data(), "KARST\x1a\r\n", 8), 0);
-  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 4u);
+  EXPECT_EQ(load_at<std::uint32_t>(file, kVersion), 5u);
   EXPECT_EQ(load_at<std::uint32_t>(file, kHeaderBytes), 192u + 9 * 32);
   EXPECT_EQ(load_at<std::uint64_t>(file, kFileBytes), file.size());
   EXPECT_EQ(load_at<std::uint32_t>(file, kSections), 9u);
@@ -254,7 +254,7 @@ TEST(WorldFile, NothingButAWorldFileIsOne) {
   EXPECT_STREQ(read_world_info(text, info).field(), "magic");
 
   std::vector<std::byte> file = TestWorld(3, 1, 8).bytes();
-  for (const std::uint32_t version : {1u, 2u, 3u, 0u, 5u, 0xffffffffu}) {
+  for (const std::uint32_t version : {1u, 2u, 3u, 4u, 0u, 6u, 0xffffffffu}) {
     store_at(file, kVersion, version);
     fix_checksums(file);
     const Status status = read_world_info(file, info);
@@ -262,7 +262,7 @@ TEST(WorldFile, NothingButAWorldFileIsOne) {
     EXPECT_STREQ(status.field(), "version");
     EXPECT_EQ(status.value(), kVersion);
     const std::string what = status.what();
-    const bool older = version >= 1 && version <= 3;
+    const bool older = version >= 1 && version <= 4;
     EXPECT_EQ(what.find("bake it again") != std::string::npos, older) << what;
     EXPECT_EQ(what.find("version " + std::to_string(version)) != std::string::npos, older) << what;
   }

@@ -39,20 +39,26 @@ TEST(Materials, TextureLayoutIsTheDocumentedOne) {
   MaterialSet set;
   set.count = 3;
   set.side = 16;
-  EXPECT_EQ(texture_levels(16), 5);
-  EXPECT_EQ(texture_levels(1024), 11);
-  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, 0), 1024u);
-  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, 4), 4u);
-  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 0, 2), 2048u);
-  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 1, 0), 3072u);
-  EXPECT_EQ(texture_offset(set, TextureArray::albedo_height, 2, 1), 3u * 1280 + 64);
-  EXPECT_EQ(texture_offset(set, TextureArray::normal_roughness, 0, 0), 3u * 1364);
-  EXPECT_EQ(texture_bytes(set), 6u * 1364);
+  constexpr TextureArray kFar = TextureArray::far, kNear = TextureArray::near;
+  EXPECT_EQ(texture_levels(16, kNear), 5);
+  EXPECT_EQ(texture_levels(16, kFar), 4);
+  EXPECT_EQ(texture_levels(1024, kNear), 11);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, kNear, 0), 1024u);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, kNear, 4), 4u);
+  EXPECT_EQ(texture_image_bytes(TextureFormat::rgba8, 16, kFar, 0), 256u);
+  EXPECT_EQ(texture_offset(set, kFar, 0, 2), 512u);
+  EXPECT_EQ(texture_offset(set, kFar, 1, 0), 768u);
+  EXPECT_EQ(texture_offset(set, kNear, 0, 0), 3u * 340);
+  EXPECT_EQ(texture_offset(set, kNear, 2, 1), 3u * (340 + 1280) + 64);
+  EXPECT_EQ(texture_bytes(set), 3u * (340 + 1364));
   set.format = TextureFormat::etc2;
-  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 0), 256u);
-  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 2), 16u);
-  EXPECT_EQ(texture_image_bytes(TextureFormat::etc2, 16, 4), 16u);
-  EXPECT_EQ(texture_bytes(set), 6u * (256 + 64 + 3 * 16));
+  EXPECT_EQ(texture_format(set.format, kFar), TextureFormat::etc2);
+  EXPECT_EQ(texture_format(set.format, kNear), TextureFormat::rgba4);
+  EXPECT_EQ(texture_image_bytes(set.format, 16, kFar, 0), 64u);
+  EXPECT_EQ(texture_image_bytes(set.format, 16, kFar, 3), 16u);
+  EXPECT_EQ(texture_image_bytes(set.format, 16, kNear, 0), 512u);
+  EXPECT_EQ(texture_image_bytes(set.format, 16, kNear, 4), 2u);
+  EXPECT_EQ(texture_bytes(set), 3u * (64 + 3 * 16 + 682));
   EXPECT_EQ(texture_bytes(MaterialSet()), 0u);
 }
 
@@ -84,7 +90,7 @@ TEST(Materials, SectionsAreTheDocumentedOnes) {
   const std::vector<std::byte> file = world.bytes();
   ASSERT_EQ(load_at<std::uint32_t>(file, kSections), 13u);
   const char* const kinds[] = {"MATL", "MTEX", "MOVR", "LGTS"};
-  const std::size_t bytes[] = {16 + 2 * 64 + 4 * 2 * 6 * 2, world.textures.size(), world.info.patches,
+  const std::size_t bytes[] = {16 + 2 * 84 + 4 * (5 + 6) * 2, world.textures.size(), world.info.patches,
                                3 * 32};
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t entry = kTable + (9 + i) * kEntry;
@@ -96,12 +102,19 @@ TEST(Materials, SectionsAreTheDocumentedOnes) {
   EXPECT_EQ(load_at<std::uint32_t>(file, start), 2u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 4), 32u);
   EXPECT_EQ(load_at<std::uint32_t>(file, start + 8), 0u);
-  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + start + kRecord + 64), "mat 1");
+  EXPECT_STREQ(reinterpret_cast<const char*>(file.data() + start + kRecord + 84), "mat 1");
   EXPECT_EQ(load_at<float>(file, start + kRecord + 16), world.set.materials[0].slope_low);
   EXPECT_EQ(load_at<float>(file, start + kRecord + 40), world.set.materials[0].cave);
   EXPECT_EQ(load_at<float>(file, start + kRecord + 48), world.set.materials[0].average[0]);
-  EXPECT_EQ(load_at<std::uint32_t>(file, start + 16 + 2 * 64 + 4),
-            crc32c(std::span(world.textures).subspan(32 * 32 * 4, 32 * 32 * 4)));
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 64), world.set.materials[0].tint[0]);
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 76), world.set.materials[0].brightness_span);
+  EXPECT_EQ(load_at<float>(file, start + kRecord + 80), world.set.materials[0].slope_span);
+  EXPECT_EQ(load_at<std::int32_t>(file, start + 12), -3);
+  const std::size_t crcs = start + 16 + 2 * 84;
+  EXPECT_EQ(load_at<std::uint32_t>(file, crcs + 4),
+            crc32c(std::span(world.textures).subspan(16 * 16 * 4, 16 * 16 * 4)));
+  EXPECT_EQ(load_at<std::uint32_t>(file, crcs + 4 * 11),
+            crc32c(std::span(world.textures).subspan(2 * 1364 + 32 * 32 * 4, 32 * 32 * 4)));
 }
 
 TEST(Materials, EverySectionMayBeMissing) {
@@ -138,9 +151,9 @@ TEST(Materials, LayersAreReadOneByOneOrTogether) {
   ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
   EXPECT_EQ(reader.materials().count, 4u);
   EXPECT_EQ(reader.lights().size(), 3u);
-  for (const TextureArray array : {TextureArray::albedo_height, TextureArray::normal_roughness}) {
-    for (int level = 0; level < texture_levels(32); ++level) {
-      const std::size_t image = texture_image_bytes(TextureFormat::etc2, 32, level);
+  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
+    for (int level = 0; level < texture_levels(32, array); ++level) {
+      const std::size_t image = texture_image_bytes(TextureFormat::etc2, 32, array, level);
       for (std::uint32_t first = 0; first < 4; ++first) {
         std::vector<std::byte> out((4 - first) * image);
         ASSERT_TRUE(reader.read_textures(array, level, first, 4 - first, out).ok());
@@ -151,21 +164,19 @@ TEST(Materials, LayersAreReadOneByOneOrTogether) {
     }
   }
   std::vector<std::byte> small(7);
-  EXPECT_EQ(reader.read_textures(TextureArray::albedo_height, 0, 0, 1, small).code(),
-            StatusCode::invalid_argument);
+  EXPECT_EQ(reader.read_textures(TextureArray::far, 0, 0, 1, small).code(), StatusCode::invalid_argument);
 }
 
 TEST(Materials, ADamagedLayerFailsAlone) {
   const TestWorld world = with_materials(3, 16, TextureFormat::rgba8);
   std::vector<std::byte> file = world.bytes();
-  const std::size_t at =
-      start_of(file, "MTEX") + texture_offset(world.set, TextureArray::normal_roughness, 1, 2);
+  const std::size_t at = start_of(file, "MTEX") + texture_offset(world.set, TextureArray::near, 1, 2);
   file[at + 5] ^= std::byte{1};
   WorldReader reader;
   ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
-  std::vector<std::byte> out(2 * texture_image_bytes(TextureFormat::rgba8, 16, 1));
-  EXPECT_TRUE(reader.read_textures(TextureArray::normal_roughness, 1, 0, 2, out).ok());
-  const Status status = reader.read_textures(TextureArray::normal_roughness, 1, 1, 2, out);
+  std::vector<std::byte> out(2 * texture_image_bytes(TextureFormat::rgba8, 16, TextureArray::near, 1));
+  EXPECT_TRUE(reader.read_textures(TextureArray::near, 1, 0, 2, out).ok());
+  const Status status = reader.read_textures(TextureArray::near, 1, 1, 2, out);
   EXPECT_EQ(status.code(), StatusCode::corrupt);
   EXPECT_STREQ(status.field(), "textures");
   EXPECT_EQ(status.value(), at);
@@ -210,7 +221,7 @@ TEST(Materials, EveryFieldOutOfRangeIsNamed) {
   for (const std::uint32_t bad : {0u, 8u, 48u, 2048u, 0x80000000u})
     expect("MATL", 4, bad, "materials", "side");
   expect("MATL", 8, 2u, "materials", "format");
-  expect("MATL", 12, 1u, "materials", "reserved");
+  for (const std::int32_t bad : {-17, 6, 1 << 30}) expect("MATL", 12, bad, "materials", "repeat_log2");
   expect("MATL", 4, 32u, "materials", "length");
   expect("MATL", 0, 1u, "materials", "length");
   expect("MATL", kRecord, char{0}, "materials", "name");
@@ -228,12 +239,17 @@ TEST(Materials, EveryFieldOutOfRangeIsNamed) {
     for (const float bad : {0.0f, -1.0f}) expect("MATL", kRecord + 16 + 4 * soft, bad, "materials", "soft");
   }
   expect("MATL", kRecord + 16, 3.5f, "materials", "slope_low is above");
-  expect("MATL", kRecord + 64 + 28, 9e5f, "materials", "");
+  expect("MATL", kRecord + 84 + 28, 9e5f, "materials", "");
   for (std::size_t c = 0; c < 3; ++c) {
     for (const float bad : {0.0f, -0.5f, 1.5f, kNan})
       expect("MATL", kRecord + 48 + 4 * c, bad, "materials", "average");
   }
   expect("MATL", kRecord + 60, 2.0f, "materials", "roughness");
+  for (const float bad : {-0.1f, 65.0f, kNan}) {
+    for (std::size_t c = 0; c < 3; ++c) expect("MATL", kRecord + 64 + 4 * c, bad, "materials", "tint");
+    expect("MATL", kRecord + 76, bad, "materials", "brightness_span");
+    expect("MATL", kRecord + 80, bad, "materials", "slope_span");
+  }
   expect("MOVR", 3, std::uint8_t{3}, "overrides", "not there");
   expect("LGTS", 32, kNan, "lights", "position");
   for (const float bad : {0.0f, -1.0f, kInfinity}) expect("LGTS", 12, bad, "lights", "radius");
@@ -325,8 +341,8 @@ TEST(Materials, AWorldHandsThemOut) {
   ASSERT_EQ(world.lights().size(), 1u);
   EXPECT_EQ(world.lights()[0].radius, 4);
   EXPECT_TRUE(same_bytes(world.material_overrides(), overrides));
-  std::vector<std::byte> out(2 * texture_image_bytes(set.format, set.side, 0));
-  ASSERT_TRUE(world.read_textures(TextureArray::normal_roughness, 0, 0, 2, out).ok());
+  std::vector<std::byte> out(2 * texture_image_bytes(set.format, set.side, TextureArray::near, 0));
+  ASSERT_TRUE(world.read_textures(TextureArray::near, 0, 0, 2, out).ok());
   EXPECT_EQ(out[9], std::byte{7});
 
   // Loading a world without any leaves none.

@@ -230,12 +230,10 @@ class Bench {
     EXPECT_EQ(linked, GL_TRUE);
     gl_.UseProgram(pulling_);
     gl_.UniformBlockBinding(pulling_, gl_.GetUniformBlockIndex(pulling_, "FrameBlock"), KARST_BINDING_FRAME);
-    const std::pair<const char*, int> samplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                                    {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                                    {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                                    {"albedo_height", KARST_UNIT_ALBEDO_HEIGHT},
-                                                    {"normal_roughness", KARST_UNIT_NORMAL_ROUGHNESS},
-                                                    {"pulled", 15}};
+    const std::pair<const char*, int> samplers[] = {
+        {"page_table", KARST_UNIT_PAGE_TABLE},       {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+        {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
+        {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"pulled", 15}};
     for (const auto& [name, unit] : samplers) gl_.Uniform1i(gl_.GetUniformLocation(pulling_, name), unit);
     const auto rows = static_cast<GLsizei>(vertices_.size() / kPulledWidth + 1);
     vertices_.resize(static_cast<std::size_t>(rows) * kPulledWidth);
