@@ -10,6 +10,7 @@
 #include "app/common/arguments.h"
 #include "app/files/mapped_file.h"
 #include "bench/command/bench_options.h"
+#include "bench/frames/flight_times.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_flight.h"
 #include "bench/suites/bench_lod.h"
@@ -122,6 +123,15 @@ int run_flight(const BenchOptions& options) {
   return run_flight_suite(flight);
 }
 
+int run_frames(const BenchOptions& options) {
+  FlightTimesOptions frames;
+  frames.world = options.world;
+  frames.look = options.scene;
+  take(options.frames, frames.frames);
+  frames.json = options.json;
+  return run_flight_times(frames);
+}
+
 }  // namespace
 
 int run_bench(std::span<const char* const> words) {
@@ -144,7 +154,7 @@ int run_bench(std::span<const char* const> words) {
     return kExitOk;
   }
   constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto, run_shading,
-                                                     run_shadows, run_queries, run_flight};
+                                                     run_shadows, run_queries, run_flight, run_frames};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

@@ -38,7 +38,7 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows queries flight",
+     .words = "core lod pareto shading shadows queries flight frames",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
@@ -46,7 +46,8 @@ constexpr OptionRow kSuiteRows[] = {
          "part of shading, on and off, and how pictures differ; shadows: shadow maps that are kept, beside "
          "drawing all in every frame, turning and on flights; queries: rays, heights under wheels, columns, "
          "spheres and picks of voxels on one thread; "
-         "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows",
+         "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows; "
+         "frames: times of frames on three flights, drawn as the options say",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
@@ -59,7 +60,7 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "frames",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "lod: 24, pareto: 120, shading: 1, shadows: 36, flight: 24",
+     .initial = "lod, flight, frames: 24, pareto: 120, shading: 1, shadows: 36",
      .min = 1,
      .max = 100000,
      .help = "of each flight (all but core and queries)",
@@ -207,8 +208,12 @@ constexpr const char* kUnused[] = {
     "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight ",
     // flight
     " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms query-level query-patches rays "};
-constexpr const char* kSuiteNames[] = {"core", "lod", "pareto", "shading", "shadows", "queries", "flight"};
+    "generate-ms query-level query-patches rays ",
+    // frames
+    " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "generate-ms query-level query-patches rays flight "};
+constexpr const char* kSuiteNames[] = {"core",    "lod",     "pareto", "shading",
+                                       "shadows", "queries", "flight", "frames"};
 
 Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);

@@ -164,6 +164,22 @@ TEST_F(Bench, ShadingComparesWhatIsSkipped) {
   EXPECT_NE(json.find("\"textures\": null"), std::string::npos);
 }
 
+TEST_F(Bench, FramesAreTimedOnThreeFlights) {
+  const ProcessResult result =
+      bench({"--suite", "frames", "--size", "96x54", "--frames", "3", "--json", file("a.json")});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string json = test::read_text(file("a.json"));
+  for (const char* name : {"low", "oblique", "high"}) {
+    EXPECT_NE(result.out.find(std::string("\n") + name + " "), std::string::npos) << result.out;
+    EXPECT_GT(number_of(json, name, "median"), 0) << name;
+    EXPECT_GE(number_of(json, name, "p95"), number_of(json, name, "median")) << name;
+    EXPECT_GT(number_of(json, name, "triangles"), 10) << name;
+  }
+  EXPECT_NE(json.find("\"size\": [\n    96,\n    54\n  ]"), std::string::npos) << json;
+  EXPECT_NE(json.find("\"gpu_used\": "), std::string::npos);
+  EXPECT_EQ(bench({"--suite", "frames", "--path", file("a")}).code, 2);
+}
+
 #ifdef KARST_BAKE_PATH
 TEST_F(Bench, ShadingComparesTexturesOfTwoWorlds) {
   for (const char* format : {"etc2", "rgba8"}) {

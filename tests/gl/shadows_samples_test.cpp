@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/gl/shadow_rays.h"
-#include "tests/support/process.h"
+#include "tests/support/elsewhere.h"
 
 namespace karst::core {
 namespace {
@@ -17,8 +17,6 @@ namespace {
 using test::ShadowedWorld;
 using test::Tally;
 using test::Triangles;
-
-#ifdef KARST_BAKE_PATH
 
 CameraSettings camera_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
   CameraSettings camera;
@@ -56,11 +54,11 @@ class ShadowsOfSamples : public testing::TestWithParam<const char*> {};
 TEST_P(ShadowsOfSamples, AgreeWithRaysOnTheCpu) {
   const test::Folder folder;
   const char* const level = std::getenv("KARST_SHADOW_LEVEL");
-  const test::ProcessResult baked =
-      test::run_process(KARST_BAKE_PATH, {"--sample", GetParam(), "--levels", level != nullptr ? level : "3",
-                                          "--materials", "none", "-o", folder.path("world.karst")});
-  ASSERT_EQ(baked.code, 0) << baked.err;
-  const std::string file = test::read_text(folder.path("world.karst"));
+  const test::BakedWorld baked = test::baked_world(
+      folder, GetParam(), KARST_BAKE_PATH,
+      {"--sample", GetParam(), "--levels", level != nullptr ? level : "3", "--materials", "none"});
+  if (baked.path.empty()) GTEST_SKIP() << baked.missing;
+  const std::string file = test::read_text(baked.path);
   test::DrawnSettings settings;
   settings.picture.width = 160;
   settings.picture.height = 90;
@@ -97,8 +95,6 @@ TEST_P(ShadowsOfSamples, AgreeWithRaysOnTheCpu) {
 
 INSTANTIATE_TEST_SUITE_P(All, ShadowsOfSamples, testing::Values("canyon", "caves", "arches", "hills"),
                          [](const auto& sample) { return std::string(sample.param); });
-
-#endif
 
 }  // namespace
 }  // namespace karst::core

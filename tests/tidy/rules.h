@@ -35,7 +35,7 @@ void check_known(const Source& source, Findings& out);
 bool is_text(std::string_view path);
 
 // Lines of at most kMaxColumns characters, at most kMaxLines of them, no tabs, no carriage returns, no blanks
-// at a line's end, a newline at the file's end. Markdown tables and JSON may have longer lines.
+// at a line's end, a newline at the file's end. Markdown tables and JSON may have longer lines, JSON more.
 void check_text(const Source& source, Findings& out);
 
 // The licence line: first in sources, CMake files and shader parts, second after a #! or #version line.

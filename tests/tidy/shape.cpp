@@ -291,6 +291,7 @@ const Exceptions& large_folders() {
   constexpr std::size_t kAny = SIZE_MAX;
   static const Exceptions kList = {
       {"bench/suites", 16, "a suite is two or three files"},
+      {"docs", kAny, "a page a subject"},
       {"docs/images", kAny, "pictures"},
       {"gles_shaders", kAny, "a file a shader; #include in GLSL takes plain names"},
       {"terrain/patch", 13, "one stage, a pair of files a step"},
