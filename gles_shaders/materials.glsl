@@ -4,8 +4,6 @@
 //
 // What a pixel does not need is skipped, and changes no bit of it, because it would be multiplied by zero:
 // planes of weight zero, the second of two materials where one covers all, the near scale where it has faded.
-// Skipping is done by loops of 0 or more rounds, not by branches: GPUs take both alike, while llvmpipe runs
-// both sides of a branch always, and a loop only as long as one of eight pixels needs it.
 
 // TextureArray, terrain/shading/materials.h; MaterialBlock says what near texels stand for.
 uniform KARST_MEDIUM sampler2DArray far_textures;   // rgb: albedo, sRGB; a: roughness
@@ -13,14 +11,6 @@ uniform KARST_MEDIUM sampler2DArray near_textures;  // r: brightness; g: height,
 #ifdef KARST_BLEND
 uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, K equation 4.6 (variation_texture.h)
 #endif
-
-// Weights below it are exactly zero. terrain/shading/shading.h relies on it.
-const float kTriplanarEpsilon = KARST_TRIPLANAR_EPSILON;
-
-vec3 triplanar_weights(vec3 normal) {
-  vec3 z = max(abs(normal) - kTriplanarEpsilon, 0.0);
-  return z / (z.x + z.y + z.z);
-}
 
 struct Surface {
   KARST_MEDIUM vec3 albedo;
@@ -41,7 +31,7 @@ struct Lookup {
   KARST_MEDIUM float detail;
   KARST_MEDIUM float relief;
   KARST_MEDIUM float smoothness;
-  int details;  // lookups at the near scale: 1 or 0
+  bool details;  // whether the near scale is looked up
 };
 
 Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
@@ -51,7 +41,7 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
   float relief = clamp(material_scale.w - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
   float smoothness = clamp(1.0 - lod / (material_scale.w + 1.0 - KARST_RELIEF_LEVELS), 0.0, 1.0);
   return Lookup(near, far, lod, lod - KARST_FAR_LEVELS, detail, relief, smoothness,
-                max(int(detail > 0.0), least_work.z));
+                detail > 0.0 || least_work.z > 0);
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -59,19 +49,29 @@ vec2 on_plane(vec3 place, int axis) {
   return axis == 0 ? place.zy : axis == 1 ? place.xz : place.xy;
 }
 
-// Which planes have weight, in the order x, y, z.
+// The two planes that a surface is looked up on, by their axes, and the share of the second. K's weights
+// (equation 4.4), |n| less epsilon, hold for up to three planes; here what is taken off is at least the least
+// of |n|, so that one has none, continuously: where two planes change places both have nothing. Only at
+// (1, 1, 1) does no continuous choice exist; nothing is seen there.
 struct Planes {
-  vec3 weights;
-  int count;
   int first;
   int second;
+  KARST_MEDIUM float second_share;  // 0..0.5
+  bool both;
 };
 
 Planes planes_of(vec3 normal) {
-  vec3 weights = triplanar_weights(normal);
-  int count = int(weights.x > 0.0) + int(weights.y > 0.0) + int(weights.z > 0.0);
-  int first = weights.x > 0.0 ? 0 : weights.y > 0.0 ? 1 : 2;
-  return Planes(weights, max(count, least_work.x), first, first == 0 && weights.y > 0.0 ? 1 : 2);
+  vec3 n = abs(normal);
+  float least = min(n.x, min(n.y, n.z));
+  vec3 over = max(n - max(least, KARST_TRIPLANAR_EPSILON), 0.0);
+  int a = n.x > least ? 0 : 1;
+  int b = n.z > least ? 2 : 1;
+  float over_a = n.x > least ? over.x : over.y;
+  float over_b = n.z > least ? over.z : over.y;
+  float share = (min(over_a, over_b) + 1e-4) / (over_a + over_b + 2e-4);
+  bool both = min(over_a, over_b) > 0.0 || max(over_a, over_b) == 0.0;
+  bool a_first = over_a >= over_b;
+  return Planes(a_first ? a : b, a_first ? b : a, both ? share : 0.0, both || least_work.x > 0);
 }
 
 // Sums over planes of what the textures say, times the plane's weight.
@@ -97,20 +97,18 @@ void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM fl
       axis == 0 ? vec3(0.0, slope.yx) : axis == 1 ? vec3(slope.x, 0.0, slope.y) : vec3(slope, 0.0);
 }
 
+void add_plane(inout Sums sums, float layer, Lookup at, int axis, KARST_MEDIUM float weight,
+               KARST_MEDIUM vec2 decoding) {
+  sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
+  if (at.details) add_detail(sums, vec3(on_plane(at.near, axis), layer), at.near_lod, axis, weight, decoding);
+}
+
 Surface surface_of(int material, Lookup at, Planes planes) {
   Sums sums = Sums(vec4(0.0), vec2(0.0), vec3(0.0));
   float layer = float(material);
   KARST_MEDIUM vec4 decoding = material_near[material];
-  for (int n = 0; n < planes.count; ++n) {
-    int axis = planes.count == 3 ? n : n == 0 ? planes.first : planes.second;
-    KARST_MEDIUM float weight =
-        axis == 0 ? planes.weights.x : axis == 1 ? planes.weights.y : planes.weights.z;
-    sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
-    vec3 near = vec3(on_plane(at.near, axis), layer);
-    for (int once = 0; once < at.details; ++once) {
-      add_detail(sums, near, at.near_lod, axis, weight, decoding.zw);
-    }
-  }
+  add_plane(sums, layer, at, planes.first, 1.0 - planes.second_share, decoding.zw);
+  if (planes.both) add_plane(sums, layer, at, planes.second, planes.second_share, decoding.zw);
   // The far scale brings variety, the near one detail, of which the texture's own colours follow.
   KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
   return Surface(decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb),
@@ -181,24 +179,16 @@ bool is_frayed(float slope, float height) {
 
 Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
   float noise = 0.0;
-  for (int once = 0; once < max(int(is_frayed(slope, height)), least_work.y); ++once) {
+  if (least_work.y > 0 || is_frayed(slope, height)) {
     noise = textureLod(variation, noise_place, 0.0).r * (255.0 / 127.0) - 128.0 / 127.0;
   }
   return choose_materials(slope, height, noise, cave);
 }
 
 Surface blended_surface(Choice choice, Lookup at, Planes planes) {
-  Surface first = Surface(vec3(0.0), 0.0, 0.0, vec3(0.0));
+  Surface first = surface_of(choice.first, at, planes);
   Surface second = first;
-  int materials = max(choice.share > kLeastShare ? 2 : 1, least_work.y);
-  for (int n = 0; n < materials; ++n) {
-    Surface surface = surface_of(n == 0 ? choice.first : choice.second, at, planes);
-    if (n == 0) {
-      first = surface;
-    } else {
-      second = surface;
-    }
-  }
+  if (choice.share > kLeastShare || least_work.y > 0) second = surface_of(choice.second, at, planes);
   KARST_MEDIUM float t = blend_by_height(choice.share, second.height - first.height);
   return Surface(mix(first.albedo, second.albedo, t), mix(first.height, second.height, t),
                  mix(first.roughness, second.roughness, t), mix(first.gradient, second.gradient, t));

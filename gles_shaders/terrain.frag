@@ -70,11 +70,11 @@ void main() {
 
   float cave = 0.0;
 #ifdef KARST_CAVE
-  for (int once = 0; once < patch_shading.y; ++once) cave = cave_depth(position);
+  if (patch_shading.y > 0) cave = cave_depth(position);
 #endif
 #ifdef KARST_BLEND
   Choice choice = Choice(patch_shading.x, patch_shading.x, 0.0);
-  for (int once = 0; once < int(patch_shading.x < 0); ++once) {
+  if (patch_shading.x < 0) {
     vec3 noise_place =
         (vec3(patch_voxel & (KARST_VARIATION_REPEAT - 1)) + in_patch) / float(KARST_VARIATION_REPEAT);
     choice = choice_of(normal.y, position.y, noise_place, cave);
@@ -93,9 +93,9 @@ void main() {
   float facing_sun = dot(bumped, sun_direction.xyz);
   KARST_MEDIUM float sun = max(facing_sun, 0.0);
   sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
-  int sunlit = max(int(sun > 0.0), least_work.w);
+  bool sunlit = sun > 0.0 || least_work.w > 0;
 #ifdef KARST_SHADOWS
-  for (int once = 0; once < sunlit; ++once) sun *= sun_reaches(from_eye_ws, normal);
+  if (sunlit) sun *= sun_reaches(from_eye_ws, normal);
 #else
   sun *= 1.0 - cave * light_scale.y;
 #endif
@@ -103,14 +103,14 @@ void main() {
       mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
   KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(1.0, 0.4, cave);
 #ifdef KARST_CAVE
-  for (int once = 0; once < patch_shading.y; ++once) {
+  if (patch_shading.y > 0) {
     incoming += light_of_lamps(from_eye_ws, bumped);
     float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / KARST_LAMP_REACH, 0.0);
     incoming += kLamp * (lamp * cave);
   }
 #endif
   KARST_MEDIUM vec3 light = ground.albedo * incoming;
-  for (int once = 0; once < sunlit; ++once) {
+  if (sunlit) {
     float mirrored = mirrored_sun(bumped, -direction, ground.roughness);
     light += sun_light.rgb * (sun * mirrored);
   }
