@@ -107,6 +107,11 @@ constexpr Key kKeys[] = {
        return whole(side / kShadowSizeStep, double{kLeastShadowSize} / kShadowSizeStep,
                     double{kMostShadowSize} / kShadowSizeStep);
      }},
+    {"shading", "forward or deferred",
+     [](std::string_view v, BoardProfile& p) {
+       p.deferred = v == "deferred";
+       return p.deferred || v == "forward";
+     }},
     {"drape", "0, or 256..16384 pixels a side, a power of two",
      [](std::string_view v, BoardProfile& p) {
        double side = 0;

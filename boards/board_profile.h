@@ -29,6 +29,7 @@ struct BoardProfile {
   std::uint64_t vertex_bytes = 0;  // of the pool
   int cascades = 0;                // shadow cascades, 0..3
   int cascade_side = 0;            // texels
+  bool deferred = false;           // pixels are shaded once, from a G-buffer
   int drape_side = 0;              // of the largest image over the world, pixels; 0: none
 
   // What the cascades, the largest drape and the scan-out buffers take.

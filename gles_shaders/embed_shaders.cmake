@@ -2,9 +2,9 @@
 # cmake -D SHADER_DIR=... -D TEXT_DIR=... -D EMBEDDED=... -P embed_shaders.cmake
 #
 # For each line of variants.def: the two shader files with their includes spliced in, in TEXT_DIR with the
-# variant's macros defined after the version line, for the reference compiler. EMBEDDED becomes a C++ file with
-# all texts (gles_shaders/shader_texts.h), the macros beside them: variants of the same files are the same
-# literals then, which the program holds once. Comments and indentation are left out.
+# variant's macros defined after the version line, for the reference compiler. EMBEDDED becomes a C++ file
+# with all texts (gles_shaders/shader_texts.h), the macros beside them: variants of the same files are the
+# same literals then, which the program holds once. Comments and indentation are left out.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -18,7 +18,8 @@
 #define KARST_UNIT_DRAPE 6
 #define KARST_UNIT_SHADOW_MAPS 7
 #define KARST_UNIT_NEAR_TEXTURES 8
-#define KARST_UNITS 9
+#define KARST_UNIT_GEOMETRY 9
+#define KARST_UNITS 10
 
 // Binding points of the uniform blocks, from the first that a host gives.
 #define KARST_BINDING_FRAME 0
@@ -43,6 +44,10 @@
 #define KARST_MATERIAL_SHIFT 28
 // The first component: 10 bits an axis of the patch's origin, and one for caves.
 #define KARST_CAVE_SHIFT 30
+
+// Bits of a texel of the G-buffer, geometry.glsl.
+#define KARST_GEOMETRY_MATERIAL_SHIFT 26
+#define KARST_GEOMETRY_CAVE_SHIFT 30
 
 // Materials: layers of the texture arrays. The renderer defines KARST_MATERIALS, how many there are.
 #define KARST_MOST_MATERIALS 8
@@ -128,9 +133,14 @@ KARST_BLOCK(FrameBlock) {
   vec4 shadow_box_2;
   vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
-  // What every pixel does whether it needs it or not, to measure what skipping saves: x: planes, y:
-  // materials, z: near scales, w: looks at the sun.
+  // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
+  // plane, y: the second material, z: the near scale, w: looking at the sun.
   ivec4 least_work;
+  // The screen pass. xy: the viewport's corner, pixels; z: 1 where the sky is drawn, or 0.
+  ivec4 screen_place;
+  // x: depth along the ray, voxels, a clip w; y: the far plane's depth; depth is ndc z * z + w
+  vec4 screen_scale;
+  vec4 screen_depth;  // clip z is the dot product of xyz with from_eye, plus w
   // Point lights, terrain/shading/materials.h.
   vec4 light_scale;        // x: number of lights, y: 1 where caves keep the sun out without shadow maps
   vec4 light_place[KARST_MOST_LIGHTS];   // xyz: from the eye, w: reach; voxels

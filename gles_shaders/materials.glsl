@@ -2,8 +2,8 @@
 // Materials: which of them lie where (K 4.2.3), their textures by tri-planar mapping (K 4.2.1, equations 4.4
 // and 4.5) at two scales (K 4.2.2), and how their bumps turn the normal.
 //
-// What a pixel does not need is skipped, and changes no bit of it, because it would be multiplied by zero:
-// planes of weight zero, the second of two materials where one covers all, the near scale where it has faded.
+// What a pixel does not need is skipped, and changes no bit of it, because it would be multiplied by zero: a
+// plane of weight zero, the second of two materials where one covers all, the near scale where it has faded.
 
 // TextureArray, terrain/shading/materials.h; MaterialBlock says what near texels stand for.
 uniform KARST_MEDIUM sampler2DArray far_textures;   // rgb: albedo, sRGB; a: roughness

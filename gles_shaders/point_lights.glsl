@@ -9,6 +9,7 @@ float cave_depth(vec3 position) {
   return smoothstep(KARST_CAVE_BEGINS, KARST_CAVE_IS_DARK, below);
 }
 
+#ifdef KARST_LAMPS
 // from_eye: voxels.
 KARST_MEDIUM vec3 light_of_lamps(vec3 from_eye, KARST_MEDIUM vec3 normal) {
   KARST_MEDIUM vec3 sum = vec3(0.0);
@@ -21,3 +22,4 @@ KARST_MEDIUM vec3 light_of_lamps(vec3 from_eye, KARST_MEDIUM vec3 normal) {
   }
   return sum;
 }
+#endif

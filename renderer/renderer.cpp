@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "renderer/gl/gl_state.h"
+#include "renderer/passes/screen_pass.h"
 #include "renderer/passes/shadow_pass.h"
 #include "renderer/passes/sky_pass.h"
 #include "renderer/passes/terrain_pass.h"
@@ -41,6 +42,10 @@ DrawState state_of(const ViewInput& input, const DrawTarget& target) {
   return state;
 }
 
+bool wants_high(Precision precision, const GlCaps& caps) {
+  return precision == Precision::automatic ? caps.software : precision == Precision::high;
+}
+
 }  // namespace
 
 Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
@@ -58,6 +63,11 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
     std::snprintf(message_, sizeof message_, "%s", device_.caps.version);
     return status;
   }
+  const bool deferred = settings.shading == karst::Shading::automatic
+                            ? device_.caps.software
+                            : settings.shading == karst::Shading::deferred;
+  if (!deferred) settings_.deferred_width = settings_.deferred_height = 0;
+  settings_.precision = wants_high(settings.precision, device_.caps) ? Precision::high : Precision::medium;
   if (const Status status = check_device(); !status.ok()) return status;
   created_ = true;  // from here on destroy() has something to do
   listen(true);
@@ -70,7 +80,10 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
 Status Renderer::create_objects() {
   const Gl& gl = device_.gl;
   const ProgramSettings programs{.materials = std::max(static_cast<int>(settings_.material_count), 1),
-                                 .high_precision = settings_.high_precision,
+                                 .high_precision = settings_.precision == Precision::high,
+                                 .drape = settings_.drape_width > 0,
+                                 .deferred = settings_.deferred(),
+                                 .shadows = settings_.cascades > 0,
                                  .first_unit = settings_.first_unit,
                                  .first_block = settings_.first_block,
                                  .label = device_.caps.debug};
@@ -118,6 +131,10 @@ Status Renderer::check_device() const {
     return Status{StatusCode::limit_reached, "more than the device can do", field,
                   static_cast<std::uint64_t>(value)};
   };
+  if (settings_.deferred_width > caps.max_texture_size)
+    return limit("deferred_width", settings_.deferred_width);
+  if (settings_.deferred_height > caps.max_texture_size)
+    return limit("deferred_height", settings_.deferred_height);
   if (settings_.drape_width > caps.max_texture_size) return limit("drape_width", settings_.drape_width);
   if (settings_.drape_height > caps.max_texture_size) return limit("drape_height", settings_.drape_height);
   if (page_rows(settings_.vertex_pages) > caps.max_texture_size ||
@@ -227,9 +244,23 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
   const shader::FrameBlock block = make_view_block(settings_, input, target);
   use_block(device_, Object::material_block, KARST_BINDING_MATERIALS, {});
   use_block(device_, Object::frame_block, KARST_BINDING_FRAME, as_bytes(block));
+  timer_.begin(device_.gl);
+  const Status status =
+      is_deferred(input, target) ? draw_deferred(input, target) : draw_forward(input, target);
+  timer_.end(device_.gl);
+  reset_state(false);
+  return status;
+}
+
+bool Renderer::is_deferred(const ViewInput& input, const DrawTarget& target) const {
+  return settings_.deferred() && target.viewport.width <= settings_.deferred_width &&
+         target.viewport.height <= settings_.deferred_height && !input.camera.parallel &&
+         input.show == Show::materials && target.writes == Writes::all;
+}
+
+Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) {
   enter_draw(device_, state_of(input, target));
   bind_textures(device_);
-  timer_.begin(device_.gl);
   Status status;
   if (!counts_.vertices_lost) {
     status = draw_terrain(device_, settings_, programs_, input, target.writes, counts_);
@@ -237,8 +268,19 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
   if (status.ok() && target.sky && target.writes != Writes::depth) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   }
-  timer_.end(device_.gl);
-  reset_state(false);
+  return status;
+}
+
+Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target) {
+  DrawState state = state_of(input, target);
+  state.viewport = {0, 0, target.viewport.width, target.viewport.height};
+  device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, name_of(device_, Object::geometry_target));
+  enter_draw(device_, state);
+  bind_textures(device_);
+  Status status;
+  if (!counts_.vertices_lost) status = draw_geometry(device_, programs_, input, counts_);
+  device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
+  if (status.ok() && !counts_.vertices_lost) draw_screen(device_, programs_, input, target, counts_);
   return status;
 }
 

@@ -31,7 +31,8 @@
 //               context has them: sample mask and shading, clip distances, clip control, depth clamp, polygon
 //               mode, logic operation, multisampling, framebuffer sRGB, provoking vertex
 //   viewport    the target's or the shadow map's, after drawing
-//   framebuffer draw() leaves what is bound; create() and draw_cascade() unbind it
+//   framebuffer draw() leaves what is bound, or with a G-buffer the target's for drawing; create() and
+//               draw_cascade() unbind it
 // An upload touches some of the unpacking, the active unit, the array and the uniform buffer, and the
 // textures of the first unit (2D, 3D and 2D arrays); what it touches it leaves so. All else stays as it is:
 // blend and stencil functions and values of polygon offset too.
@@ -137,6 +138,9 @@ class Renderer {
   Status create_objects();
   void listen(bool on);
   void begin(const PageTable& pages);
+  bool is_deferred(const ViewInput& input, const DrawTarget& target) const;
+  Status draw_forward(const ViewInput& input, const DrawTarget& target);
+  Status draw_deferred(const ViewInput& input, const DrawTarget& target);
   static void GL_APIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, GLenum severity,
                                            GLsizei length, const GLchar* text, const void* user);
 

@@ -107,6 +107,10 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   needs.queries = 1;  // for the ground, as render and view have it
   needs.query_patches = kGroundPatches;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
+  if (!has_board || board.deferred) {
+    needs.deferred_width = static_cast<std::uint32_t>(options.width);
+    needs.deferred_height = static_cast<std::uint32_t>(options.height);
+  }
   if (has_board) {
     needs.vertex_bytes = board.vertex_bytes;
     needs.shadow_maps = static_cast<std::uint32_t>(board.cascades);

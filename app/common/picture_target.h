@@ -89,6 +89,7 @@ class PictureTarget {
   void forget();
 
   const PictureSettings& settings() const { return settings_; }
+  std::uint32_t framebuffer() const { return target_; }
   Rect viewport() const { return {0, 0, settings_.width, settings_.height}; }
 
   // Binds the target and clears its depth to what is farthest: 1, or 0 with reversed depth. Every pixel's

@@ -12,6 +12,8 @@
 namespace karst::app {
 
 // In the order of the options' words.
+enum class ShadingChoice : std::uint8_t { automatic, forward, deferred };
+enum class PrecisionChoice : std::uint8_t { automatic, medium, high };
 enum class LodChoice : std::uint8_t { error, distance, full };
 enum class ShowChoice : std::uint8_t { materials, cascades, levels };
 
@@ -46,7 +48,8 @@ struct SceneArguments {
   double haze_voxels = kUnset;  // unset: by the world's size
   double fov_y_deg = 60;
   ShowChoice show = ShowChoice::materials;
-  bool high_precision = false;
+  ShadingChoice shading = ShadingChoice::automatic;
+  PrecisionChoice precision = PrecisionChoice::automatic;
   std::uint32_t drawn_anyway = 0;  // bit n: SkipChoice n is switched off
 
   LodChoice lod = LodChoice::error;

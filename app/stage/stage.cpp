@@ -96,6 +96,10 @@ Error Stage::make_plan_for(const Source& file) {
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
   needs.shadow_reach_m = scene_.shadow_reach_voxels * info.voxel_size_m;
+  if (scene_.shading != ShadingChoice::forward && scene_.drape.empty()) {
+    needs.deferred_width = static_cast<std::uint32_t>(scene_.width);
+    needs.deferred_height = static_cast<std::uint32_t>(scene_.height);
+  }
   needs.drape_width = static_cast<std::uint32_t>(drape_.width);
   needs.drape_height = static_cast<std::uint32_t>(drape_.height);
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
@@ -126,7 +130,8 @@ Error Stage::attach(Display& display, int width, int height) {
       [](void* user, const char* name) { return static_cast<const Display*>(user)->gl_function(name); },
       &display};
   GlOptions options;
-  options.high_precision = scene_.high_precision;
+  options.precision = static_cast<Precision>(scene_.precision);
+  options.shading = static_cast<Shading>(scene_.shading);
   options.timers = true;
   options.drape_repeat = scene_.drape_repeat;
   driver_words_.clear();
@@ -198,6 +203,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
     Target target;
     target.depth_zero_to_one = view.view.reversed_depth;
     target.viewport = target_.viewport();
+    target.framebuffer = target_.framebuffer();
     target.sky = !has_drape();
     status = renderer_->draw(0, target);
     target_.end();

@@ -256,7 +256,7 @@ class Suite {
     }
     if (error.ok()) {
       SceneArguments high = look();
-      high.high_precision = true;
+      high.precision = PrecisionChoice::high;
       error = compare_feature("precision", "medium", "high", options_.world, high, report);
     }
     if (error.ok()) error = compare_lamps(report);

@@ -75,6 +75,8 @@ struct DeviceInfo {
   const char* renderer = "";  // as the driver names itself
   const char* version = "";
   bool clip_control = false;    // for Target::depth_zero_to_one
+  bool deferred = false;        // pixels are shaded once, from a G-buffer
+  bool high_precision = false;  // all of a pixel is computed in 32 bits
   std::uint64_t gpu_bytes = 0;  // of the objects that exist
   std::uint64_t cpu_bytes = 0;  // taken of the world's memory
 };

@@ -30,8 +30,13 @@ struct Needs {
   std::uint32_t shadow_maps = 2;      // 0..kMostShadowMaps
   std::uint32_t shadow_size = 1024;   // texels a side of each, 512..2048, a multiple of 16
   double shadow_reach_m = 0;          // from the eye, beyond which there are no shadows; 0: 256 voxels
-  std::uint32_t drape_width = 0;      // pixels of an image over the world that takes the materials' place,
-  std::uint32_t drape_height = 0;     // both 0 or both 1..16384
+  // The largest view, pixels, both 0 or both 1..16384, whose pixels are shaded once, after all that lies in
+  // them is known, at 12 bytes of GPU memory a pixel. 0: while they are drawn, which small triangles do
+  // several times; so are parallel views, larger ones and those under a drape.
+  std::uint32_t deferred_width = 0;
+  std::uint32_t deferred_height = 0;
+  std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
+  std::uint32_t drape_height = 0;  // both 0 or both 1..16384
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };

@@ -8,15 +8,16 @@
 // were (destroy(), and draw() where it returns an error, change none):
 //   program, vertex array, array, uniform and pixel unpack buffer 0; active texture unit 0; of units
 //   first_unit
-//   .. first_unit + 8 the textures that karst used and the samplers, and uniform blocks first_block and
+//   .. first_unit + 9 the textures that karst used and the samplers, and uniform blocks first_block and
 //   first_block + 1, unbound
 //   scissor, depth and stencil test, blending, culling, polygon offset, rasterizer discard, sample coverage,
 //   alpha to coverage, primitive restart, dithering; depth function, mask and range; colour mask; cull face
 //   and front face; unpacking of pixels where the context has them: sample mask and shading, clip distances,
 //   clip control, depth clamp, polygon mode, logic operation, multisampling, framebuffer sRGB, provoking
 //   vertex
-// The viewport is that of what was drawn last. create() and begin_frame() leave framebuffer 0 bound, the
-// others what was bound. Everything else stays as it is: blend and stencil functions, values of polygon
+// The viewport is that of what was drawn last. create() and begin_frame() leave framebuffer 0 bound; draw()
+// leaves Target::framebuffer bound for drawing where pixels are shaded once (Needs::deferred_width), and
+// what was bound where not. Everything else stays as it is: blend and stencil functions, values of polygon
 // offset, packing of pixels. Queries, transform feedback and conditional rendering of the simulator must not
 // be active.
 #pragma once
@@ -97,6 +98,9 @@ struct Target {
   Rect viewport{};
   bool sky = true;  // false: what is there stays where there is no terrain
   Output output = Output::display;
+  // The one that is bound for drawing, which draw() binds again after its own: its name where the plan has
+  // Needs::deferred_width; unused without.
+  std::uint32_t framebuffer = 0;
   // Depth reaches the buffer by way of 0..1, not -1..1; matrices stay as they are. With reversed_depth and a
   // float depth buffer depth is then as fine far away as nearby: near may be 0.1 m and far 100 km. Needs
   // DeviceInfo::clip_control, else unsupported. Whoever draws into the same depth sets glClipControl alike.
@@ -113,10 +117,11 @@ struct Air {
 };
 
 struct GlOptions {
-  std::uint32_t first_unit = 0;   // of 9 texture units
+  std::uint32_t first_unit = 0;   // of 10 texture units
   std::uint32_t first_block = 0;  // of 2 uniform blocks
   bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
-  bool high_precision = false;    // all of a pixel in 32 bits, where mediump would do
+  Shading shading = Shading::automatic;
+  Precision precision = Precision::automatic;
   bool timers = false;  // GPU times of passes, in costs(); the host must not time with such queries meanwhile
   bool debug = false;   // the driver's errors go to the world's log; wants a debug context of one's own
   double drape_repeat = 1;  // times that the drape covers the world on each axis, 2^-10..2^10

@@ -54,4 +54,18 @@ struct GlLoader {
   void* user = nullptr;
 };
 
+// When pixels are shaded, of views that Needs::deferred_width has room for.
+enum class Shading : std::uint8_t {
+  automatic,  // deferred where a processor renders, or else forward
+  forward,    // while they are drawn; there is no G-buffer then
+  deferred    // once, from a G-buffer
+};
+
+// Of what mediump is enough for: colours, light, weights.
+enum class Precision : std::uint8_t {
+  automatic,  // high where a processor renders, which has no arithmetic of 16 bits, or else medium
+  medium,
+  high  // all of a pixel in 32 bits
+};
+
 }  // namespace karst

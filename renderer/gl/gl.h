@@ -24,6 +24,7 @@
   X(BufferSubData)                 \
   X(CheckFramebufferStatus)        \
   X(ClearBufferfv)                 \
+  X(ClearBufferuiv)                \
   X(ClientWaitSync)                \
   X(ColorMask)                     \
   X(CompileShader)                 \

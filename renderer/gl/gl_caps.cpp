@@ -115,6 +115,10 @@ Status query_gl_caps(const Gl& gl, bool desktop, GlCaps& caps) {
   caps.sample_shading = desktop || caps.number >= 32;
   if (clip_distances) gl.GetIntegerv(GL_MAX_CLIP_DISTANCES_EXT, &caps.max_clip_distances);
   require_functions(gl, caps);
+  constexpr const char* kSoftware[] = {"llvmpipe", "softpipe", "SwiftShader"};
+  for (const char* name : kSoftware) {
+    caps.software = caps.software || std::strstr(caps.renderer, name) != nullptr;
+  }
   caps.first_timer_result_is_wrong = std::strncmp(caps.renderer, "llvmpipe", 8) == 0;
   return {};
 }

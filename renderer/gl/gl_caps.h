@@ -25,6 +25,7 @@ struct GlCaps {
   std::int32_t max_texture_units = 0;     // of all stages; at least 32 in ES 3.0
   std::int32_t max_uniform_bindings = 0;  // at least 24 in ES 3.0
 
+  bool software = false;     // a processor renders
   bool debug = false;        // KHR_debug: labels, groups, messages
   bool timer_query = false;  // EXT_disjoint_timer_query
 

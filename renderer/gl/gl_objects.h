@@ -50,7 +50,7 @@ void add_objects(std::span<const ObjectRow> rows, const RendererSettings& settin
 
 class GlObjects {
  public:
-  static constexpr std::size_t kMost = 32;
+  static constexpr std::size_t kMost = 40;
 
   // rows: at most kMost; must outlive the objects. Pixels are unpacked as GL does it initially, and no pixel
   // unpack buffer is bound. Objects that were made have to be destroyed, after a failure too. Leaves the

@@ -42,6 +42,12 @@ Status RendererSettings::validate() const {
   shadows.size = shadow_size;
   if (!shadows.validate().ok()) return invalid("not a multiple of 16 within 512..2048", "shadow_size");
   if (shadow_bits != 16 && shadow_bits != 24) return invalid("neither 16 nor 24", "shadow_bits");
+  if (deferred_width != 0 || deferred_height != 0) {
+    if (!inside(deferred_width, 1, kMaxPicture))
+      return invalid("not within 1..16384 pixels", "deferred_width");
+    if (!inside(deferred_height, 1, kMaxPicture))
+      return invalid("not within 1..16384 pixels", "deferred_height");
+  }
   if (drape_width != 0 || drape_height != 0) {
     if (!inside(drape_width, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_width");
     if (!inside(drape_height, 1, kMaxPicture)) return invalid("not within 1..16384 pixels", "drape_height");

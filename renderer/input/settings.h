@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "karst/status.h"
+#include "karst/types.h"
 #include "terrain/base/budget.h"
 #include "terrain/shading/materials.h"
 
@@ -27,11 +28,16 @@ struct RendererSettings {
   std::uint32_t material_count = 0;  // 0..kMostMaterials
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
-  bool high_precision = false;  // all of a pixel is computed in 32 bits, for comparison
-  int cascades = 0;             // shadow maps, 0..kMostCascades; with a drape there are none
-  int shadow_size = 1024;       // texels a side, as in CascadeSettings
-  int shadow_bits = 16;         // of depth, 16 or 24 (which takes 32)
-  int air_blocks = 0;           // uniform buffers for the host's own shaders (set_air), 0..kMostAirBlocks
+  Precision precision = Precision::automatic;
+  karst::Shading shading = karst::Shading::automatic;
+  // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets
+  // them to 0 where pixels are shaded while they are drawn.
+  int deferred_width = 0;
+  int deferred_height = 0;
+  int cascades = 0;        // shadow maps, 0..kMostCascades; with a drape there are none
+  int shadow_size = 1024;  // texels a side, as in CascadeSettings
+  int shadow_bits = 16;    // of depth, 16 or 24 (which takes 32)
+  int air_blocks = 0;      // uniform buffers for the host's own shaders (set_air), 0..kMostAirBlocks
 
   // In the host's context: texture units first_unit .. first_unit + KARST_UNITS - 1 and uniform blocks
   // first_block and first_block + 1 are karst's while it draws.
@@ -43,6 +49,8 @@ struct RendererSettings {
 
   static constexpr int kMaxPicture = 16384;  // pixels a side
   static constexpr int kMostAirBlocks = 8;
+
+  bool deferred() const { return deferred_width > 0 && drape_width == 0; }
 
   // invalid_argument naming the first field outside its range.
   Status validate() const;

@@ -63,8 +63,9 @@ enum class Writes : std::uint8_t {
 };
 
 struct DrawTarget {
-  Rect viewport;    // within the framebuffer that is bound; width and height 1..kMaxPicture
-  bool sky = true;  // where depth is what the far plane has; false: what is there stays
+  Rect viewport;                  // within the framebuffer that is bound; width and height 1..kMaxPicture
+  std::uint32_t framebuffer = 0;  // its name, where the settings have a G-buffer
+  bool sky = true;                // where depth is what the far plane has; false: what is there stays
   // Light instead of what a display shows, a sunlit white surface being about 3.5: for targets that hold it,
   // or encode sRGB themselves. With a drape: what the display would show, decoded from sRGB.
   bool linear = false;

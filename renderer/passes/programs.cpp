@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "renderer/input/shader_interface.h"
+#include "renderer/passes/terrain_variants.h"
 
 namespace karst::core {
 namespace {
@@ -19,7 +20,7 @@ constexpr Sampler kSamplers[] = {
     {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
     {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"variation", KARST_UNIT_VARIATION},
     {"sky_line", KARST_UNIT_SKY_LINE},           {"drape", KARST_UNIT_DRAPE},
-    {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+    {"shadow_maps", KARST_UNIT_SHADOW_MAPS},     {"geometry", KARST_UNIT_GEOMETRY}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 
@@ -30,6 +31,7 @@ std::span<char> begin_log(std::span<char> log, const char* name, const char* sta
   return length < log.size() ? log.subspan(length) : std::span<char>();
 }
 
+// macros: the variant's; defines: the renderer's.
 void compile(const Gl& gl, GLuint shader, const char* text, const char* macros, const char* defines) {
   // Nothing but comments may come before the version, which is the text's first line.
   const char* rest = std::strchr(text, '\n');
@@ -84,12 +86,27 @@ void connect(const Gl& gl, GLuint program, const ProgramSettings& settings) {
   }
 }
 
+bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
+  for (const ShaderVariant first : {ShaderVariant::terrain, ShaderVariant::screen}) {
+    const int n = static_cast<int>(variant) - static_cast<int>(first);
+    if (n < 0 || n >= kShadingVariants) continue;
+    if (settings.drape || (!settings.shadows && (shading_of(n) & kShadeShadows) != 0)) return false;
+    // Beside a G-buffer, what does not go by it takes the program that does everything.
+    if (first == ShaderVariant::terrain && settings.deferred)
+      return (shading_of(n) | kShadeShadows) == kShadeAll;
+    return first == ShaderVariant::terrain || settings.deferred;
+  }
+  if (variant == ShaderVariant::geometry) return settings.deferred && !settings.drape;
+  return variant != ShaderVariant::drape || settings.drape;
+}
+
 }  // namespace
 
 Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   std::snprintf(defines_, sizeof defines_, "#define KARST_MATERIALS %d\n%s", settings.materials,
                 settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    if (!is_needed(static_cast<ShaderVariant>(i), settings)) continue;
     programs_[i] = gl.CreateProgram();
     attach_shader(gl, programs_[i], true, kShaderTexts[i], defines_);
     attach_shader(gl, programs_[i], false, kShaderTexts[i], defines_);
@@ -102,6 +119,7 @@ Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span
 
 Status Programs::link_all(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
+    if (programs_[i] == 0) continue;
     GLint ok = GL_FALSE;
     gl.GetProgramiv(programs_[i], GL_LINK_STATUS, &ok);
     if (ok == GL_FALSE) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All programs, one a line of variants.def, compiled when the renderer is created: never during a frame.
+// The programs, one a line of variants.def, compiled when the renderer is created: never during a frame.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,11 @@
 namespace karst::core {
 
 struct ProgramSettings {
-  int materials = 1;              // 1..kMostMaterials
-  bool high_precision = false;    // all of a pixel in 32 bits
+  int materials = 1;            // 1..kMostMaterials
+  bool high_precision = false;  // all of a pixel in 32 bits
+  bool drape = false;           // what is there is all that is needed of these
+  bool deferred = false;
+  bool shadows = false;
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
   std::uint32_t first_block = 0;  // and to its binding points
   bool label = false;             // with KHR_debug
@@ -22,7 +25,7 @@ struct ProgramSettings {
 
 class Programs {
  public:
-  // Compiles and links everything and connects samplers and blocks to the units and bindings of
+  // Compiles and links what the settings need and connects samplers and blocks to the units and bindings of
   // interface.glsl. On failure nothing is left, and log holds, zero-terminated and cut to fit, the program's
   // name, its stage and what the driver said about it.
   Status create(const Gl& gl, const ProgramSettings& settings, std::span<char> log);
@@ -39,7 +42,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[80] = {};  // GLSL lines after the version
+  char defines_[80] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/passes/terrain_pass.h"
 
+#include "renderer/passes/screen_pass.h"
 #include "renderer/passes/terrain_variants.h"
 #include "renderer/resources/index_stream.h"
 
@@ -38,8 +39,9 @@ ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& inpu
   if (settings.drape_width > 0) return ShaderVariant::drape;
   if (input.show == Show::cascades) return ShaderVariant::show_cascades;
   if (input.show == Show::levels) return ShaderVariant::show_levels;
-  return terrain_variant(
-      static_cast<std::uint8_t>(input.shading | (input.cascades.empty() ? 0 : kShadeShadows)));
+  // Beside a G-buffer there is one that does everything.
+  const unsigned all = settings.deferred() ? kShadeAll & ~kShadeShadows : 0u;
+  return variant_for(ShaderVariant::terrain, frame_shading(input) | all);
 }
 
 }  // namespace
@@ -57,9 +59,30 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   set_drape(settings.extent, settings.drape_repeat, block);
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
   const PixelSkips& skips = input.skips;
-  block.least_work = {skips.triplanar ? 0 : 3, skips.blend ? 0 : 2, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
+  block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
   set_lights(input.camera, input.lights, settings.cascades == 0, block);
+  set_screen(input.camera, target, block);
   return block;
+}
+
+unsigned frame_shading(const ViewInput& input) {
+  return input.shading | (input.cascades.empty() ? 0u : unsigned{kShadeShadows}) |
+         (input.lights.empty() ? 0u : unsigned{kShadeLamps});
+}
+
+Status draw_geometry(const GlDevice& device, const Programs& programs, const ViewInput& input,
+                     FrameCounts& counts) {
+  const Gl& gl = device.gl;
+  device.push_group("geometry");
+  constexpr GLuint kNothing[4] = {};
+  gl.ClearBufferuiv(GL_COLOR, 0, kNothing);
+  const GLfloat far = input.camera.reversed_depth ? 0.0f : 1.0f;
+  gl.ClearBufferfv(GL_DEPTH, 0, &far);
+  gl.UseProgram(programs[ShaderVariant::geometry]);
+  const Status status =
+      draw_items(device, {input.index_table, input.items, input.pages, {}}, input.max_level, counts);
+  device.pop_group();
+  return status;
 }
 
 Status draw_terrain(const GlDevice& device, const RendererSettings& settings, const Programs& programs,

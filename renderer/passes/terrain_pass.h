@@ -14,6 +14,14 @@ namespace karst::core {
 shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewInput& input,
                                    const DrawTarget& target);
 
+// Bits of Shading: what any pixel of the view needs.
+unsigned frame_shading(const ViewInput& input);
+
+// Clears the G-buffer, which is bound, and draws the terrain into it, with the state, the block and the
+// textures that are set; counts what it did. invalid_argument names what is wrong with the items.
+Status draw_geometry(const GlDevice& device, const Programs& programs, const ViewInput& input,
+                     FrameCounts& counts);
+
 // Draws with the state, the block and the textures that are set; counts what it did. invalid_argument names
 // what is wrong with the items.
 Status draw_terrain(const GlDevice& device, const RendererSettings& settings, const Programs& programs,

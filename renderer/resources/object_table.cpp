@@ -96,6 +96,12 @@ ObjectShape shadow_maps(const Settings& s) {
           .compare = true};
 }
 
+ObjectShape geometry(const Settings& s, GLenum format) {
+  ObjectShape shape = image(format, s.deferred_width, s.deferred_height);
+  shape.wanted = s.deferred();
+  return shape;
+}
+
 Status fill_entries(const Gl& gl, const Settings& /*settings*/, const GlObjects& /*objects*/) {
   std::uint8_t entries[kEntryRowTexels * kEntryRows] = {};
   static_cast<void>(build_morph_entries(kMaxLevel, entries));  // fails for wrong sizes only
@@ -125,6 +131,16 @@ Status fill_shadow_target(const Gl& gl, const Settings& /*settings*/, const GlOb
   gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, objects[row_of(Object::shadow_maps)], 0, n);
   if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
   return {StatusCode::limit_reached, "the driver could not make a shadow map of this size", "shadow_size"};
+}
+
+Status fill_geometry_target(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
+  const auto attach = [&](GLenum point, Object texture) {
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, point, GL_TEXTURE_2D, objects[row_of(texture)], 0);
+  };
+  attach(GL_COLOR_ATTACHMENT0, Object::geometry);
+  attach(GL_DEPTH_ATTACHMENT, Object::geometry_depth);
+  if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return {StatusCode::limit_reached, "the driver could not make a G-buffer of this size", "deferred_width"};
 }
 
 using Consumer = GpuConsumer;
@@ -167,13 +183,19 @@ constexpr ObjectRow kRows[] = {
      [](const Settings& s) { return image(GL_R16F, s.extent.x, s.extent.z, GL_LINEAR); }, fill_sky_line},
     {"drape", Kind::texture, Consumer::textures, drape, nullptr},
     {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
+    {"geometry", Kind::texture, Consumer::targets, [](const Settings& s) { return geometry(s, GL_RG32UI); },
+     nullptr},
+    {"geometry depth", Kind::texture, Consumer::targets,
+     [](const Settings& s) { return geometry(s, GL_DEPTH_COMPONENT32F); }, nullptr},
     {"terrain", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, fill_terrain_array},
     {"no attributes", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, nullptr},
     {"shadow map 0", Kind::framebuffer, Consumer::shadow_maps, shadow_target<0>, fill_shadow_target<0>},
     {"shadow map 1", Kind::framebuffer, Consumer::shadow_maps, shadow_target<1>, fill_shadow_target<1>},
-    {"shadow map 2", Kind::framebuffer, Consumer::shadow_maps, shadow_target<2>, fill_shadow_target<2>}};
+    {"shadow map 2", Kind::framebuffer, Consumer::shadow_maps, shadow_target<2>, fill_shadow_target<2>},
+    {"geometry target", Kind::framebuffer, Consumer::targets,
+     [](const Settings& s) { return nothing_but_a_name(s.deferred()); }, fill_geometry_target}};
 static_assert(std::size(kRows) == row_of(Object::count) && std::size(kRows) <= GlObjects::kMost);
 static_assert(kMostCascades == 3 && RendererSettings::kMostAirBlocks == 8);
 
@@ -190,7 +212,8 @@ constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_t
                            {KARST_UNIT_VARIATION, GL_TEXTURE_3D, Object::variation},
                            {KARST_UNIT_DRAPE, GL_TEXTURE_2D, Object::drape},
                            {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},
-                           {KARST_UNIT_NEAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::near_textures}};
+                           {KARST_UNIT_NEAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::near_textures},
+                           {KARST_UNIT_GEOMETRY, GL_TEXTURE_2D, Object::geometry}};
 static_assert(std::size(kUnits) == KARST_UNITS);
 
 }  // namespace

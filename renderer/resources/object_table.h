@@ -30,11 +30,14 @@ enum class Object : std::uint8_t {
   sky_line,
   drape,
   shadow_maps,
+  geometry,        // the G-buffer, gles_shaders/geometry.glsl
+  geometry_depth,  // and its depth
   terrain_array,
   no_attributes,  // vertex array of full-screen passes
   shadow_target_0,
   shadow_target_1,
   shadow_target_2,
+  geometry_target,
   count
 };
 

@@ -57,7 +57,8 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.first_unit = options.first_unit;
   settings.first_block = options.first_block;
   settings.desktop = options.desktop;
-  settings.high_precision = options.high_precision;
+  settings.precision = options.precision;
+  settings.shading = options.shading;
   settings.debug = options.debug;
   settings.timers = options.timers;
   settings.drape_repeat = options.drape_repeat;
@@ -320,6 +321,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.show = shown(inspection.show);
   DrawTarget where;
   where.viewport = target.viewport;
+  where.framebuffer = target.framebuffer;
   where.sky = target.sky;
   where.linear = target.output == Output::linear;
   where.depth_zero_to_one = target.depth_zero_to_one;
@@ -459,6 +461,8 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   info.renderer = own.gl.caps().renderer;
   info.version = own.gl.caps().version;
   info.clip_control = own.gl.caps().clip_control;
+  info.deferred = own.gl.settings().deferred();
+  info.high_precision = own.gl.settings().precision == Precision::high;
   info.gpu_bytes = own.gl.gpu_bytes();
   info.cpu_bytes =
       own.world.layout.objects_bytes + own.world.layout.staging_bytes + own.world.terrain.arena.used();

@@ -53,6 +53,12 @@ Status check_needs(const Needs& needs) {
   if (!(needs.shadow_reach_m >= 0) || !std::isfinite(needs.shadow_reach_m))
     return refuse("not a finite length", "shadow_reach_m");
   constexpr auto kMost = static_cast<std::uint64_t>(RendererSettings::kMaxPicture);
+  if (needs.deferred_width != 0 || needs.deferred_height != 0) {
+    if (!inside(needs.deferred_width, 1, kMost))
+      return refuse("not within 1..16384 pixels", "deferred_width", needs.deferred_width);
+    if (!inside(needs.deferred_height, 1, kMost))
+      return refuse("not within 1..16384 pixels", "deferred_height", needs.deferred_height);
+  }
   if (needs.drape_width != 0 || needs.drape_height != 0) {
     if (!inside(needs.drape_width, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_width");
     if (!inside(needs.drape_height, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_height");
@@ -98,6 +104,8 @@ void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Nee
   renderer.extent = info.extent;
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
+  renderer.deferred_width = static_cast<int>(needs.deferred_width);
+  renderer.deferred_height = static_cast<int>(needs.deferred_height);
   renderer.material_count = drape ? 0 : materials.count;
   renderer.material_side = materials.side;
   renderer.material_format = materials.format;

@@ -22,7 +22,8 @@ enum Shading : std::uint8_t {
   kShadeBlend = 1,
   kShadeCave = 2,
   kShadeShadows = 4,  // of a frame: there are shadow maps
-  kShadeAll = 7,
+  kShadeLamps = 8,    // of a frame: there are lamps
+  kShadeAll = 15,
 };
 
 // What a patch may need wherever it is seen from.

@@ -66,6 +66,9 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_FIELD(shadow_scale, GL_FLOAT_VEC4),
                                               KARST_FIELD(drape_place, GL_FLOAT_VEC4),
                                               KARST_FIELD(least_work, GL_INT_VEC4),
+                                              KARST_FIELD(screen_place, GL_INT_VEC4),
+                                              KARST_FIELD(screen_scale, GL_FLOAT_VEC4),
+                                              KARST_FIELD(screen_depth, GL_FLOAT_VEC4),
                                               KARST_FIELD(light_scale, GL_FLOAT_VEC4),
                                               KARST_ARRAY(light_place, GL_FLOAT_VEC4),
                                               KARST_ARRAY(light_colour, GL_FLOAT_VEC4)};
@@ -85,12 +88,24 @@ const std::map<std::string, Field> kMaterialFields = {
 class ShaderInterface : public testing::Test {
  protected:
   void SetUp() override {
-    const Status status = programs_.create(context_.gl(), {3, false}, log_);
-    ASSERT_TRUE(status.ok()) << status.what() << ' ' << log_.data();
+    constexpr ProgramSettings kSettings[] = {{.materials = 3, .shadows = true},
+                                             {.materials = 3, .deferred = true, .shadows = true},
+                                             {.drape = true}};
+    for (std::size_t n = 0; n < std::size(kSettings); ++n) {
+      const Status status = sets_[n].create(context_.gl(), kSettings[n], log_);
+      ASSERT_TRUE(status.ok()) << status.what() << ' ' << log_.data();
+    }
   }
   void TearDown() override {
-    programs_.destroy(context_.gl());
+    for (Programs& set : sets_) set.destroy(context_.gl());
     EXPECT_EQ(context_.gl().GetError(), GLenum{GL_NO_ERROR});
+  }
+
+  // The program of a renderer that needs it.
+  GLuint program_of(ShaderVariant variant) const {
+    GLuint program = 0;
+    for (const Programs& set : sets_) program = program != 0 ? program : set[variant];
+    return program;
   }
 
   GLint program_value(GLuint program, GLenum name) {
@@ -104,7 +119,7 @@ class ShaderInterface : public testing::Test {
     const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
     const auto get_uniforms = context_.function<PFNGLGETACTIVEUNIFORMSIVPROC>("glGetActiveUniformsiv");
     const auto get_block = context_.function<PFNGLGETACTIVEUNIFORMBLOCKIVPROC>("glGetActiveUniformBlockiv");
-    const GLuint program = programs_[variant];
+    const GLuint program = program_of(variant);
     const GLuint block = context_.gl().GetUniformBlockIndex(program, block_name);
     ASSERT_NE(block, GL_INVALID_INDEX);
     GLint size = 0;
@@ -135,14 +150,14 @@ class ShaderInterface : public testing::Test {
   }
 
   GlContext& context_ = GlContext::get();
-  Programs programs_;
+  Programs sets_[3];  // what renderers of three kinds need
   std::array<char, 2048> log_{};
 };
 
 TEST_F(ShaderInterface, EveryVariantCompilesAndIsNamedOnce) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
-    EXPECT_NE(programs_[static_cast<ShaderVariant>(i)], 0u);
+    EXPECT_NE(program_of(static_cast<ShaderVariant>(i)), 0u) << kShaderTexts[i].name;
     EXPECT_TRUE(names.insert(kShaderTexts[i].name).second) << kShaderTexts[i].name;
     EXPECT_EQ(std::string(kShaderTexts[i].vertex).rfind("#version 300 es\n", 0), 0u);
     EXPECT_EQ(std::string(kShaderTexts[i].fragment).rfind("#version 300 es\n", 0), 0u);
@@ -152,12 +167,12 @@ TEST_F(ShaderInterface, EveryVariantCompilesAndIsNamedOnce) {
 
 TEST_F(ShaderInterface, AttributesAreWhereCppPutsThem) {
   const auto get_location = context_.function<PFNGLGETATTRIBLOCATIONPROC>("glGetAttribLocation");
-  const GLuint terrain = programs_[ShaderVariant::terrain];
+  const GLuint terrain = program_of(ShaderVariant::terrain);
   EXPECT_EQ(get_location(terrain, "position_normal"), KARST_LOCATION_POSITION);
   EXPECT_EQ(get_location(terrain, "morph_normal"), KARST_LOCATION_MORPH);
   // No attribute that the vertex array does not supply.
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
-    const GLuint program = programs_[static_cast<ShaderVariant>(i)];
+    const GLuint program = program_of(static_cast<ShaderVariant>(i));
     const auto get_attribute = context_.function<PFNGLGETACTIVEATTRIBPROC>("glGetActiveAttrib");
     for (GLint a = 0; a < program_value(program, GL_ACTIVE_ATTRIBUTES); ++a) {
       char name[64];
@@ -186,12 +201,12 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
       {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
       {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"variation", KARST_UNIT_VARIATION},
       {"sky_line", KARST_UNIT_SKY_LINE},           {"drape", KARST_UNIT_DRAPE},
-      {"shadow_maps", KARST_UNIT_SHADOW_MAPS}};
+      {"shadow_maps", KARST_UNIT_SHADOW_MAPS},     {"geometry", KARST_UNIT_GEOMETRY}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;
   for (std::size_t p = 0; p < kShaderVariants; ++p) {
-    const GLuint program = programs_[static_cast<ShaderVariant>(p)];
+    const GLuint program = program_of(static_cast<ShaderVariant>(p));
     for (GLint i = 0; i < program_value(program, GL_ACTIVE_UNIFORMS); ++i) {
       char name[64];
       GLint count = 0;

@@ -81,7 +81,8 @@ class Golden : public testing::TestWithParam<GoldenWorld> {
     return test::read_png(drawn);
   }
 
-  // What pixels and patches skip changes no bit; 16 bits where they are enough change little.
+  // What pixels and patches skip changes no bit; 16 bits where they are enough, and shading pixels while they
+  // are drawn, change little.
   void check_shading(const GoldenView& view) {
     const test::RgbPicture picture = draw_with(view, {});
     for (const char* skips : {"triplanar", "blend", "detail", "sun", "material", "cave",
@@ -92,7 +93,16 @@ class Golden : public testing::TestWithParam<GoldenWorld> {
     for (const char* shown : {"cascades", "levels"}) {
       EXPECT_GT(test::compare(picture, draw_with(view, {"--show", shown})).mean, 5.0) << shown;
     }
-    const test::Difference precision = test::compare(picture, draw_with(view, {"--precision", "high"}));
+    const test::RgbPicture forward = draw_with(view, {"--shading", "forward"});
+    EXPECT_EQ(test::compare(forward, draw_with(view, {"--shading", "forward", "--no-skip", "all"})).largest,
+              0);
+    const test::Difference way = test::compare(draw_with(view, {"--shading", "deferred"}), forward);
+    std::printf("%s: forward against deferred: mean %.4f, at most %d of 255, %.4f %% beyond 1\n",
+                view.picture, way.mean, static_cast<int>(way.largest), way.beyond_one * 100);
+    EXPECT_LE(way.mean, 0.02);
+    EXPECT_LE(way.beyond_one, 1e-3);
+    const test::Difference precision =
+        test::compare(draw_with(view, {"--precision", "medium"}), draw_with(view, {"--precision", "high"}));
     std::printf("%s: medium against high precision: mean %.3f, at most %d of 255\n", view.picture,
                 precision.mean, static_cast<int>(precision.largest));
     EXPECT_LE(precision.mean, 1.0);

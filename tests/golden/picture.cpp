@@ -23,16 +23,19 @@ RgbPicture read_png(const std::string& path) {
 
 Difference compare(const RgbPicture& a, const RgbPicture& b) {
   Difference result;
+  std::size_t beyond_one = 0;
   std::size_t far_apart = 0;
   double sum = 0;
   for (std::size_t i = 0; i < a.rgb.size(); ++i) {
     const int difference = std::abs(int{a.rgb[i]} - int{b.rgb[i]});
     sum += difference;
     result.largest = std::max(result.largest, difference);
+    beyond_one += difference > 1 ? 1 : 0;
     far_apart += difference > kFarApart ? 1 : 0;
   }
   const auto values = static_cast<double>(std::max<std::size_t>(a.rgb.size(), 1));
   result.mean = sum / values;
+  result.beyond_one = static_cast<double>(beyond_one) / values;
   result.far_apart = static_cast<double>(far_apart) / values;
   return result;
 }

@@ -20,7 +20,8 @@ RgbPicture read_png(const std::string& path);
 struct Difference {
   double mean = 0;  // of the absolute differences of all values, 0..255
   int largest = 0;
-  double far_apart = 0;  // share of values that differ by more than kFarApart
+  double beyond_one = 0;  // share of values that differ by more than 1
+  double far_apart = 0;   // share of values that differ by more than kFarApart
 };
 inline constexpr int kFarApart = 24;
 

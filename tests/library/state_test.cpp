@@ -17,17 +17,19 @@ using test::DirtyHost;
 using test::HostContext;
 using test::HostTarget;
 
-constexpr GlOptions options_for(Api api) {
+constexpr GlOptions options_for(Api api, Shading shading) {
   GlOptions options;
   options.first_unit = 5;
   options.first_block = 3;
+  options.shading = shading;
   options.desktop = api == Api::desktop;
   return options;
 }
 
 class Program {
  public:
-  Program(HostContext& host, bool dirty) : host_(host), target_(host, 0) {
+  Program(HostContext& host, Shading shading, bool dirty)
+      : host_(host), options_(options_for(host.api(), shading)), target_(host, 0) {
     if (dirty) dirty_ = std::make_unique<DirtyHost>(host);
     run();
   }
@@ -56,7 +58,7 @@ class Program {
       target_.clear(1);
       const auto framebuffer = static_cast<int>(target_.name());
       call("draw", target_.name(), [&] {
-        const Status status = renderer_->draw(n, {.viewport = {4, 4, 80, 52}});
+        const Status status = renderer_->draw(n, {.viewport = {4, 4, 80, 52}, .framebuffer = target_.name()});
         EXPECT_EQ(host_.integer(GL_DRAW_FRAMEBUFFER_BINDING), framebuffer);
         return status;
       });
@@ -68,6 +70,8 @@ class Program {
   void run() {
     Needs needs;
     needs.views = 2;
+    needs.deferred_width = 80;
+    needs.deferred_height = 52;
     test::HostWorld world(needs);
     ASSERT_NE(world.world, nullptr);
     call("create", 0, [&] { return Renderer::create(*world.world, host_.loader(), options_, renderer_); });
@@ -89,7 +93,7 @@ class Program {
   }
 
   HostContext& host_;
-  GlOptions options_ = options_for(host_.api());
+  GlOptions options_;
   HostTarget target_;
   std::unique_ptr<DirtyHost> dirty_;
   Renderer* renderer_ = nullptr;
@@ -100,12 +104,14 @@ class PublicState : public testing::TestWithParam<Api> {};
 TEST_P(PublicState, OfTheHostDoesNotMatterAndIsLeftAsPromised) {
   HostContext host(GetParam());
   ASSERT_TRUE(host.ok());
-  const Program clean(host, false);
-  const Program dirty(host, true);
-  ASSERT_EQ(clean.pictures.size(), 4u);
-  ASSERT_EQ(dirty.pictures.size(), 4u);
-  for (std::size_t n = 0; n < 4; ++n) EXPECT_TRUE(clean.pictures[n] == dirty.pictures[n]) << n;
-  EXPECT_FALSE(clean.pictures[0] == clean.pictures[1]);
+  for (const Shading shading : {Shading::forward, Shading::deferred}) {
+    const Program clean(host, shading, false);
+    const Program dirty(host, shading, true);
+    ASSERT_EQ(clean.pictures.size(), 4u);
+    ASSERT_EQ(dirty.pictures.size(), 4u);
+    for (std::size_t n = 0; n < 4; ++n) EXPECT_TRUE(clean.pictures[n] == dirty.pictures[n]) << n;
+    EXPECT_FALSE(clean.pictures[0] == clean.pictures[1]);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Hosts, PublicState, testing::Values(Api::es, Api::desktop));

@@ -1,0 +1,15 @@
+#version 300 es
+// SPDX-License-Identifier: MIT
+// What is seen in a pixel, for screen.frag to shade once: a pixel of small triangles is shaded several times
+// otherwise, because GPUs shade blocks of pixels and throw away what lies outside a triangle.
+precision highp float;
+precision highp int;
+#include "interface.glsl"
+#include "geometry.glsl"
+
+in vec3 normal_ws;
+flat in uint patch_bits;
+
+layout(location = 0) out uvec2 geometry;
+
+void main() { geometry = uvec2(pack_normal(normal_ws) | patch_bits, floatBitsToUint(gl_FragCoord.w)); }

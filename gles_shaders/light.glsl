@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// The light that comes to the eye from a point of the terrain: materials, one directional light from
+// interpolated normals (K 4.1), lamps in caves, light from sky and ground, haze. All lengths are voxels, so a
+// world looks the same at any voxel size. The same for terrain.frag, which has the point from the vertices,
+// and for screen.frag, which has it from the G-buffer.
+//
+// Macros leave out what no patch of a frame needs (terrain/shading/shading.h): KARST_BLEND (more than one
+// material), KARST_CAVE (some lie under rock), KARST_LAMPS (and lamps of the world light some),
+// KARST_SHADOWS (shadow maps).
+#include "materials.glsl"
+#ifdef KARST_CAVE
+#include "point_lights.glsl"
+#endif
+#ifdef KARST_SHADOWS
+#include "shadow.glsl"
+#endif
+
+struct Point {
+  vec3 normal;    // unit length
+  vec3 from_eye;  // voxels
+  // Its place is voxel + in_voxel, voxels from the octree's minimum corner.
+  ivec3 voxel;
+  vec3 in_voxel;
+  int material;  // of all of its patch, or less than 0
+  bool cave;     // its patch may be a cave or lit by lamps
+};
+
+// In caves the visitor carries a lamp: a point light at the eye.
+const KARST_MEDIUM vec3 kLamp = vec3(1.5, 1.2, 0.85);
+
+// Share of the light that surfaces reflect like mirrors, looked at straight on: what rock and plants have.
+const KARST_MEDIUM float kMirrored = 0.04;
+
+// Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump
+// between triangles, and mean nothing in thin ones. At grazing angles the long side of the footprint alone
+// would blur everything: take half of it, which the textures stand without visible flicker.
+float pixel_footprint(float distance_voxels, float facing_eye) {
+  return distance_voxels * view_scale.y * max(1.0, 0.5 / max(facing_eye, 0.05));
+}
+
+// Sunlight thrown back as by rough mirrors, a sunlit white surface being 1: GGX facets, with a fit of what
+// they hide of each other and of Fresnel's law together: R. Zioma, "Optimizing PBR for Mobile", SIGGRAPH
+// 2015.
+float mirrored_sun(vec3 normal, vec3 to_eye, float roughness) {
+  vec3 half_way = normalize(sun_direction.xyz + to_eye);
+  float facing_half = max(dot(normal, half_way), 0.0);
+  float grazing = max(dot(sun_direction.xyz, half_way), 0.1);
+  float alpha2 = roughness * roughness * roughness * roughness;
+  float spread = facing_half * facing_half * (alpha2 - 1.0) + 1.0;
+  return kMirrored * alpha2 / (4.0 * spread * spread * grazing * grazing * (roughness + 0.5));
+}
+
+vec3 light_from(Point point) {
+  vec3 normal = point.normal;
+  float distance_voxels = length(point.from_eye);
+  vec3 direction = point.from_eye / distance_voxels;
+  float seen_from = distance_voxels;
+  if (view_scale.z > 0.5) {
+    // Parallel: every point is looked at from the same direction, and lies as far as it is deep.
+    direction = ray_forward.xyz;
+    distance_voxels = max(dot(point.from_eye, direction), 0.0);
+    seen_from = 1.0;
+  }
+  float footprint = pixel_footprint(seen_from, -dot(normal, direction));
+  float lod = log2(footprint) + material_scale.y + KARST_SOFTEN_LEVELS;
+  Lookup at = lookup_at(point.voxel, point.in_voxel, lod);
+  Planes planes = planes_of(normal);
+
+  float cave = 0.0;
+#ifdef KARST_CAVE
+  if (point.cave) cave = cave_depth(vec3(point.voxel) + point.in_voxel);
+#endif
+#ifdef KARST_BLEND
+  Choice choice = Choice(point.material, point.material, 0.0);
+  if (point.material < 0) {
+    vec3 noise_place =
+        (vec3(point.voxel & (KARST_VARIATION_REPEAT - 1)) + point.in_voxel) / float(KARST_VARIATION_REPEAT);
+    choice = choice_of(normal.y, float(point.voxel.y) + point.in_voxel.y, noise_place, cave);
+  }
+  Surface ground = blended_surface(choice, at, planes);
+#else
+  Surface ground = surface_of(point.material, at, planes);
+#endif
+
+  // The normal turns against the gradient along the surface.
+  KARST_MEDIUM vec3 gradient = ground.gradient;
+  vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
+
+  // K 4.1, per pixel. The sun does not reach into caves, by shadow maps or as a guess; sky light does a
+  // little. Sky light is stronger from the sun's side, so that slopes in shade keep their relief.
+  float facing_sun = dot(bumped, sun_direction.xyz);
+  KARST_MEDIUM float sun = max(facing_sun, 0.0);
+  sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
+  bool sunlit = sun > 0.0 || least_work.w > 0;
+#ifdef KARST_SHADOWS
+  if (sunlit) sun *= sun_reaches(point.from_eye, normal);
+#else
+  sun *= 1.0 - cave * light_scale.y;
+#endif
+  KARST_MEDIUM vec3 ambient =
+      mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
+  KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(1.0, 0.4, cave);
+#ifdef KARST_CAVE
+  if (point.cave) {
+#ifdef KARST_LAMPS
+    incoming += light_of_lamps(point.from_eye, bumped);
+#endif
+    float lamp = max(-dot(bumped, direction), 0.0) * max(1.0 - distance_voxels / KARST_LAMP_REACH, 0.0);
+    incoming += kLamp * (lamp * cave);
+  }
+#endif
+  KARST_MEDIUM vec3 light = ground.albedo * incoming;
+  if (sunlit) {
+    float mirrored = mirrored_sun(bumped, -direction, ground.roughness);
+    light += sun_light.rgb * (sun * mirrored);
+  }
+
+  float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
+  vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
+  return mix(light, haze, hazed);
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "renderer/passes/screen_pass.h"
+
+#include <glm/geometric.hpp>
+
+#include "renderer/passes/terrain_pass.h"
+#include "renderer/passes/terrain_variants.h"
+#include "renderer/resources/object_table.h"
+
+namespace karst::core {
+
+void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlock& block) {
+  const auto row = [&block](int n) {
+    const glm::mat4& m = block.clip_from_lattice;
+    return glm::dvec4(m[0][n], m[1][n], m[2][n], m[3][n]);
+  };
+  constexpr double kSteps = kStepsPerVoxel;
+  const double w_a_voxel = glm::length(glm::dvec3(row(3))) * kSteps;
+  // Of places relative to the camera's voxel; at the eye it is not 0.
+  const glm::dvec4 z = row(2);
+  const double z_at_eye = glm::dot(glm::dvec3(z), glm::dvec3(camera.fine)) + z.w;
+  block.screen_place = {target.viewport.x, target.viewport.y, target.sky ? 1 : 0, 0};
+  const float half = target.depth_zero_to_one ? 1.0f : 0.5f;
+  block.screen_scale = {camera.parallel ? 0.0f : static_cast<float>(1.0 / w_a_voxel),
+                        camera.reversed_depth ? 0.0f : 1.0f, half, 1.0f - half};
+  block.screen_depth = glm::vec4(glm::vec3(glm::dvec3(z) * kSteps), static_cast<float>(z_at_eye));
+}
+
+void draw_screen(const GlDevice& device, const Programs& programs, const ViewInput& input,
+                 const DrawTarget& target, FrameCounts& counts) {
+  const Gl& gl = device.gl;
+  device.push_group("screen");
+  const Rect& view = target.viewport;
+  gl.Viewport(view.x, view.y, view.width, view.height);
+  // The sky has the far plane's depth.
+  gl.DepthFunc(input.camera.reversed_depth ? GL_GEQUAL : GL_LEQUAL);
+  gl.Disable(GL_CULL_FACE);
+  gl.BindVertexArray(name_of(device, Object::no_attributes));
+  gl.UseProgram(programs[variant_for(ShaderVariant::screen, frame_shading(input))]);
+  gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  device.pop_group();
+  counts.draw_calls += 1;
+  counts.triangles += 1;
+}
+
+}  // namespace karst::core
