@@ -107,6 +107,11 @@ constexpr Key kKeys[] = {
        return whole(side / kShadowSizeStep, double{kLeastShadowSize} / kShadowSizeStep,
                     double{kMostShadowSize} / kShadowSizeStep);
      }},
+    {"detail", "low, medium or high",
+     [](std::string_view v, BoardProfile& p) {
+       p.detail = v == "low" ? 0 : v == "medium" ? 1 : 2;
+       return p.detail < 2 || v == "high";
+     }},
     {"shading", "forward or deferred",
      [](std::string_view v, BoardProfile& p) {
        p.deferred = v == "deferred";

@@ -30,6 +30,7 @@ struct BoardProfile {
   int cascades = 0;                // shadow cascades, 0..3
   int cascade_side = 0;            // texels
   bool deferred = false;           // pixels are shaded once, from a G-buffer
+  int detail = 1;                  // of textures, 0 low, 1 medium, 2 high
   int drape_side = 0;              // of the largest image over the world, pixels; 0: none
 
   // What the cascades, the largest drape and the scan-out buffers take.

@@ -49,6 +49,10 @@
 #define KARST_GEOMETRY_MATERIAL_SHIFT 26
 #define KARST_GEOMETRY_CAVE_SHIFT 30
 
+// KARST_SHOW_LOOKUPS: red of a lookup, and blue of terrain, of 255.
+#define KARST_LOOKUP_RED 12
+#define KARST_LOOKUP_BLUE 64.0
+
 // Materials: layers of the texture arrays. The renderer defines KARST_MATERIALS, how many there are.
 #define KARST_MOST_MATERIALS 8
 #ifndef KARST_MATERIALS
@@ -61,6 +65,13 @@
 #define KARST_FAR_REPEAT_LOG2 4
 #define KARST_FAR_LEVELS 5.0
 #define KARST_VARIATION_REPEAT 32
+// How much of the textures' detail is looked up (karst::Detail); the renderer defines it.
+#define KARST_DETAIL_LOW 0     // the far scale alone
+#define KARST_DETAIL_MEDIUM 1  // of the near scale one level, the next finer or coarser
+#define KARST_DETAIL_HIGH 2    // of both scales two levels, mixed
+#ifndef KARST_DETAIL
+#define KARST_DETAIL KARST_DETAIL_HIGH
+#endif
 // epsilon of K's equation 4.4: 0.15 to 0.25 are good.
 #define KARST_TRIPLANAR_EPSILON 0.2
 // The near scale's albedo, and its bumps, fade out over the level of detail before this many from the

@@ -7,6 +7,13 @@
 // Macros leave out what no patch of a frame needs (terrain/shading/shading.h): KARST_BLEND (more than one
 // material), KARST_CAVE (some lie under rock), KARST_LAMPS (and lamps of the world light some),
 // KARST_SHADOWS (shadow maps).
+// KARST_SHOW_LOOKUPS counts lookups, of pixels and not of vertices.
+#ifdef KARST_SHOW_LOOKUPS
+int lookups = 0;
+#define KARST_COUNT_LOOKUPS(n) lookups += (n)
+#else
+#define KARST_COUNT_LOOKUPS(n)
+#endif
 #include "materials.glsl"
 #ifdef KARST_CAVE
 #include "point_lights.glsl"
@@ -68,7 +75,10 @@ vec3 light_from(Point point) {
 
   float cave = 0.0;
 #ifdef KARST_CAVE
-  if (point.cave) cave = cave_depth(vec3(point.voxel) + point.in_voxel);
+  if (point.cave) {
+    KARST_COUNT_LOOKUPS(1);
+    cave = cave_depth(vec3(point.voxel) + point.in_voxel);
+  }
 #endif
 #ifdef KARST_BLEND
   Choice choice = Choice(point.material, point.material, 0.0);
@@ -93,7 +103,10 @@ vec3 light_from(Point point) {
   sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
   bool sunlit = sun > 0.0 || least_work.w > 0;
 #ifdef KARST_SHADOWS
-  if (sunlit) sun *= sun_reaches(point.from_eye, normal);
+  if (sunlit) {
+    KARST_COUNT_LOOKUPS(shadow_scale.x > 0.0 ? 4 : 0);
+    sun *= sun_reaches(point.from_eye, normal);
+  }
 #else
   sun *= 1.0 - cave * light_scale.y;
 #endif

@@ -40,8 +40,17 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
   float detail = clamp(material_scale.w - KARST_DETAIL_LEVELS - lod, 0.0, 1.0);
   float relief = clamp(material_scale.w - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
   float smoothness = clamp(1.0 - lod / (material_scale.w + 1.0 - KARST_RELIEF_LEVELS), 0.0, 1.0);
-  return Lookup(near, far, lod, lod - KARST_FAR_LEVELS, detail, relief, smoothness,
+#if KARST_DETAIL == KARST_DETAIL_LOW
+  return Lookup(near, far, 0.0, lod - KARST_FAR_LEVELS, 0.0, 0.0, smoothness, false);
+#else
+#if KARST_DETAIL == KARST_DETAIL_MEDIUM
+  float near_lod = floor(max(lod, 0.0) + 0.5);
+#else
+  float near_lod = lod;
+#endif
+  return Lookup(near, far, near_lod, lod - KARST_FAR_LEVELS, detail, relief, smoothness,
                 detail > 0.0 || least_work.z > 0);
+#endif
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -99,6 +108,7 @@ void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM fl
 
 void add_plane(inout Sums sums, float layer, Lookup at, int axis, KARST_MEDIUM float weight,
                KARST_MEDIUM vec2 decoding) {
+  KARST_COUNT_LOOKUPS(at.details ? 2 : 1);
   sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
   if (at.details) add_detail(sums, vec3(on_plane(at.near, axis), layer), at.near_lod, axis, weight, decoding);
 }
@@ -180,6 +190,7 @@ bool is_frayed(float slope, float height) {
 Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
   float noise = 0.0;
   if (least_work.y > 0 || is_frayed(slope, height)) {
+    KARST_COUNT_LOOKUPS(1);
     noise = textureLod(variation, noise_place, 0.0).r * (255.0 / 127.0) - 128.0 / 127.0;
   }
   return choose_materials(slope, height, noise, cave);

@@ -18,6 +18,13 @@ flat in ivec2 patch_shading;
 out vec4 colour;
 
 void main() {
-  colour = target_colour(light_from(
-      Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x, patch_shading.y > 0)));
+  vec3 light = light_from(
+      Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x, patch_shading.y > 0));
+#ifdef KARST_SHOW_LOOKUPS
+  // Red counts, for programs; blue says that it does.
+  float many = float(lookups) / 20.0;
+  colour = vec4(float(lookups * KARST_LOOKUP_RED) / 255.0, many * (1.0 - many), KARST_LOOKUP_BLUE / 255.0, 1.0);
+#else
+  colour = target_colour(light);
+#endif
 }

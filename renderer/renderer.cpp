@@ -80,6 +80,7 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
 Status Renderer::create_objects() {
   const Gl& gl = device_.gl;
   const ProgramSettings programs{.materials = std::max(static_cast<int>(settings_.material_count), 1),
+                                 .detail = static_cast<int>(settings_.detail),
                                  .high_precision = settings_.precision == Precision::high,
                                  .drape = settings_.drape_width > 0,
                                  .deferred = settings_.deferred(),

@@ -128,8 +128,10 @@ constexpr OptionRow kPictureRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "materials",
-     .words = "materials cascades levels",
-     .help = "materials; cascades: the shadow map of each pixel; levels: triangles, by their level of detail",
+     .words = "materials cascades levels lookups",
+     .help =
+         "materials; cascades: the shadow map of each pixel; levels: triangles, by their level of detail; "
+         "lookups: the redder, the more texture lookups a pixel takes",
      .store = put<&SceneArguments::show>},
     {.name = "precision",
      .kind = Kind::word,
@@ -139,6 +141,13 @@ constexpr OptionRow kPictureRows[] = {
      .help = "high: all of a pixel in 32 bits; medium: 16 where that is enough; auto: high where a processor "
              "renders",
      .store = put<&SceneArguments::precision>},
+    {.name = "detail",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "medium",
+     .words = "low medium high",
+     .help = "of textures: low, far scale alone; medium, the near one's nearest mip; high, mips are mixed",
+     .store = put<&SceneArguments::detail>},
     {.name = "shading",
      .kind = Kind::word,
      .value = "NAME",

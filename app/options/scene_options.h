@@ -15,7 +15,8 @@ namespace karst::app {
 enum class ShadingChoice : std::uint8_t { automatic, forward, deferred };
 enum class PrecisionChoice : std::uint8_t { automatic, medium, high };
 enum class LodChoice : std::uint8_t { error, distance, full };
-enum class ShowChoice : std::uint8_t { materials, cascades, levels };
+enum class ShowChoice : std::uint8_t { materials, cascades, levels, lookups };
+enum class DetailChoice : std::uint8_t { low, medium, high };
 
 // What a frame may skip, for --no-skip.
 enum class SkipChoice : std::uint8_t {
@@ -49,6 +50,7 @@ struct SceneArguments {
   double fov_y_deg = 60;
   ShowChoice show = ShowChoice::materials;
   ShadingChoice shading = ShadingChoice::automatic;
+  DetailChoice detail = DetailChoice::medium;
   PrecisionChoice precision = PrecisionChoice::automatic;
   std::uint32_t drawn_anyway = 0;  // bit n: SkipChoice n is switched off
 

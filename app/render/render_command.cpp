@@ -130,7 +130,9 @@ class Render {
 
   Error write_statistics() {
     if (options_.stats.empty()) return {};
-    const std::string text = statistics_json(stage_, records_);
+    double lookups = 0;
+    if (Error error = stage_.count_lookups(view_, lookups); !error.ok()) return error;
+    const std::string text = statistics_json(stage_, records_, lookups);
     if (options_.stats == "-") {
       std::fputs(text.c_str(), stdout);
       return {};

@@ -93,7 +93,7 @@ double median(std::vector<double>& values) {
   return percentile(values, 0.5);
 }
 
-std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& frames) {
+std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& frames, double lookups) {
   const DeviceInfo device = device_info(stage.renderer());
   JsonWriter json;
   json.begin_object();
@@ -101,6 +101,9 @@ std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& 
   json.key("size").begin_array().value(stage.width()).value(stage.height()).end_array();
   json.field("renderer", device.renderer);
   json.field("driver", device.version);
+  json.key("shading").begin_object().field("way", device.deferred ? "deferred" : "forward");
+  json.field("precision", device.high_precision ? "high" : "medium");
+  json.field("lookups_per_pixel", lookups).end_object();
   write_times(json, frames);
   const LoadTimes& times = stage.load_times();
   json.key("load_ms").begin_object().field("read", times.read).field("context", times.context);

@@ -13,7 +13,7 @@ namespace karst::app {
 double median(std::vector<double>& values);
 double percentile(std::vector<double>& values, double part);
 
-// frames: at least one.
-std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& frames);
+// frames: at least one. lookups: of textures, by a pixel (Stage::count_lookups).
+std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& frames, double lookups);
 
 }  // namespace karst::app

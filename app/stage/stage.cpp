@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <vector>
 
 #include "app/files/mapped_file.h"
 #include "app/stage/resource_counts.h"
@@ -16,6 +17,8 @@ std::string format_mebibytes(std::uint64_t bytes) {
   std::snprintf(text, sizeof text, "%.1f MiB", static_cast<double>(bytes) / (1 << 20));
   return text;
 }
+
+constexpr unsigned kRedOfLookup = 12;  // Show::lookups
 
 // Adds the time since `start` to `total` and starts anew.
 void lap(std::int64_t& start, double& total) {
@@ -130,6 +133,7 @@ Error Stage::attach(Display& display, int width, int height) {
       [](void* user, const char* name) { return static_cast<const Display*>(user)->gl_function(name); },
       &display};
   GlOptions options;
+  options.detail = static_cast<Detail>(scene_.detail);
   options.precision = static_cast<Precision>(scene_.precision);
   options.shading = static_cast<Shading>(scene_.shading);
   options.timers = true;
@@ -195,7 +199,10 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
   if (status.ok()) {
     // The sky is one colour with a drape; its own shading would cost as much a pixel as the terrain's.
     const float farthest = view.view.reversed_depth ? 0.0f : 1.0f;
-    if (has_drape()) {
+    const bool counts = inspection.show == Show::lookups && !has_drape();
+    if (counts) {
+      target_.begin({0, 0, 0}, farthest);
+    } else if (has_drape()) {
       target_.begin(renderer_->air(0).horizon_display_rgb, farthest);
     } else {
       target_.begin(farthest);
@@ -204,7 +211,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
     target.depth_zero_to_one = view.view.reversed_depth;
     target.viewport = target_.viewport();
     target.framebuffer = target_.framebuffer();
-    target.sky = !has_drape();
+    target.sky = !has_drape() && !counts;
     status = renderer_->draw(0, target);
     target_.end();
   }
@@ -215,6 +222,25 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
   record.costs = costs(*renderer_);
   record.heap_calls = own.total;
   record.gl_objects = gl_objects_made() - gl_objects_at_start_;
+  return {};
+}
+
+Error Stage::count_lookups(StageView view, double& a_pixel) {
+  a_pixel = 0;
+  if (has_drape()) return {};
+  view.inspection.show = Show::lookups;
+  FrameRecord record;
+  if (Error error = draw(view, record); !error.ok()) return error;
+  std::vector<std::uint8_t> rgba(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 4);
+  if (const Status status = target_.read_colour(rgba); !status.ok()) return {"lookups", status};
+  std::uint64_t pixels = 0;
+  std::uint64_t lookups = 0;
+  for (std::size_t n = 0; n < rgba.size(); n += 4) {
+    if (rgba[n + 2] == 0) continue;
+    ++pixels;
+    lookups += rgba[n] / kRedOfLookup;
+  }
+  if (pixels > 0) a_pixel = static_cast<double>(lookups) / static_cast<double>(pixels);
   return {};
 }
 

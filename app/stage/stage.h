@@ -72,6 +72,10 @@ class Stage {
   // work_ms says.
   Error draw(const StageView& view, FrameRecord& record);
 
+  // Texture lookups that a pixel of terrain takes in the view, in the mean; draws it for that. 0 under a
+  // drape.
+  Error count_lookups(StageView view, double& a_pixel);
+
   World& world() const { return *world_; }
   Renderer& renderer() const { return *renderer_; }
   PictureTarget& target() { return target_; }

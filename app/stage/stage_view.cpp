@@ -47,7 +47,7 @@ StageView stage_view(const SceneArguments& arguments, const WorldInfo& world) {
   constexpr LodMode kModes[] = {LodMode::error, LodMode::distance, LodMode::full};
   inspection.lod = kModes[static_cast<int>(arguments.lod)];
   inspection.distance_voxels = arguments.lod_distance_voxels;
-  constexpr Show kShown[] = {Show::materials, Show::cascades, Show::levels};
+  constexpr Show kShown[] = {Show::materials, Show::cascades, Show::levels, Show::lookups};
   inspection.show = kShown[static_cast<int>(arguments.show)];
   for (int n = 0; n < kSkipCount; ++n) {
     if ((arguments.drawn_anyway >> n & 1) != 0) skip_of(inspection, static_cast<SkipChoice>(n)) = false;

@@ -20,7 +20,8 @@ enum class LodMode : std::uint8_t {
 enum class Show : std::uint8_t {
   materials,
   cascades,  // the shadow map that each pixel is looked up in
-  levels     // triangles, by their level of detail
+  levels,    // triangles, by their level of detail
+  lookups    // texture lookups of each pixel's shading: 12 a lookup in red, 64 in blue; no sky
 };
 
 // Of all frames from the next on. A skip that is off changes no pixel: what would be skipped is done.

@@ -121,6 +121,7 @@ struct GlOptions {
   std::uint32_t first_block = 0;  // of 2 uniform blocks
   bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
   Shading shading = Shading::automatic;
+  Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
   bool timers = false;  // GPU times of passes, in costs(); the host must not time with such queries meanwhile
   bool debug = false;   // the driver's errors go to the world's log; wants a debug context of one's own

@@ -61,6 +61,13 @@ enum class Shading : std::uint8_t {
   deferred    // once, from a G-buffer
 };
 
+// How much of the textures' detail pixels look up.
+enum class Detail : std::uint8_t {
+  low,     // the far scale alone: 4 lookups at most
+  medium,  // and of the near scale the nearest mip: 8
+  high     // mips are mixed
+};
+
 // Of what mediump is enough for: colours, light, weights.
 enum class Precision : std::uint8_t {
   automatic,  // high where a processor renders, which has no arithmetic of 16 bits, or else medium

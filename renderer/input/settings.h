@@ -28,6 +28,7 @@ struct RendererSettings {
   std::uint32_t material_count = 0;  // 0..kMostMaterials
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
+  Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
   karst::Shading shading = karst::Shading::automatic;
   // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets

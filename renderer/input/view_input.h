@@ -22,7 +22,8 @@ namespace karst::core {
 enum class Show : std::uint8_t {
   materials,
   cascades,  // the shadow map that each pixel is looked up in
-  levels     // triangles, by their level of detail
+  levels,    // triangles, by their level of detail
+  lookups    // how many lookups a pixel takes
 };
 
 // What pixels skip that changes no bit of them; false: all pixels do it.

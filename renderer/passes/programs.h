@@ -14,6 +14,7 @@ namespace karst::core {
 
 struct ProgramSettings {
   int materials = 1;            // 1..kMostMaterials
+  int detail = 2;               // KARST_DETAIL_...
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
@@ -42,7 +43,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[80] = {};  // GLSL lines after the variant's macros
+  char defines_[112] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

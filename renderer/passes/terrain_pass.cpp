@@ -39,6 +39,7 @@ ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& inpu
   if (settings.drape_width > 0) return ShaderVariant::drape;
   if (input.show == Show::cascades) return ShaderVariant::show_cascades;
   if (input.show == Show::levels) return ShaderVariant::show_levels;
+  if (input.show == Show::lookups) return ShaderVariant::show_lookups;
   // Beside a G-buffer there is one that does everything.
   const unsigned all = settings.deferred() ? kShadeAll & ~kShadeShadows : 0u;
   return variant_for(ShaderVariant::terrain, frame_shading(input) | all);

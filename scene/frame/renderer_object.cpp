@@ -40,6 +40,8 @@ Show shown(karst::Show show) {
       return Show::cascades;
     case karst::Show::levels:
       return Show::levels;
+    case karst::Show::lookups:
+      return Show::lookups;
     case karst::Show::materials:
       break;
   }
@@ -57,6 +59,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.first_unit = options.first_unit;
   settings.first_block = options.first_block;
   settings.desktop = options.desktop;
+  settings.detail = options.detail;
   settings.precision = options.precision;
   settings.shading = options.shading;
   settings.debug = options.debug;
