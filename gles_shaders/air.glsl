@@ -21,14 +21,13 @@
 #define kSlopeTexels karst_kSlopeTexels
 #define kLeastFacing karst_kLeastFacing
 #define kDepthSteps karst_kDepthSteps
-#define kExposure karst_kExposure
+#define kWhiteRoot karst_kWhiteRoot
 #define tent karst_tent
 #define covers karst_covers
 #define cascade_of karst_cascade_of
 #define sun_reaches karst_sun_reaches
 #define sky_colour karst_sky_colour
-#define tone_map karst_tone_map
-#define encode_srgb karst_encode_srgb
+#define display_value karst_display_value
 #define dither karst_dither
 #define picture_colour karst_display
 #include "output.glsl"
@@ -51,14 +50,13 @@
 #undef kSlopeTexels
 #undef kLeastFacing
 #undef kDepthSteps
-#undef kExposure
+#undef kWhiteRoot
 #undef tent
 #undef covers
 #undef cascade_of
 #undef sun_reaches
 #undef sky_colour
-#undef tone_map
-#undef encode_srgb
+#undef display_value
 #undef dither
 #undef picture_colour
 

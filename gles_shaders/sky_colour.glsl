@@ -5,10 +5,13 @@
 vec3 sky_colour(vec3 direction) {
   // Air mass grows steeply towards the horizon: most of the gradient lies in the lowest third.
   float height = max(direction.y, 0.0);
-  vec3 sky = mix(sky_horizon.rgb, sky_zenith.rgb, 1.0 - pow(1.0 - height, 3.5));
+  float low = 1.0 - height;
+  vec3 sky = mix(sky_horizon.rgb, sky_zenith.rgb, 1.0 - low * low * low * sqrt(low));
   // Below the horizon there is no ground to see around the world: haze that darkens slowly downwards.
   sky *= 1.0 - 0.45 * smoothstep(0.0, 1.0, -direction.y);
   // Forward scattering around the sun: a wide, weak glow.
   float towards_sun = max(dot(direction, sun_direction.xyz), 0.0);
-  return sky + sun_light.rgb * (0.04 * pow(towards_sun, 8.0));
+  towards_sun *= towards_sun;
+  towards_sun *= towards_sun;
+  return sky + sun_light.rgb * (0.04 * towards_sun * towards_sun);
 }

@@ -145,11 +145,11 @@ void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
 }
 
 glm::vec3 encode_picture(glm::vec3 light) {
-  constexpr float kExposure = 0.66f;
   for (int c = 0; c < 3; ++c) {
-    const float x = light[c] * kExposure;
-    const float shown = std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
-    light[c] = shown < 0.0031308f ? shown * 12.92f : 1.055f * std::pow(shown, 1 / 2.4f) - 0.055f;
+    const float s = std::min(std::sqrt(std::max(light[c], 0.0f)), 3.7f);
+    const float shown =
+        s * (-0.0893f + s * (3.9806f + s * -0.01675f)) / (1.0f + s * (-0.398f + s * 3.9345f));
+    light[c] = std::max(shown, 0.0f);
   }
   return light;
 }
