@@ -147,8 +147,7 @@ void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
 glm::vec3 encode_picture(glm::vec3 light) {
   for (int c = 0; c < 3; ++c) {
     const float s = std::min(std::sqrt(std::max(light[c], 0.0f)), 3.7f);
-    const float shown =
-        s * (-0.0893f + s * (3.9806f + s * -0.01675f)) / (1.0f + s * (-0.398f + s * 3.9345f));
+    const float shown = s * (-0.0893f + s * (3.9806f + s * -0.01675f)) / (1.0f + s * (-0.398f + s * 3.9345f));
     light[c] = std::max(shown, 0.0f);
   }
   return light;
