@@ -23,7 +23,8 @@ void main() {
 #ifdef KARST_SHOW_LOOKUPS
   // Red counts, for programs; blue says that it does.
   float many = float(lookups) / 20.0;
-  colour = vec4(float(lookups * KARST_LOOKUP_RED) / 255.0, many * (1.0 - many), KARST_LOOKUP_BLUE / 255.0, 1.0);
+  float green = 255.0 * many * (1.0 - many);
+  colour = vec4(float(lookups * KARST_LOOKUP_RED), green, KARST_LOOKUP_BLUE, 255.0) / 255.0;
 #else
   colour = target_colour(light);
 #endif
