@@ -19,10 +19,10 @@ constexpr int kHeight = 120;
 
 class Frames : public testing::Test {
  protected:
-  void open(Needs needs = {}, Placement placement = {}) {
+  void open(Needs needs = {}, Placement placement = {}, GlOptions options = {}) {
     host_ = std::make_unique<HostWorld>(needs, placement);
     ASSERT_NE(host_->world, nullptr);
-    const Status status = Renderer::create(*host_->world, picture_.loader(), {}, renderer_);
+    const Status status = Renderer::create(*host_->world, picture_.loader(), options, renderer_);
     ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
   }
   void close() {
@@ -283,6 +283,48 @@ TEST_F(Frames, TheScaleIsBackWithinTenFrames) {
   EXPECT_GT(costs(*renderer_).error_scale, 1.0f);
   for (int n = 0; n < 10; ++n) test::draw_frame(*renderer_, picture_, {easy}, 1e4);
   EXPECT_EQ(costs(*renderer_).error_scale, 1.0f);
+}
+
+// What the host drew before, at a depth amid the terrain, hides what is behind it: the same pixels whichever
+// way pixels are shaded.
+TEST_F(Frames, TheHostsThingsHideTerrainAlikeInBothWays) {
+  Needs needs;
+  needs.deferred_width = kWidth;
+  needs.deferred_height = kHeight;
+  std::vector<bool> hidden[2];
+  for (const bool deferred : {false, true}) {
+    open(needs, {}, {.shading = deferred ? Shading::deferred : Shading::forward});
+    EXPECT_EQ(device_info(*renderer_).deferred, deferred);
+    const ViewState v = view();
+    FrameInput input;
+    input.views = {&v, 1};
+    input.work_ms = 0;
+    FrameResult result;
+    ASSERT_TRUE(renderer_->begin_frame(input, result).ok());
+    // A sheet across the view, at half of the middle's distance more: a fifth to four fifths are behind it.
+    const WorldInfo& info = host_->world->info();
+    const double distance = 0.62 * (info.high_m.x - info.low_m.x);
+    const double depth = 0.5 + 0.5 * (-v.clip_from_view[10] * distance + v.clip_from_view[14]) / distance;
+    picture_.clear(static_cast<float>(depth), {1, 0, 1});
+    Target target;
+    target.viewport = {0, 0, kWidth, kHeight};
+    target.sky = false;
+    target.framebuffer = picture_.name();
+    ASSERT_TRUE(renderer_->draw(0, target).ok());
+    ASSERT_TRUE(renderer_->end_frame().ok());
+    const Pixels pixels = picture_.read();
+    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4) {
+      hidden[deferred].push_back(pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 &&
+                                 pixels.rgba[n + 2] == 255);
+    }
+    close();
+  }
+  const auto sheet = std::count(hidden[0].begin(), hidden[0].end(), true);
+  EXPECT_GT(sheet, kWidth * kHeight / 5);
+  EXPECT_LT(sheet, kWidth * kHeight * 4 / 5);
+  int differ = 0;
+  for (std::size_t n = 0; n < hidden[0].size(); ++n) differ += hidden[0][n] != hidden[1][n];
+  EXPECT_LE(differ, kWidth * kHeight / 2000);
 }
 
 TEST_F(Frames, WithoutSkyTheHostsPictureStays) {

@@ -78,6 +78,7 @@ class HostPicture {
   HostPicture& operator=(const HostPicture&) = delete;
 
   GlLoader loader();
+  GLuint name() const { return framebuffer_; }
   void bind() const;
   void clear(float depth = 1, const float (&rgb)[3] = {0, 0, 0}) const;
   Pixels read() const;
