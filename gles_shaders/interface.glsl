@@ -163,11 +163,10 @@ KARST_BLOCK(MaterialBlock) {
   // Repeats a voxel, x: near, z: far; y: log2 of near texels a voxel; w: log2 of a near texture's texels
   vec4 material_scale;
   ivec4 material_repeat;  // voxels that a repeat covers less 1, x: near, y: far; 0: one or less
-  // Limits of the normal's y: x * xy + .. is 0 where a material begins to cover, 1 where it covers; zw: the
-  // same at the high limit.
+  // Limits of the normal's y: the way through the low one is y + value * x, that through the high one
+  // z - value * x; w: how far noise moves both.
   vec4 material_slope[KARST_MOST_MATERIALS];
-  vec4 material_height[KARST_MOST_MATERIALS];      // of the height, voxels
-  vec4 material_noise_cave[KARST_MOST_MATERIALS];  // x: how far noise moves limits, y: cover in caves
+  vec4 material_height[KARST_MOST_MATERIALS];  // xyz: the same of the height, voxels; w: cover in caves
   vec4 material_average[KARST_MOST_MATERIALS];  // rgb: albedo, a: roughness, of all of it seen from afar
   vec4 material_tint[KARST_MOST_MATERIALS];     // rgb: how much albedo follows brightness
   // What a texel of the near array stands for, factor and offset: xy: of brightness, zw: of slopes.

@@ -127,12 +127,15 @@ Surface surface_of(int material, Lookup at, Planes planes) {
 }
 
 #ifdef KARST_BLEND
-// How much of a value lies within limits that fade: a straight way through each, clamped and smoothed.
-// limits: factor and offset of the way at the low limit, then at the high one. moved: by noise.
-float within(float value, vec4 limits, float moved) {
-  vec2 way = clamp(value * limits.xz + limits.yw + vec2(moved, -moved), 0.0, 1.0);
-  vec2 smooth_way = way * way * (3.0 - 2.0 * way);
-  return smooth_way.x * smooth_way.y;
+// How far a value is on the ways through both limits, that fade: 0 before one, 1 behind it.
+// limits: material_slope's or material_height's.
+vec2 ways_through(float value, vec4 limits) { return vec2(limits.y + value * limits.x, limits.z - value * limits.x); }
+
+// How much lies within all limits. moved: by noise.
+float within(vec4 ways, float moved) {
+  vec4 way = clamp(ways + vec4(moved, -moved, moved, -moved), 0.0, 1.0);
+  vec4 smooth_way = way * way * (3.0 - 2.0 * way);
+  return smooth_way.x * smooth_way.y * (smooth_way.z * smooth_way.w);
 }
 
 struct Choice {
@@ -141,19 +144,43 @@ struct Choice {
   float share;  // of the second, 0..0.5
 };
 
+// The second material shows first where it stands higher than the other. The same from both sides at 0.5,
+// where the two change places; 0 for a share up to kLeastShare, however much higher it stands.
+const float kLeastShare = 0.1;
+KARST_MEDIUM float blend_by_height(KARST_MEDIUM float share, KARST_MEDIUM float higher) {
+  KARST_MEDIUM float raised = share + 2.0 * higher * share * (1.0 - share);
+  return clamp((raised - 0.5) / 0.4 + 0.5, 0.0, 1.0);
+}
+
 // Materials hide each other in order. What the third covers is taken off the first two, so that the second
-// has a share of zero where another takes its place: nothing jumps. KARST_MATERIALS is a number, so that the
-// loop unrolls and the limits are read at fixed places.
-Choice choose_materials(float slope, float height, float noise, float cave) {
+// has a share of zero where another takes its place: nothing jumps. KARST_MATERIALS is a number, so that
+// loops unroll and the limits are read at fixed places, each once: reading them is what costs.
+Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
+  vec4 ways[KARST_MATERIALS];
+  float frays[KARST_MATERIALS];
+  float caves[KARST_MATERIALS];
+  // Noise can move something where a way is neither behind nor ahead for all that noise does.
+  float certain = 1.0;
+  for (int m = 1; m < KARST_MATERIALS; ++m) {
+    vec4 slopes = material_slope[m];
+    vec4 heights = material_height[m];
+    ways[m] = vec4(ways_through(slope, slopes), ways_through(height, heights));
+    frays[m] = slopes.w;
+    caves[m] = heights.w;
+    vec4 from_middle = abs(ways[m] - 0.5);
+    certain = min(certain, min(min(from_middle.x, from_middle.y), min(from_middle.z, from_middle.w)) - frays[m]);
+  }
+  float noise = 0.0;
+  if (least_work.y > 0 || certain < 0.5) {
+    KARST_COUNT_LOOKUPS(1);
+    noise = textureLod(variation, noise_place, 0.0).r * (255.0 / 127.0) - 128.0 / 127.0;
+  }
   int first = 0;
   int second = 0;
   vec3 most = vec3(0.0);
   float left = 1.0;
   for (int m = KARST_MATERIALS - 1; m >= 0; --m) {
-    vec2 noise_cave = material_noise_cave[m].xy;
-    float moved = noise * noise_cave.x;
-    float lies = within(slope, material_slope[m], moved) * within(height, material_height[m], moved);
-    float covers = left * (m == 0 ? 1.0 : max(lies, noise_cave.y * cave));
+    float covers = left * (m == 0 ? 1.0 : max(within(ways[m], noise * frays[m]), caves[m] * cave));
     left -= covers;
     bool is_first = covers > most.x;
     bool is_second = covers > most.y;
@@ -164,36 +191,6 @@ Choice choose_materials(float slope, float height, float noise, float cave) {
   }
   vec2 over = most.xy - most.z;
   return Choice(first, second, over.y / max(over.x + over.y, 1e-4));
-}
-
-// The second material shows first where it stands higher than the other. The same from both sides at 0.5,
-// where the two change places; 0 for a share up to kLeastShare, however much higher it stands.
-const float kLeastShare = 0.1;
-KARST_MEDIUM float blend_by_height(KARST_MEDIUM float share, KARST_MEDIUM float higher) {
-  KARST_MEDIUM float raised = share + 2.0 * higher * share * (1.0 - share);
-  return clamp((raised - 0.5) / 0.4 + 0.5, 0.0, 1.0);
-}
-
-// Whether noise can move anything: some way through a limit is neither behind nor ahead for all that noise
-// does.
-bool is_frayed(float slope, float height) {
-  float most = 1.0;
-  for (int m = 1; m < KARST_MATERIALS; ++m) {
-    vec4 slopes = material_slope[m];
-    vec4 heights = material_height[m];
-    vec4 ways = abs(vec4(slope * slopes.xz + slopes.yw, height * heights.xz + heights.yw) - 0.5);
-    most = min(most, min(min(ways.x, ways.y), min(ways.z, ways.w)) - material_noise_cave[m].x);
-  }
-  return most < 0.5;
-}
-
-Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
-  float noise = 0.0;
-  if (least_work.y > 0 || is_frayed(slope, height)) {
-    KARST_COUNT_LOOKUPS(1);
-    noise = textureLod(variation, noise_place, 0.0).r * (255.0 / 127.0) - 128.0 / 127.0;
-  }
-  return choose_materials(slope, height, noise, cave);
 }
 
 Surface blended_surface(Choice choice, Lookup at, Planes planes) {

@@ -16,9 +16,10 @@ Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
 }
 
 // smoothstep(low - soft, low + soft, v) and 1 - smoothstep(high - soft, high + soft, v), before smoothing.
-glm::vec4 limits(float low, float high, float soft) {
+// last: what shares a number with them.
+glm::vec4 limits(float low, float high, float soft, float last) {
   const float factor = 0.5f / soft;
-  return {factor, 0.5f - low * factor, -factor, 0.5f + high * factor};
+  return {factor, 0.5f - low * factor, 0.5f + high * factor, last};
 }
 
 // Whole voxels of a repeat, at least one.
@@ -69,10 +70,11 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials) {
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
   for (std::uint32_t m = 0; m < materials.count; ++m) {
     const Material& material = materials.materials[m];
-    block.material_slope[m] = limits(material.slope_low, material.slope_high, material.slope_soft);
-    block.material_height[m] = limits(material.height_low, material.height_high, material.height_soft);
     // Noise moves a limit by fray times soft, which is half of the way through it.
-    block.material_noise_cave[m] = {0.5f * material.fray, material.cave, 0.0f, 0.0f};
+    block.material_slope[m] =
+        limits(material.slope_low, material.slope_high, material.slope_soft, 0.5f * material.fray);
+    block.material_height[m] =
+        limits(material.height_low, material.height_high, material.height_soft, material.cave);
     block.material_average[m] = {material.average[0], material.average[1], material.average[2],
                                  material.roughness};
     block.material_tint[m] = {material.tint[0], material.tint[1], material.tint[2], 0.0f};

@@ -77,7 +77,6 @@ const std::map<std::string, Field> kMaterialFields = {
     {"material_repeat", {offsetof(shader::MaterialBlock, material_repeat), GL_INT_VEC4}},
     KARST_MATERIAL(material_slope, "material_slope[0]"),
     KARST_MATERIAL(material_height, "material_height[0]"),
-    KARST_MATERIAL(material_noise_cave, "material_noise_cave[0]"),
     KARST_MATERIAL(material_average, "material_average[0]"),
     KARST_MATERIAL(material_tint, "material_tint[0]"),
     KARST_MATERIAL(material_near, "material_near[0]")};
