@@ -129,7 +129,9 @@ Surface surface_of(int material, Lookup at, Planes planes) {
 #ifdef KARST_BLEND
 // How far a value is on the ways through both limits, that fade: 0 before one, 1 behind it.
 // limits: material_slope's or material_height's.
-vec2 ways_through(float value, vec4 limits) { return vec2(limits.y + value * limits.x, limits.z - value * limits.x); }
+vec2 ways_through(float value, vec4 limits) {
+  return vec2(limits.y + value * limits.x, limits.z - value * limits.x);
+}
 
 // How much lies within all limits. moved: by noise.
 float within(vec4 ways, float moved) {
@@ -168,7 +170,8 @@ Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
     frays[m] = slopes.w;
     caves[m] = heights.w;
     vec4 from_middle = abs(ways[m] - 0.5);
-    certain = min(certain, min(min(from_middle.x, from_middle.y), min(from_middle.z, from_middle.w)) - frays[m]);
+    float least = min(min(from_middle.x, from_middle.y), min(from_middle.z, from_middle.w));
+    certain = min(certain, least - frays[m]);
   }
   float noise = 0.0;
   if (least_work.y > 0 || certain < 0.5) {

@@ -264,7 +264,7 @@ Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) 
   bind_textures(device_);
   Status status;
   if (!counts_.vertices_lost) {
-    status = draw_terrain(device_, settings_, programs_, input, target.writes, counts_);
+    status = draw_terrain(device_, settings_, programs_, input, target, counts_);
   }
   if (status.ok() && target.sky && target.writes != Writes::depth) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);

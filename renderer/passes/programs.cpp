@@ -97,7 +97,7 @@ bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
     return first == ShaderVariant::terrain || settings.deferred;
   }
   if (variant == ShaderVariant::geometry) return settings.deferred && !settings.drape;
-  return variant != ShaderVariant::drape || settings.drape;
+  return settings.drape || (variant != ShaderVariant::drape && variant != ShaderVariant::drape_linear);
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ Camera zero_to_one(Camera camera) {
   return camera;
 }
 
-ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& input, Writes writes) {
-  if (writes == Writes::depth) return ShaderVariant::depth_only;
-  if (settings.drape_width > 0) return ShaderVariant::drape;
+ShaderVariant variant_of(const RendererSettings& settings, const ViewInput& input, const DrawTarget& target) {
+  if (target.writes == Writes::depth) return ShaderVariant::depth_only;
+  if (settings.drape_width > 0) return target.linear ? ShaderVariant::drape_linear : ShaderVariant::drape;
   if (input.show == Show::cascades) return ShaderVariant::show_cascades;
   if (input.show == Show::levels) return ShaderVariant::show_levels;
   if (input.show == Show::lookups) return ShaderVariant::show_lookups;
@@ -87,9 +87,9 @@ Status draw_geometry(const GlDevice& device, const Programs& programs, const Vie
 }
 
 Status draw_terrain(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
-                    const ViewInput& input, Writes writes, FrameCounts& counts) {
+                    const ViewInput& input, const DrawTarget& target, FrameCounts& counts) {
   device.push_group("terrain");
-  const ShaderVariant variant = variant_of(settings, input, writes);
+  const ShaderVariant variant = variant_of(settings, input, target);
   device.gl.UseProgram(programs[variant]);
   const ExpandIndices expand{input.index_table, input.items, input.pages, {}};
   const Status status = variant == ShaderVariant::show_levels

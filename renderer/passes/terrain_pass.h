@@ -25,6 +25,6 @@ Status draw_geometry(const GlDevice& device, const Programs& programs, const Vie
 // Draws with the state, the block and the textures that are set; counts what it did. invalid_argument names
 // what is wrong with the items.
 Status draw_terrain(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
-                    const ViewInput& input, Writes writes, FrameCounts& counts);
+                    const ViewInput& input, const DrawTarget& target, FrameCounts& counts);
 
 }  // namespace karst::core
