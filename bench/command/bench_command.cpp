@@ -16,6 +16,7 @@
 #include "bench/suites/bench_lod.h"
 #include "bench/suites/bench_pareto.h"
 #include "bench/suites/bench_queries.h"
+#include "bench/suites/bench_select.h"
 #include "bench/suites/bench_shading.h"
 #include "bench/suites/bench_shadows.h"
 #include "terrain/file/world_reader.h"
@@ -132,6 +133,15 @@ int run_frames(const BenchOptions& options) {
   return run_flight_times(frames);
 }
 
+int run_select(const BenchOptions& options) {
+  SelectSuiteOptions select;
+  select.world = options.world;
+  select.look = options.scene;
+  take(options.frames, select.frames);
+  take(options.rounds, select.rounds);
+  return run_select_suite(select);
+}
+
 }  // namespace
 
 int run_bench(std::span<const char* const> words) {
@@ -153,8 +163,9 @@ int run_bench(std::span<const char* const> words) {
     std::puts("karst-bench " KARST_VERSION);
     return kExitOk;
   }
-  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto, run_shading,
-                                                     run_shadows, run_queries, run_flight, run_frames};
+  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto,
+                                                     run_shading, run_shadows, run_queries,
+                                                     run_flight,  run_frames,  run_select};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

@@ -38,7 +38,7 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows queries flight frames",
+     .words = "core lod pareto shading shadows queries flight frames select",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
@@ -47,20 +47,21 @@ constexpr OptionRow kSuiteRows[] = {
          "drawing all in every frame, turning and on flights; queries: rays, heights under wheels, columns, "
          "spheres and picks of voxels on one thread; "
          "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows; "
-         "frames: times of frames on three flights, drawn as the options say",
+         "frames: times of frames on three flights, drawn as the options say; "
+         "select: choosing levels, listing and writing indices on flights, without GL",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "core, queries: 9, shading: 3, pareto: 1",
+     .initial = "core, queries: 9, shading, select: 3, pareto: 1",
      .min = 1,
      .max = 1000,
-     .help = "medians are over so many rounds; of pareto: measured laps (core, pareto, shading, queries)",
+     .help = "medians are over so many rounds; of pareto and select: measured laps (all but lod and shadows)",
      .store = put<&BenchOptions::rounds>},
     {.name = "frames",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "lod, flight, frames: 24, pareto: 120, shading: 1, shadows: 36",
+     .initial = "lod, flight, frames: 24, pareto: 120, shading: 1, shadows: 36, select: 240",
      .min = 1,
      .max = 100000,
      .help = "of each flight (all but core and queries)",
@@ -68,7 +69,7 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "json",
      .kind = Kind::file,
      .value = "FILE",
-     .help = "for programs; - prints it instead of the table (all but shadows, queries and flight)",
+     .help = "for programs; - prints it instead of the table (all but shadows, queries, flight and select)",
      .store = put<&BenchOptions::json>},
     {.name = "version", .help = "prints the version"},
 };
@@ -211,9 +212,12 @@ constexpr const char* kUnused[] = {
     "generate-ms query-level query-patches rays ",
     // frames
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms query-level query-patches rays flight "};
-constexpr const char* kSuiteNames[] = {"core",    "lod",     "pareto", "shading",
-                                       "shadows", "queries", "flight", "frames"};
+    "generate-ms query-level query-patches rays flight ",
+    // select
+    " json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers sun haze "
+    "show precision drape drape-repeat query-level query-patches rays flight "};
+constexpr const char* kSuiteNames[] = {"core",    "lod",    "pareto", "shading", "shadows",
+                                       "queries", "flight", "frames", "select"};
 
 Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);

@@ -13,7 +13,7 @@
 
 namespace karst::bench {
 
-enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries, flight, frames };
+enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries, flight, frames, select };
 
 enum class FlightName : std::uint8_t { overview, low, oblique, high, teleport };
 inline constexpr const char* kFlightNames[] = {"default", "low", "oblique", "high", "teleport"};

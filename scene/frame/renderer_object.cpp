@@ -161,13 +161,13 @@ Status RendererObject::take_light(const Sun& sun) {
   return {};
 }
 
-Status RendererObject::select() {
+Status RendererObject::select(bool cuts) {
   const std::int64_t start = clock_ns();
   Status status;
   {
     const OwnWork own(inspection);
     status = world.terrain.residency.select(world.terrain.views_of(view_count_),
-                                            std::span(requests_).first(view_count_));
+                                            std::span(requests_).first(view_count_), cuts);
   }
   costs.select_ms += ms_since(start);
   if (status.code() == StatusCode::limit_reached) {
@@ -178,26 +178,35 @@ Status RendererObject::select() {
 }
 
 // Until the frame lacks nothing that can be made: what is made changes what neighbours may show, and a pool
-// that is full changes the error that is aimed at.
-Status RendererObject::complete() {
+// that is full changes the error that is aimed at. cuts: of the select() before it.
+Status RendererObject::complete(bool cuts) {
   constexpr int kMostRounds = 64;
   Residency& residency = world.terrain.residency;
   for (int round = 0; round < kMostRounds; ++round) {
     std::uint32_t made = 0;
     if (const Status status = work_.make(VertexWork::kNoLimit, false, costs, made); !status.ok())
       return status;
+    if (!cuts && residency.complete_selection()) return {};
     std::uint32_t capped = 0;
     for (const ViewState& view : world.terrain.views_of(view_count_)) capped += view.selection().lod.capped;
     const Governor::State& governor = residency.governor();
     const bool waiting = capped > 0 && residency.pool().kept_back() > 0;
-    // A scale that falls can wait for the next frame.
-    if (made == 0 && !waiting && governor.next_error_scale <= governor.error_scale) return {};
-    if (waiting) {
+    if (!cuts && waiting && !governor.pool_full && round == 0) {
       // With nothing in flight, what patches gave up is free at once.
+      gl.finish();
+      residency.retry_lacking();
+      continue;
+    }
+    // A scale that falls can wait for the next frame.
+    if ((cuts || capped == 0) && made == 0 && !waiting && governor.next_error_scale <= governor.error_scale) {
+      return {};
+    }
+    cuts = true;
+    if (waiting) {
       gl.finish();
       for (std::uint32_t i = 0; i < kFramesInFlight; ++i) residency.begin_frame();
     }
-    if (const Status status = select(); !status.ok()) return status;
+    if (const Status status = select(cuts); !status.ok()) return status;
   }
   return {};
 }
@@ -255,10 +264,12 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   skips.cave = inspection.skip_cave;
   if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
   residency.begin_frame();
-  Status status = select();
   const bool waits = first_frame_ || input.work_ms == 0;
   work_ms_ = input.work_ms;
-  if (status.ok() && waits) status = complete();
+  // Where memory suffices, what lacks is made before anything is drawn, and need not be cut before.
+  const bool cuts = !waits || residency.governor().pool_full;
+  Status status = select(cuts);
+  if (status.ok() && waits) status = complete(cuts);
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
 

@@ -40,8 +40,8 @@ struct RendererObject final : karst::Renderer {
   Status upload_materials();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun);
-  Status select();
-  Status complete();
+  Status select(bool cuts);
+  Status complete(bool cuts);
   void count_views();
   void fill_result(FrameResult& result);
   shader::FrameBlock block_of(std::uint32_t view) const;

@@ -124,6 +124,19 @@ inline unsigned lanes(Int4 mask) {
 #endif
 }
 
+// How many of eight values, each within 0..0x7fff, are greater than v, which is, too.
+inline int count_greater(const std::uint16_t* eight, std::int32_t v) {
+#if defined(__SSE2__)
+  const __m128i greater = _mm_cmpgt_epi16(load<__m128i>(eight), _mm_set1_epi16(static_cast<std::int16_t>(v)));
+  const __m128i sums = _mm_sad_epu8(_mm_and_si128(greater, _mm_set1_epi16(1)), _mm_setzero_si128());
+  return _mm_cvtsi128_si32(sums) + _mm_extract_epi16(sums, 4);
+#else
+  int count = 0;
+  for (int i = 0; i < 8; ++i) count += eight[i] > v ? 1 : 0;
+  return count;
+#endif
+}
+
 // Correctly rounded on every target.
 inline Float4 sqrt(Float4 v) {
 #if defined(__SSE2__)

@@ -80,6 +80,15 @@ class Occluders {
   // a kind. The two are in the order y, z for x; z, x for y; y, x for z. Cells outside the grid are of none.
   bool covers(Kind kind, int axis, int layer, glm::ivec2 low, glm::ivec2 high) const;
 
+  // Whether a cell is rock. False outside the grid.
+  bool is_rock(glm::ivec3 cell) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (static_cast<unsigned>(cell[axis]) >= static_cast<unsigned>(size_[axis])) return false;
+    }
+    const std::uint64_t* const rows = bits_[static_cast<std::size_t>(Kind::rock)].along_x.data();
+    return (rows[(cell.y * size_.z + cell.z) * words_x_ + cell.x / 64] >> (cell.x % 64) & 1u) != 0;
+  }
+
   // Whether the eye (lattice steps) and everything up to `reach` steps from it are outside the surface, and
   // in interior().
   bool is_outside(const Octree& octree, const BoundsTree& tree, const Surface& surface,

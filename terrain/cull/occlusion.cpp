@@ -15,15 +15,12 @@ namespace karst::core {
 namespace {
 
 // Searches that a frame may always make, and those more for each that found rock in the frame before.
-constexpr std::uint32_t kLeastSearches = 16;
-constexpr std::uint32_t kSearchesPerFind = 16;
+constexpr std::uint32_t kLeastSearches = 8;
+constexpr std::uint32_t kSearchesPerFind = 8;
 
 // After so many frames with nothing hidden, all but one frame in kQuietPeriod leave it at that.
 constexpr std::uint32_t kQuietFrames = 64;
 constexpr std::uint32_t kQuietPeriod = 16;
-
-// How rarely the siblings of a box that was found hidden are searched for, at most: one frame in 2.
-constexpr std::uint16_t kWoken = 1;
 
 // Layers that are looked at for air, from the eye on.
 constexpr int kAirLayers = 6;
@@ -31,6 +28,15 @@ constexpr int kAirLayers = 6;
 // The other two axes, in the order of Occluders::covers.
 constexpr int kRowAxis[3] = {1, 2, 1};
 constexpr int kColumnAxis[3] = {2, 0, 0};
+
+// Without special flags compilers call a library function for std::floor. Precondition: |v| < 2^31.
+int floor_of(float v) {
+  const int whole = static_cast<int>(v);
+  return static_cast<float>(whole) > v ? whole - 1 : whole;
+}
+int ceil_of(float v) {
+  return -floor_of(-v);
+}
 
 // All rays from the eye to a box, seen along one axis. In cells.
 class Shaft {
@@ -47,14 +53,14 @@ class Shaft {
       near_side = low_[axis] - e;
       far_side = high_[axis] - e;
       step_ = 1;
-      first_ = static_cast<int>(std::ceil(e));
-      end_ = static_cast<int>(std::floor(low_[axis]));
+      first_ = ceil_of(e);
+      end_ = floor_of(low_[axis]);
     } else if (e > high_[axis]) {
       near_side = e - high_[axis];
       far_side = e - low_[axis];
       step_ = -1;
-      first_ = static_cast<int>(std::floor(e)) - 1;
-      end_ = static_cast<int>(std::ceil(high_[axis])) - 1;
+      first_ = floor_of(e) - 1;
+      end_ = ceil_of(high_[axis]) - 1;
     } else {
       return false;
     }
@@ -71,6 +77,7 @@ class Shaft {
     from_ = {eye_[kRowAxis[axis]], eye_[kColumnAxis[axis]]};
     low_slope_ = {low_slope(kRowAxis[axis]), low_slope(kColumnAxis[axis])};
     high_slope_ = {high_slope(kRowAxis[axis]), high_slope(kColumnAxis[axis])};
+    middle_slope_ = 0.5f * (low_slope_ + high_slope_);
     return true;
   }
 
@@ -80,9 +87,14 @@ class Shaft {
   bool is_before(int layer, int other) const { return (other - layer) * step_ > 0; }
   bool is_between(int layer) const { return (layer - first_) * step_ >= 0 && (end_ - layer) * step_ > 0; }
 
-  // The cell on the way to about the box's middle.
-  glm::ivec2 middle(int layer) const {
-    return glm::ivec2(glm::floor(from_ + 0.5f * (low_slope_ + high_slope_) * (near_of(layer) + 0.5f)));
+  // Whether the cell on the way to about the box's middle is rock.
+  bool may_be_covered(const Occluders& occluders, int layer) const {
+    const glm::vec2 at = from_ + middle_slope_ * (near_of(layer) + 0.5f);
+    glm::ivec3 cell;
+    cell[axis_] = layer;
+    cell[kRowAxis[axis_]] = floor_of(at.x);
+    cell[kColumnAxis[axis_]] = floor_of(at.y);
+    return occluders.is_rock(cell);
   }
   bool is_covered(const Occluders& occluders, Occluders::Kind kind, int layer) const {
     const float near_side = near_of(layer);
@@ -92,8 +104,8 @@ class Shaft {
     for (int k = 0; k < 2; ++k) {
       const float least = from_[k] + low_slope_[k] * (low_slope_[k] < 0.0f ? far_side : near_side);
       const float most = from_[k] + high_slope_[k] * (high_slope_[k] > 0.0f ? far_side : near_side);
-      low[k] = static_cast<int>(std::floor(least));
-      high[k] = static_cast<int>(std::floor(most));
+      low[k] = floor_of(least);
+      high[k] = floor_of(most);
     }
     return occluders.covers(kind, axis_, layer, low, high);
   }
@@ -124,6 +136,7 @@ class Shaft {
   glm::vec2 from_{0.0f};
   glm::vec2 low_slope_{0.0f};
   glm::vec2 high_slope_{0.0f};
+  glm::vec2 middle_slope_{0.0f};
 };
 
 }  // namespace
@@ -133,6 +146,7 @@ void Occlusion::reset() {
   active_ = false;
   fresh_ = true;
   searched_ = found_ = hidden_ = quiet_ = 0;
+  turn_ = next_turn_ = 0;
 }
 
 void Occlusion::begin(const Occluders& occluders, const Octree& octree, const BoundsTree& tree,
@@ -154,12 +168,32 @@ void Occlusion::begin(const Occluders& occluders, const Octree& octree, const Bo
   quiet_ = hidden_ > 0 || fresh_ ? 0 : quiet_ + 1;
   allowed_ = fresh_ ? searches : std::min(searches, kLeastSearches + kSearchesPerFind * found_);
   fresh_ = false;
+  turn_ = next_turn_;
+  next_turn_ = 0;
   searched_ = 0;
   found_ = 0;
   hidden_ = 0;
 }
 
-bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& box) {
+std::uint8_t Occlusion::hides_patches(const PatchBoxes& boxes, std::uint32_t n, std::uint8_t mask) {
+  const PatchId first = n * PatchBoxes::kPatches;
+  const std::uint32_t count = std::min(PatchBoxes::kPatches, first_node_ - first);
+  if (searched_ >= allowed_) {
+    std::uint16_t any = 0;
+    for (std::uint32_t p = 0; p < count; ++p) any = static_cast<std::uint16_t>(any | entries_[first + p]);
+    if ((any & kHidden) == 0) return 0;
+  }
+  std::uint8_t hidden = 0;
+  for (std::uint32_t p = 0; p < count; ++p) {
+    const PatchId id = first + p;
+    const std::uint16_t state = entries_[id];
+    if ((mask >> p & 1u) == 0 || ((state & kHidden) == 0 && !is_due(id, id, state))) continue;
+    if (ask(id, id, state, boxes.box(p))) hidden |= static_cast<std::uint8_t>(1u << p);
+  }
+  return hidden;
+}
+
+bool Occlusion::ask(std::uint32_t entry, PatchId first, std::uint16_t state, const LatticeBox& box) {
   const float cell = 1.0f / occluders_->cell_steps();
   const glm::vec3 low = glm::vec3(box.min) * cell;
   const glm::vec3 high = glm::vec3(box.max) * cell;
@@ -179,13 +213,13 @@ bool Occlusion::ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& 
     entries_[entry] = state = 0;
     if (searched_ >= allowed_) return false;
   }
-  ++searched_;
+  state = static_cast<std::uint16_t>(state & ~unsigned{kWoken});
+  if (++searched_ == allowed_) next_turn_ = first + 1;
   for (int axis = 0; axis < 3; ++axis) {
     if (!shaft.aim(axis)) continue;
     const int from = outside_ ? shaft.first() : shaft.find_air(*occluders_, near_);
     for (int layer = from; layer != shaft.end(); layer += shaft.step()) {
-      const glm::ivec2 middle = shaft.middle(layer);
-      if (!occluders_->covers(Occluders::Kind::rock, axis, layer, middle, middle)) continue;
+      if (!shaft.may_be_covered(*occluders_, layer)) continue;
       if (!shaft.is_covered(*occluders_, Occluders::Kind::rock, layer)) continue;
       entries_[entry] = static_cast<std::uint16_t>(kHidden | axis << kAxisShift | layer);
       ++found_;
@@ -204,7 +238,7 @@ void Occlusion::wake_siblings(std::uint32_t entry) {
   const std::uint32_t first = base + ((entry - base) & ~(BoundsTree::kFanOut - 1));
   const auto entries = static_cast<std::uint32_t>(entries_.size());
   for (std::uint32_t e = first; e < std::min(first + BoundsTree::kFanOut, entries); ++e) {
-    if ((entries_[e] & kHidden) == 0) entries_[e] = std::min(entries_[e], kWoken);
+    if ((entries_[e] & kHidden) == 0) entries_[e] = kWoken;
   }
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Which boxes are hidden by rock (occluders.h), found a few a frame and remembered: a box that was hidden is
 // asked about the same layer of cells again, one that was not is searched for again ever more rarely, and a
-// frame that found little lets the next one search little. After a second with nothing hidden, most frames do
-// not ask at all. So a frame's work is bounded, and next to nothing where nothing is hidden; what is not
-// found costs time alone.
+// frame that found little lets the next one search little, from where it stopped on. After a second with
+// nothing hidden, most frames do not ask at all. So a frame's work is bounded, and next to nothing where
+// nothing is hidden; what is not found costs time alone.
 //
 // Nothing is hidden in parallel views, whose rays have no common eye, nor where a corner of the near plane is
 // not in front of the eye.
@@ -18,6 +18,7 @@
 
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/cull/occluders.h"
+#include "terrain/cull/patch_boxes.h"
 #include "terrain/view/camera.h"
 
 namespace karst::core {
@@ -51,36 +52,40 @@ class Occlusion {
   void end() { active_ = false; }
   bool active() const { return active_; }
 
-  // Whether nothing that is drawn inside the box (a patch's, or that of a node of kRows) can be seen from the
-  // frame's eye. False where that is not known.
-  bool hides_patch(PatchId patch, const LatticeBox& box) { return hides(patch, box); }
+  // Whether nothing that is drawn inside the box of a node of kRows can be seen from the frame's eye. False
+  // where that is not known. Boxes are asked about in the tree's order, each once a frame.
   bool hides_node(const BoundsTree& tree, int row, std::uint32_t n) {
-    return hides(first_node_ + tree.node_index(row, n), tree.node(row, n));
+    const std::uint32_t entry = first_node_ + tree.node_index(row, n);
+    const std::uint16_t state = entries_[entry];
+    if ((state & kHidden) == 0 && !is_due(entry, tree.first_patch(row, n), state)) return false;
+    return ask(entry, tree.first_patch(row, n), state, tree.node(row, n));
   }
+  // The same of patches 8 n + p, for the bits p of a mask: those that are hidden.
+  std::uint8_t hides_patches(const PatchBoxes& boxes, std::uint32_t n, std::uint8_t mask);
 
   std::uint32_t searched() const { return searched_; }  // in this frame
 
  private:
-  // An entry: kHidden | axis << kAxisShift | layer, or how rarely the box is searched for, 0 is always.
+  // An entry: kHidden | axis << kAxisShift | layer, or how rarely the box is searched for, 0 is always, and
+  // kWoken where that is due whatever its turn.
   static constexpr std::uint16_t kHidden = 0x8000;
+  static constexpr std::uint16_t kWoken = 0x4000;
   static constexpr int kAxisShift = 13;
   static constexpr std::uint16_t kLayerMask = (1u << kAxisShift) - 1;
   static constexpr std::uint16_t kRarest = 5;  // one frame in 32
   static_assert((1 << kMaxDepth) <= kLayerMask + 1);
 
-  bool hides(std::uint32_t entry, const LatticeBox& box) {
-    const std::uint16_t state = entries_[entry];
-    if ((state & kHidden) == 0 && !is_due(entry, state)) return false;
-    return ask(entry, state, box);
-  }
-  bool is_due(std::uint32_t entry, std::uint16_t rarity) const {
+  // first: patch of the box.
+  bool is_due(std::uint32_t entry, PatchId first, std::uint16_t state) const {
     if (searched_ >= allowed_) return false;
+    if ((state & kWoken) != 0) return true;
+    if (first < turn_) return false;
     // A hash of the two, so that every frame asks about another sample of the boxes.
     std::uint32_t mixed = (entry + frame_ * 0x85ebca6bu) * 0x9e3779b1u;
     mixed = (mixed ^ mixed >> 15) * 0x85ebca6bu;
-    return rarity == 0 || mixed >> (32 - rarity) == 0;
+    return state == 0 || mixed >> (32 - state) == 0;
   }
-  bool ask(std::uint32_t entry, std::uint16_t state, const LatticeBox& box);
+  bool ask(std::uint32_t entry, PatchId first, std::uint16_t state, const LatticeBox& box);
   void wake_siblings(std::uint32_t entry);
 
   std::span<std::uint16_t> entries_;
@@ -97,6 +102,8 @@ class Occlusion {
   std::uint32_t found_ = 0;
   std::uint32_t hidden_ = 0;  // boxes
   std::uint32_t quiet_ = 0;   // active frames in a row with nothing hidden
+  PatchId turn_ = 0;          // boxes of earlier patches had their turn
+  PatchId next_turn_ = 0;     // of the next frame
   bool fresh_ = true;         // nothing was asked since reset()
 };
 

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
+#include <cstring>
 
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/base/simd.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/lod/morph.h"
 
@@ -27,113 +28,186 @@ using BandCounts = std::array<std::uint32_t, kBands>;
 // Exponent and first three bits of the mantissa of the squared distance: eight bands an octave of it, sixteen
 // an octave of the distance. The first band ends at 2^14 squared steps, 1/64 voxel; the last one begins near
 // 2^46, 990 voxels.
-std::uint32_t band(float squared_distance) {
-  constexpr std::uint32_t kMantissaShift = 23 - 3;
-  constexpr std::uint32_t kFirst = (127 + 14) << 3;
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(squared_distance) >> kMantissaShift;
-  return bits <= kFirst ? 0 : std::min(bits - kFirst, kBands - 1);
+simd::Int4 bands(simd::Float4 squared_distance) {
+  constexpr int kMantissaShift = 23 - 3;
+  constexpr std::int32_t kFirst = (127 + 14) << 3;
+  const simd::Int4 band = (simd::as_int(squared_distance) >> kMantissaShift) - kFirst;
+  const simd::Int4 last = simd::splat(std::int32_t{kBands - 1});
+  return simd::select(band > last, last, band & (band > 0));
 }
+
+// Patch::collapsed is said of edge 3.
+constexpr unsigned kCollapsedEdge = 1u << 3;
+
+constexpr std::uint32_t kEight = PatchBoxes::kPatches;
 
 // Which patches are listed: all, those that face the eye, or, in a parallel view, its direction.
 enum class Facing : std::uint8_t { any, eye, along };
 
 struct Collector {
+  explicit Collector(const BuildDrawList& s)
+      : stage(s),
+        eye(eye_lattice(*s.camera)),
+        forward(s.camera->forward),
+        slack(back_facing_slack(eye)),
+        patches(static_cast<std::uint32_t>(s.surface.patches.size())),
+        out(s.scratch.data()) {}
+
   const BuildDrawList& stage;
-  Occlusion* occlusion;  // null: hides nothing
+  const glm::vec3 eye;
+  const glm::vec3 forward;
+  const float slack;
+  const std::uint32_t patches;
+  std::uint32_t* out;
   BandCounts counts{};
-  std::uint32_t visible = 0;
   std::uint32_t missing = 0;
   std::uint32_t back_facing = 0;
   std::uint32_t occluded = 0;
 
-  // Patches of a run that are inside the planes that mask leaves out.
-  template <Facing kFacing, bool kOcclusion>
-  void add_run(PatchId first, PatchId last, PlaneMask mask) {
-    // Copies, which the stores below cannot change.
-    const Surface surface = stage.surface;
-    const PatchBounds* const bounds = stage.bounds.data();
-    const NormalCone* const cones = stage.cones.data();
-    const std::uint8_t* const levels = stage.levels.data();
-    const glm::vec3 eye(eye_lattice(*stage.camera));
-    const glm::vec3 forward(stage.camera->forward);
-    const float slack = back_facing_slack(eye);
-    const float pixels = stage.least_pixels;
-    std::uint32_t* out = stage.scratch.data() + visible;
-    for (PatchId id = first; id < last; ++id) {
-      const glm::ivec3 origin = patch_origin(surface.volume_of(id));
-      const PatchBounds& b = bounds[id];
-      const glm::ivec3 low(b.min[0], b.min[1], b.min[2]);
-      const glm::ivec3 high(b.max[0], b.max[1], b.max[2]);
-      const LatticeBox box{origin + low, origin + high};
-      if (mask != 0 && classify(*stage.frustum, box, mask) == kOutside) continue;
-      if (levels[id] == 0) {
+  std::uint32_t visible() const { return static_cast<std::uint32_t>(out - stage.scratch.data()); }
+
+  void run() {
+    if (stage.cones.empty()) {
+      run_all<Facing::any>();
+    } else if (stage.camera->parallel) {
+      run_all<Facing::along>();
+    } else {
+      run_all<Facing::eye>();
+    }
+  }
+
+ private:
+  template <Facing kFacing>
+  void run_all() {
+    if (stage.culled.data() == nullptr) {
+      for (std::uint32_t n = 0; n < stage.boxes.size(); ++n) {
+        const std::uint32_t count = std::min(kEight, patches - n * kEight);
+        add<kFacing>(n, (1u << count) - 1);
+      }
+      return;
+    }
+    for (const CulledEight& eight : stage.culled) {
+      unsigned in_view = eight.in_view;
+      if (!stage.shows_hidden) {
+        occluded += static_cast<std::uint32_t>(std::popcount(unsigned{eight.hidden}));
+        in_view &= ~unsigned{eight.hidden};
+      }
+      if (in_view != 0) add<kFacing>(eight.n, in_view);
+    }
+  }
+
+  // Patches 8 n + p for the bits p of a mask.
+  template <Facing kFacing>
+  void add(std::uint32_t n, unsigned in_view) {
+    const PatchBoxes& boxes = stage.boxes[n];
+    const PatchId first = n * kEight;
+    const std::uint8_t* const levels = stage.levels.data() + first;
+    const auto at = [&](unsigned mask) { return static_cast<unsigned>(std::countr_zero(mask)); };
+    std::uint32_t keys[kEight];
+    for (unsigned half = 0; half < 2; ++half) {
+      simd::Float4 d[3];  // origins less the eye
+      for (int axis = 0; axis < 3; ++axis) {
+        d[axis] = simd::to_float(four(boxes.corner[axis], half) << kLatticeBits) - simd::splat(eye[axis]);
+      }
+      simd::store(keys + 4 * half, bands(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+      if constexpr (kFacing != Facing::any) {
+        if (first + 4 * half >= patches) continue;
+        unsigned away = in_view & may_face_away<kFacing>(boxes, half, first + 4 * half, d) << 4 * half;
+        for (; away != 0; away &= away - 1) {
+          const unsigned p = at(away);
+          if (levels[p] == 0 || !faces_away<kFacing>(boxes, p, first + p)) continue;
+          in_view &= ~(1u << p);
+          ++back_facing;
+        }
+      }
+    }
+    for (; in_view != 0; in_view &= in_view - 1) {
+      const unsigned p = at(in_view);
+      if (levels[p] == 0) {
         ++missing;
         continue;
       }
-      const glm::vec3 d = glm::vec3(origin) - eye;
-      if constexpr (kFacing != Facing::any) {
-        // Most patches face the eye: their axes lead to it, and nothing more needs to be known.
-        const NormalCone& cone = cones[id];
-        constexpr bool parallel = kFacing == Facing::along;
-        const glm::vec3 sight = parallel ? forward : d;
-        const float along = static_cast<float>(cone.axis[0]) * sight.x +
-                            static_cast<float>(cone.axis[1]) * sight.y +
-                            static_cast<float>(cone.axis[2]) * sight.z;
-        if (along > 0.0f && cone.sine != NormalCone::kNone) {
-          const glm::vec3 centre = d + 0.5f * glm::vec3(low + high);
-          const float distance = parallel ? kParallelDistance : glm::length(centre);
-          const float snap = snap_sine(distance, levels[id], pixels);
-          if (parallel ? is_back_facing(cone, forward, snap)
-                       : is_back_facing(cone, centre, 0.5f * glm::vec3(high - low), slack, snap)) {
-            ++back_facing;
-            continue;
-          }
-        }
-      }
-      if constexpr (kOcclusion) {
-        if (occlusion->hides_patch(id, box)) {
-          ++occluded;
-          continue;
-        }
-      }
-      const std::uint32_t key = band(d.x * d.x + d.y * d.y + d.z * d.z);
-      ++counts[key];
-      *out++ = key << kKeyShift | id;
+      ++counts[keys[p]];
+      *out++ = keys[p] << kKeyShift | (first + p);
     }
-    visible = static_cast<std::uint32_t>(out - stage.scratch.data());
+  }
+
+  static simd::Int4 four(const std::int16_t (&values)[kEight], unsigned half) {
+    return simd::to_int(simd::load<simd::Short4>(values + 4 * half));
+  }
+
+  // Bit l: cone first + l is not known to face the eye.
+  template <Facing kFacing>
+  unsigned may_face_away(const PatchBoxes& boxes, unsigned half, PatchId first,
+                         const simd::Float4 (&d)[3]) const {
+    static_assert(std::endian::native == std::endian::little);
+    simd::Int4 cones{};
+    if (first + 4 <= patches) {
+      cones = simd::load<simd::Int4>(stage.cones.data() + first);
+    } else {
+      std::memcpy(&cones, stage.cones.data() + first, sizeof(NormalCone) * (patches - first));
+    }
+    simd::Float4 axes[3];
+    for (int n = 0; n < 3; ++n) axes[n] = simd::to_float(cones << (24 - 8 * n) >> 24);
+    const auto dot = [](const simd::Float4(&a)[3], const simd::Float4(&b)[3]) {
+      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    };
+    // Most patches' axes lead to the eye, and nothing more needs to be known.
+    const simd::Float4 zero = simd::splat(0.0f);
+    if constexpr (kFacing == Facing::along) {
+      const simd::Float4 sight[3] = {simd::splat(forward.x), simd::splat(forward.y), simd::splat(forward.z)};
+      return simd::lanes(dot(axes, sight) > zero);
+    }
+    const simd::Int4 turned = dot(axes, d) > zero;
+    if (!simd::any(turned)) return 0;
+    // is_back_facing() with a cone that is no wider than it takes it to be.
+    simd::Float4 centre[3];
+    simd::Float4 size[3];
+    simd::Float4 widths[3];
+    for (int n = 0; n < 3; ++n) {
+      const simd::Int4 low = four(boxes.min[n], half);
+      const simd::Int4 high = four(boxes.max[n], half);
+      centre[n] = d[n] + simd::splat(0.5f) * simd::to_float(low + high);
+      size[n] = simd::splat(0.5f) * simd::to_float(high - low);
+      widths[n] = simd::abs(axes[n]);
+    }
+    const simd::Float4 least = dot(axes, centre) - dot(widths, size) - simd::splat(128.0f * slack);
+    const simd::Float4 sine =
+        simd::splat(NormalCone::kSineUnit) * simd::to_float(cones >> 24 & std::int32_t{NormalCone::kNone});
+    const simd::Float4 length = simd::sqrt(dot(centre, centre)) + simd::sqrt(dot(size, size));
+    return simd::lanes(turned & (least > zero) & (least > sine * length));
   }
 
   template <Facing kFacing>
-  void add_facing(PatchId first, PatchId last, PlaneMask mask) {
-    occlusion != nullptr ? add_run<kFacing, true>(first, last, mask)
-                         : add_run<kFacing, false>(first, last, mask);
+  bool faces_away(const PatchBoxes& boxes, unsigned p, PatchId id) const {
+    const NormalCone& cone = stage.cones[id];
+    if (cone.sine == NormalCone::kNone) return false;
+    const glm::ivec3 low(boxes.min[0][p], boxes.min[1][p], boxes.min[2][p]);
+    const glm::ivec3 high(boxes.max[0][p], boxes.max[1][p], boxes.max[2][p]);
+    const glm::vec3 centre = glm::vec3(boxes.origin(p)) - eye + 0.5f * glm::vec3(low + high);
+    constexpr bool parallel = kFacing == Facing::along;
+    const float distance = parallel ? kParallelDistance : glm::length(centre);
+    const float snap = snap_sine(distance, stage.levels[id], stage.least_pixels);
+    return parallel ? is_back_facing(cone, forward, snap)
+                    : is_back_facing(cone, centre, 0.5f * glm::vec3(high - low), slack, snap);
   }
+};
 
-  void add(PatchId first, PatchId last, PlaneMask mask) {
-    if (stage.cones.empty()) {
-      add_facing<Facing::any>(first, last, mask);
-    } else if (stage.camera->parallel) {
-      add_facing<Facing::along>(first, last, mask);
-    } else {
-      add_facing<Facing::eye>(first, last, mask);
-    }
+// What a list has at each level and in each state of edges: a patch's triangles follow from these.
+struct ItemCounts {
+  std::uint32_t counts[kMaxLevel + 1][2 * 16] = {};
+
+  void add(const DrawItem& item) {
+    ++counts[item.level][item.lower_edges << 1 | (item.skipped_edges != 0 ? 1 : 0)];
   }
-
-  void descend(int row, std::uint32_t n, PlaneMask mask) {
-    const BoundsTree& tree = *stage.tree;
-    mask = classify(*stage.frustum, tree.node(row, n), mask);
-    if (mask == kOutside) return;
-    const PatchId first = tree.first_patch(row, n);
-    const PatchId last = first + tree.patch_count(row, n);
-    if (occlusion != nullptr && row < Occlusion::kRows && occlusion->hides_node(tree, row, n)) {
-      occluded += last - first;
-      return;
-    }
-    if (row == 0 || (mask == 0 && occlusion == nullptr)) {
-      add(first, last, mask);
-    } else {
-      const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
-      for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) descend(row - 1, child, mask);
+  void finish(BuildDrawList::Result& result) const {
+    for (int level = 1; level <= kMaxLevel; ++level) {
+      for (unsigned edges = 0; edges < 2 * 16; ++edges) {
+        const std::uint32_t count = counts[level][edges];
+        result.at_level[level] += count;
+        const unsigned skipped = (edges & 1u) != 0 ? kCollapsedEdge : 0u;
+        result.triangles += count * (patch_index_count(level, edges >> 1, skipped) / 3);
+      }
     }
   }
 };
@@ -149,7 +223,7 @@ DrawItem make_draw_item(const Surface& surface, std::span<const std::uint8_t> le
     // Two levels apart they cannot both be in view (SelectLod::levels).
     if (level > 1 && other.exists() && levels[other.patch()] == level - 1) lower |= 1u << e;
   }
-  const unsigned skipped = patch.collapsed != 0 ? 1u << 3 : 0u;
+  const unsigned skipped = patch.collapsed != 0 ? kCollapsedEdge : 0u;
   return {id, level, static_cast<std::uint8_t>(lower), static_cast<std::uint8_t>(skipped)};
 }
 
@@ -158,12 +232,12 @@ Status BuildDrawList::validate() const {
     return Status{StatusCode::invalid_argument, what, field};
   };
   const std::size_t patches = surface.patches.size();
-  if (patches > BoundsTree::kMaxPatches) return refuse("more than 2^24 patches", "surface");
-  if (frustum_culling && frustum == nullptr) return refuse("missing", "frustum");
+  if (patches > kMaxPatches) return refuse("more than 2^24 patches", "surface");
   if (camera == nullptr) return refuse("missing", "camera");
-  if (bounds.size() != patches) return refuse("must hold one box a patch", "bounds");
-  if (frustum_culling && tree == nullptr) return refuse("missing", "tree");
-  if (frustum_culling && tree->patches() != patches) return refuse("not built over the surface", "tree");
+  if (boxes.size() != PatchBoxes::count_for(static_cast<std::uint32_t>(patches))) {
+    return refuse("must hold one entry eight patches", "boxes");
+  }
+  if (culled.size() > boxes.size()) return refuse("holds more than the patches", "culled");
   if (levels.size() != patches) return refuse("must hold one byte a patch", "levels");
   if (!cones.empty() && cones.size() != patches) return refuse("must hold one cone a patch", "cones");
   if (scratch.size() < patches) return refuse("must hold one value a patch", "scratch");
@@ -175,12 +249,8 @@ Status BuildDrawList::run(Result& result) const {
   result = {};
   const auto patches = static_cast<std::uint32_t>(surface.patches.size());
   if (patches == 0) return {};
-  Collector seen{*this, occlusion != nullptr && occlusion->active() ? occlusion : nullptr};
-  if (frustum_culling) {
-    seen.descend(tree->rows() - 1, 0, kAllPlanes);
-  } else {
-    seen.add(0, patches, 0);
-  }
+  Collector seen(*this);
+  seen.run();
 
   BandCounts position;  // where the next item of a band goes
   std::uint32_t next = 0;
@@ -188,24 +258,32 @@ Status BuildDrawList::run(Result& result) const {
     position[b] = next;
     next += seen.counts[b];
   }
-  for (const std::uint32_t entry : scratch.first(seen.visible)) {
+  ItemCounts counts;
+  const std::uint32_t visible = seen.visible();
+  for (const std::uint32_t entry : scratch.first(visible)) {
     const std::uint32_t at = position[entry >> kKeyShift]++;
     if (at >= items.size()) continue;
-    const DrawItem item = make_draw_item(surface, levels, entry & kPatchMask);
+    const PatchId id = entry & kPatchMask;
+    DrawItem item{id, 1, 0, 0};
+    if (levels[id] == 1) {
+      // No neighbour is lower: the patch itself needs no look.
+      if ((boxes[id / kEight].collapsed >> id % kEight & 1u) != 0) item.skipped_edges = kCollapsedEdge;
+    } else {
+      item = make_draw_item(surface, levels, id);
+    }
     items[at] = item;
-    result.at_level[item.level] += 1;
-    result.triangles += patch_index_count(item.level, item.lower_edges, item.skipped_edges) / 3;
+    counts.add(item);
   }
+  counts.finish(result);
 
-  result.drawn = items.size() < seen.visible ? static_cast<std::uint32_t>(items.size()) : seen.visible;
-  result.dropped = seen.visible - result.drawn;
-  result.culled_frustum = patches - seen.visible - seen.missing - seen.back_facing - seen.occluded;
+  result.drawn = items.size() < visible ? static_cast<std::uint32_t>(items.size()) : visible;
+  result.dropped = visible - result.drawn;
+  result.culled_frustum = patches - visible - seen.missing - seen.back_facing - seen.occluded;
   result.culled_occluded = seen.occluded;
   result.culled_backface = seen.back_facing;
   result.missing = seen.missing;
   if (result.dropped > 0) {
-    return {StatusCode::limit_reached, "more patches in view than draw items", "max_draw_items",
-            seen.visible};
+    return {StatusCode::limit_reached, "more patches in view than draw items", "max_draw_items", visible};
   }
   return {};
 }

@@ -7,12 +7,10 @@
 #include <span>
 
 #include "karst/status.h"
-#include "terrain/cull/bounds_tree.h"
-#include "terrain/cull/occlusion.h"
+#include "terrain/cull/cull_view.h"
 #include "terrain/measure/normal_cone.h"
-#include "terrain/patch/bounds.h"
 #include "terrain/surface/patch.h"
-#include "terrain/view/frustum.h"
+#include "terrain/view/camera.h"
 
 namespace karst::core {
 
@@ -33,21 +31,18 @@ static_assert(sizeof(DrawItem) == 8);
 DrawItem make_draw_item(const Surface& surface, std::span<const std::uint8_t> levels, PatchId id);
 
 struct BuildDrawList {
-  bool frustum_culling = true;  // false: every patch is listed
+  // Most patches that a surface may have.
+  static constexpr std::uint32_t kMaxPatches = BoundsTree::kMaxPatches;
 
   // Inputs, borrowed.
-  const Frustum* frustum = nullptr;      // may be null without frustum_culling
   const Camera* camera = nullptr;        // whose eye "nearest" is measured from
-  Surface surface;                       // at most BoundsTree::kMaxPatches patches
-  std::span<const PatchBounds> bounds;   // by patch
-  const BoundsTree* tree = nullptr;      // over these patches and bounds
+  Surface surface;                       // at most kMaxPatches patches
+  std::span<const PatchBoxes> boxes;     // of its patches
+  std::span<const CulledEight> culled;   // CullView's, of the camera; without data: every patch is in view
+  bool shows_hidden = false;             // patches that rock hides are listed: something in view is missing
   std::span<const std::uint8_t> levels;  // by patch, as SelectLod leaves them; 0 is not drawn
   std::span<const NormalCone> cones;     // by patch; empty: back-facing patches are listed
   float least_pixels = 0;                // ErrorScale's, for cones; 0: of exact geometry, without pixels
-
-  // Begun for the camera, or null. Nothing in view may be missing, or what it would hide could hide
-  // something itself.
-  Occlusion* occlusion = nullptr;
 
   // Working memory, borrowed: one value a patch; contents do not matter.
   std::span<std::uint32_t> scratch;
@@ -59,7 +54,7 @@ struct BuildDrawList {
     std::uint32_t drawn = 0;                     // items used, from the front
     std::uint32_t culled_frustum = 0;            // patches outside the view
     std::uint32_t culled_backface = 0;           // patches in view that face away with all that they have
-    std::uint32_t culled_occluded = 0;           // patches in boxes in view that rock hides
+    std::uint32_t culled_occluded = 0;           // patches in view that rock hides
     std::uint32_t missing = 0;                   // patches in view at level 0
     std::uint32_t dropped = 0;                   // patches in view that items had no room for
     std::uint32_t triangles = 0;                 // of the items, all edges' batches counted as they are drawn

@@ -1,46 +1,132 @@
 // SPDX-License-Identifier: MIT
-// Two inner loops. Where a slot's pages follow each other in the buffer, which fresh buffers and level 1 and
-// 2 always have, an index is moved by one number: a widening addition over contiguous memory, which compilers
-// turn into vector code. Elsewhere each index looks its page up in a table of at most 133 numbers, which the
-// first-level cache holds.
+// What a patch's edges ask for is a few runs of batches, the same ones at every level: a table of 256 states
+// holds them. Inner loops are by how the slot's pages lie: behind each other in one to three stretches of the
+// buffer, which are most, an index is moved by one of so many numbers, which is vector code over contiguous
+// memory; elsewhere the slot's vertices are placed first, and each index is looked up.
 #include "terrain/draw/expand_indices.h"
 
-#include <bit>
+#include <array>
 
 namespace karst::core {
 namespace {
 
-constexpr int kPageBits = std::countr_zero(kPageVertices);
+// Batches first .. last - 1 of a level, by the edges' state: lower_edges << 4 | skipped_edges. As
+// index_ranges().
+struct BatchRuns {
+  std::uint8_t first[kMaxIndexRanges] = {};
+  std::uint8_t last[kMaxIndexRanges] = {};
+};
 
-// Where a slot's vertices lie in the buffer: vertex v at moved[v >> kPageBits] + v, modulo 2^32.
-struct SlotPages {
-  std::uint32_t moved[kMostSlotPages];
-  bool contiguous = true;  // all of them the same
+constexpr BatchRuns runs_of(unsigned lower, unsigned skipped) {
+  BatchRuns runs;
+  int used = 0;
+  const auto append = [&](int batch) {
+    if (used > 0 && runs.last[used - 1] == batch) {
+      ++runs.last[used - 1];
+      return;
+    }
+    runs.first[used] = static_cast<std::uint8_t>(batch);
+    runs.last[used++] = static_cast<std::uint8_t>(batch + 1);
+  };
+  append(0);
+  for (int edge = 0; edge < 4; ++edge) {
+    if (((lower | skipped) >> edge & 1u) == 0) append(batch_same(edge));
+  }
+  for (int edge = 0; edge < 4; ++edge) {
+    if (((lower & ~skipped) >> edge & 1u) != 0) append(batch_lower(edge));
+  }
+  return runs;
+}
 
+constexpr std::array<BatchRuns, 256> make_runs() {
+  std::array<BatchRuns, 256> all;
+  for (unsigned state = 0; state < all.size(); ++state) all[state] = runs_of(state >> 4, state & 15u);
+  return all;
+}
+constexpr std::array<BatchRuns, 256> kRuns = make_runs();
+
+// Where batches begin in the table, and the last one ends.
+struct BatchStarts {
+  std::uint32_t at[kMaxLevel + 1][kBatches + 1];
+
+  BatchStarts() {
+    for (int level = 1; level <= kMaxLevel; ++level) {
+      for (int batch = 0; batch < kBatches; ++batch) at[level][batch] = index_batch(level, batch).first;
+      at[level][kBatches] = index_count(level);
+    }
+  }
+};
+
+// From this vertex of a slot on, what its place in the buffer is more than that of the stretch before.
+struct Step {
+  std::uint16_t vertex;
+  std::uint32_t more;
+};
+
+constexpr int kMostSteps = 2;
+
+// kSteps: stretches of pages but the first.
+template <int kSteps>
+std::uint32_t* write_stretches(const std::uint16_t* from, std::uint32_t count, std::uint32_t moved,
+                               const Step* steps, std::uint32_t* to) {
+  Step step[kMostSteps];
+  for (int s = 0; s < kSteps; ++s) step[s] = steps[s];
+  for (std::uint32_t n = 0; n < count; ++n) {
+    std::uint32_t at = moved + from[n];
+    for (int s = 0; s < kSteps; ++s) at += from[n] >= step[s].vertex ? step[s].more : 0u;
+    to[n] = at;
+  }
+  return to + count;
+}
+
+// Where the vertices of a patch's slot lie in the buffer.
+class Slot {
+ public:
   // False where the patch has fewer pages than the level needs.
   bool find(const PageTable& pages, PatchId patch, int level) {
     std::uint32_t page = patch < pages.first_page.size() ? pages.first_page[patch] : kNoPage;
     const std::uint32_t needed = slot_pages(level);
+    placed_ = 0;
+    steps_count_ = 0;
     for (std::uint32_t place = 0; place < needed; ++place) {
       if (page >= pages.next_page.size()) return false;
-      moved[place] = (page - place) * kPageVertices;
-      contiguous = contiguous && moved[place] == moved[0];
+      const std::uint32_t moved = (page - place) * kPageVertices;  // modulo 2^32
+      if (place > 0 && moved != moved_[place - 1]) {
+        const Step step{static_cast<std::uint16_t>(place * kPageVertices), moved - moved_[place - 1]};
+        if (steps_count_ < kMostSteps) steps_[steps_count_] = step;
+        ++steps_count_;
+      }
+      moved_[place] = moved;
       page = pages.next_page[page];
     }
+    vertices_ = static_cast<std::uint32_t>(patch_vertices(level));
     return true;
   }
-};
 
-std::uint32_t* write_range(const std::uint16_t* from, std::uint32_t count, const SlotPages& slot,
-                           std::uint32_t* to) {
-  if (slot.contiguous) {
-    const std::uint32_t moved = slot.moved[0];
-    for (std::uint32_t n = 0; n < count; ++n) to[n] = moved + from[n];
-  } else {
-    for (std::uint32_t n = 0; n < count; ++n) to[n] = slot.moved[from[n] >> kPageBits] + from[n];
+  std::uint32_t* write(const std::uint16_t* from, std::uint32_t count, std::uint32_t* to) {
+    switch (steps_count_) {
+      case 0:
+        return write_stretches<0>(from, count, moved_[0], steps_, to);
+      case 1:
+        return write_stretches<1>(from, count, moved_[0], steps_, to);
+      case 2:
+        return write_stretches<2>(from, count, moved_[0], steps_, to);
+      default:
+        break;
+    }
+    for (; placed_ < vertices_; ++placed_) places_[placed_] = moved_[placed_ / kPageVertices] + placed_;
+    for (std::uint32_t n = 0; n < count; ++n) to[n] = places_[from[n]];
+    return to + count;
   }
-  return to + count;
-}
+
+ private:
+  std::uint32_t moved_[kMostSlotPages];
+  Step steps_[kMostSteps];
+  int steps_count_ = 0;
+  std::uint32_t vertices_ = 0;
+  std::uint32_t placed_ = 0;
+  std::uint32_t places_[patch_vertices(kMaxLevel)];
+};
 
 }  // namespace
 
@@ -64,21 +150,26 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
   Chunk chunk{0, first_item, 0};
   std::uint32_t* to = out.data();
   std::size_t room = out.size();
+  const BatchStarts starts;
+  Slot slot;
   for (; chunk.next_item < items.size(); ++chunk.next_item) {
     const DrawItem& item = items[chunk.next_item];
-    const std::uint32_t count = patch_index_count(item.level, item.lower_edges, item.skipped_edges);
-    SlotPages slot;
     if (!slot.find(pages, item.patch, item.level)) {
       ++chunk.left_out;
       continue;
     }
+    const std::uint32_t count = patch_index_count(item.level, item.lower_edges, item.skipped_edges);
     if (count > room) break;
     room -= count;
     chunk.indices += count;
-    IndexRange ranges[kMaxIndexRanges];
-    const int used = index_ranges(item.level, item.lower_edges, item.skipped_edges, ranges);
-    for (int r = 0; r < used; ++r)
-      to = write_range(table.data() + ranges[r].first, ranges[r].count, slot, to);
+    // At level 1 nothing is lower, and its batches are empty.
+    const unsigned lower = item.level > 1 ? item.lower_edges : 0u;
+    const BatchRuns& runs = kRuns[(lower & 15u) << 4 | (item.skipped_edges & 15u)];
+    const std::uint32_t* const start = starts.at[item.level];
+    for (int r = 0; r < kMaxIndexRanges && runs.last[r] != 0; ++r) {
+      const std::uint32_t first = start[runs.first[r]];
+      to = slot.write(table.data() + first, start[runs.last[r]] - first, to);
+    }
   }
   return chunk;
 }

@@ -21,11 +21,15 @@
 // leaves out the vertices between them, whatever their share. So the edge is off by what error(m - 1) covers
 // of the finer one, a mixture of its level and the next lower, and the bound is raised to that.
 //
+// All of this is done around the patches that were cut: where levels are as they are wanted, neighbours
+// differ by at most one and are within error_px. Cut patches are marked in their levels meanwhile.
+//
 // A patch out of view keeps the level it would have if it were held: a neighbour in view leaves out vertices
 // of their edge by it, and the triangles along that edge may be seen.
 #include "terrain/lod/select_lod.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -34,6 +38,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/lod/level_lanes.h"
 
 namespace karst::core {
 namespace {
@@ -146,33 +151,29 @@ std::uint32_t raise_coarser(const Surface& surface, std::span<std::uint8_t> leve
   return raised;
 }
 
-// Calls visit(first, count) for runs of patches that hold all in view and their neighbours.
+// Calls visit(first, count, in_view, hidden) for eights that hold all patches in view and their neighbours;
+// bit p of the two masks is patch first + p.
 template <class Visit>
-void visit_view(const BoundsTree& tree, const Frustum& frustum, int row, std::uint32_t n, PlaneMask mask,
-                const Visit& visit) {
-  mask = classify(frustum, tree.node(row, n), mask);
-  if (mask == kOutside) return;
-  if (mask == 0 || row == 0) {
-    visit(tree.first_patch(row, n), tree.patch_count(row, n));
+void visit_eights(const SelectLod& stage, const Visit& visit) {
+  constexpr std::uint32_t kEight = PatchBoxes::kPatches;
+  const auto patches = static_cast<std::uint32_t>(stage.levels.size());
+  if (stage.culled.data() == nullptr) {
+    for (PatchId first = 0; first < patches; first += kEight) {
+      const std::uint32_t count = std::min(kEight, patches - first);
+      visit(first, count, (1u << count) - 1, 0u);
+    }
     return;
   }
-  const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
-  for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) {
-    visit_view(tree, frustum, row - 1, child, mask, visit);
+  for (const CulledEight& eight : stage.culled) {
+    const PatchId first = eight.n * kEight;
+    visit(first, std::min(kEight, patches - first), unsigned{eight.in_view}, unsigned{eight.hidden});
   }
 }
 
+// Calls visit(patch) for the bits of a mask.
 template <class Visit>
-void visit_patches(const SelectLod& stage, const Visit& visit) {
-  if (stage.frustum == nullptr) {
-    visit(PatchId{0}, static_cast<std::uint32_t>(stage.levels.size()));
-    return;
-  }
-  // A neighbour's box touches that of the patch in view: moved outwards by the longest diagonal of a box, a
-  // plane that does not cull the one does not cull the other.
-  Frustum wide = *stage.frustum;
-  for (Plane& plane : wide.planes) plane.offset += stage.tree->longest_diagonal();
-  visit_view(*stage.tree, wide, stage.tree->rows() - 1, 0, kAllPlanes, visit);
+void visit_bits(PatchId first, unsigned mask, const Visit& visit) {
+  for (; mask != 0; mask &= mask - 1) visit(first + static_cast<PatchId>(std::countr_zero(mask)));
 }
 
 // --- the bound
@@ -187,6 +188,7 @@ struct PixelBound {
   const SelectLod& stage;
   LodEye view;
   float least_depth;  // lattice steps
+  bool shows_hidden = false;
 
   explicit PixelBound(const SelectLod& s)
       : stage(s),
@@ -202,12 +204,15 @@ struct PixelBound {
     return stage.scale.pixels * steps / std::max(least_apparent - steps, least_depth);
   }
   bool in_view(PatchId id) const {
-    if (stage.frustum != nullptr &&
-        classify(*stage.frustum, patch_box(stage.surface, stage.bounds, id), kAllPlanes) == kOutside) {
-      return false;
+    if (stage.culled.data() != nullptr) {
+      constexpr std::uint32_t kEight = PatchBoxes::kPatches;
+      const auto at = std::lower_bound(stage.culled.begin(), stage.culled.end(), id / kEight,
+                                       [](const CulledEight& eight, std::uint32_t n) { return eight.n < n; });
+      if (at == stage.culled.end() || at->n != id / kEight) return false;
+      const unsigned shown = shows_hidden ? at->in_view : at->in_view & ~unsigned{at->hidden};
+      if ((shown >> id % kEight & 1u) == 0) return false;
     }
-    if (!stage.cones.empty() && faces_away(id)) return false;
-    return stage.occlusion == nullptr || !is_hidden(id);
+    return stage.cones.empty() || !faces_away(id);
   }
 
   // At the finest level, so that all that may be drawn is in view.
@@ -222,15 +227,6 @@ struct PixelBound {
                           snap_sine(glm::length(glm::vec3(origin) - view.eye), level, pixels));
   }
 
-  bool is_hidden(PatchId id) const {
-    Occlusion& occlusion = *stage.occlusion;
-    for (int row = Occlusion::kRows - 1; row >= 0; --row) {
-      if (row >= stage.tree->rows()) continue;
-      if (occlusion.hides_node(*stage.tree, row, id >> (BoundsTree::kFanOutLog2 * (row + 1)))) return true;
-    }
-    return occlusion.hides_patch(id, patch_box(stage.surface, stage.bounds, id));
-  }
-
   // Raises most to the patch's bound where it is in view.
   void raise(float& most, PatchId id, int j, float least_apparent) const {
     const float own = (*this)(id, j, least_apparent);
@@ -239,136 +235,166 @@ struct PixelBound {
 };
 
 // Of levels that do not morph.
-float bound_of_levels(const SelectLod& stage) {
+float bound_of_levels(const SelectLod& stage, bool shows_hidden) {
   if (!bound_is_known(stage)) return std::numeric_limits<float>::infinity();
-  const PixelBound bound(stage);
+  PixelBound bound(stage);
+  bound.shows_hidden = shows_hidden;
   float most = 0.0f;
-  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
-    for (PatchId id = first; id < first + count; ++id) {
+  visit_eights(stage, [&](PatchId first, std::uint32_t, unsigned in_view, unsigned) {
+    visit_bits(first, in_view, [&](PatchId id) {
       // An edge to a coarser neighbour leaves out vertices: a mixture of two levels, which error(j) covers.
       int j = stage.levels[id];
       for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
         if (is_drawn_lower(edge, stage.levels[id], stage.levels)) j = stage.levels[id] - 1;
       }
       bound.raise(most, id, std::max(j, 1), least_apparent_distance(stage.lods[id], bound.view));
-    }
+    });
   });
   return most;
 }
 
 // --- what is held
 
-bool is_held(const SelectLod& stage, PatchId first, std::uint32_t count) {
-  const std::uint8_t* const wanted = stage.levels.data() + first;
-  const std::uint8_t* const held = stage.resident.data() + first;
-  unsigned lacking = 0;
-  for (std::uint32_t i = 0; i < count; ++i) lacking |= wanted[i] > held[i] ? 1u : 0u;
-  return lacking == 0;
+// Bit p: byte p of eight a is greater than that of b; below 128, those beyond count not set.
+unsigned greater_bytes(const std::uint8_t* a, const std::uint8_t* b, std::uint32_t count) {
+  static_assert(std::endian::native == std::endian::little);
+  constexpr std::uint64_t kTops = 0x8080808080808080u;
+  const auto bytes = [count](const std::uint8_t* from) {
+    std::uint64_t result = 0;
+    std::memcpy(&result, from, count == 8 ? 8 : count);
+    return result;
+  };
+  const std::uint64_t greater = ~((bytes(b) | kTops) - bytes(a)) & kTops;
+  return static_cast<unsigned>((greater >> 7) * 0x0102040810204080u >> 56);
 }
 
-// Cuts the levels of patches in view to what is held; true where that changed any.
-bool cap_run(const SelectLod& stage, const PixelBound& bound, PatchId first, std::uint32_t count,
-             SelectLod::Result& result) {
-  if (is_held(stage, first, count)) return false;
-  const bool known = bound_is_known(stage);
-  bool changed = false;
-  for (PatchId id = first; id < first + count; ++id) {
-    const std::uint8_t wanted = stage.levels[id];
-    const std::uint8_t held = stage.resident[id];
-    if (wanted <= held || !bound.in_view(id)) continue;
-    stage.levels[id] = held;
-    changed = true;
-    if (result.capped < stage.lacking.size()) {
-      const float px =
-          known ? bound(id, std::max<int>(held, 1), least_apparent_distance(stage.lods[id], bound.view))
-                : std::numeric_limits<float>::infinity();
-      stage.lacking[result.capped] = {id, px, wanted};
-    }
-    ++result.capped;
-    result.missing += held == 0 ? 1u : 0u;
+class Cutter {
+ public:
+  explicit Cutter(const SelectLod& stage) : stage_(stage), bound_(stage), known_(bound_is_known(stage)) {}
+
+  // Lists the patches of an eight that are in view and held coarser than wanted, and cuts their levels.
+  void cap(PatchId first, std::uint32_t count, unsigned shown) {
+    const unsigned finer = greater_bytes(stage_.levels.data() + first, stage_.resident.data() + first, count);
+    visit_bits(first, finer & shown, [&](PatchId id) {
+      if (stage_.cones.empty() || !bound_.faces_away(id)) lack(id);
+    });
   }
-  return changed;
-}
 
-// Where something is missing, what it would hide is drawn, too.
-void cut_hidden(const SelectLod& stage) {
-  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
-    for (PatchId id = first; id < first + count; ++id) {
-      stage.levels[id] = std::min(stage.levels[id], stage.resident[id]);
+  // Brings neighbours within one level of each other, and the bound to what then holds by error.
+  void finish() {
+    if (result_.missing > 0 && stage_.cuts) show_hidden();
+    lower_finer();
+    if (stage_.settings.mode == LodMode::error) raise_bound();
+    for (const PatchId id : stage_.cut.first(result_.cut)) stage_.levels[id] = level(id);
+  }
+
+  PixelBound& bound() { return bound_; }
+  SelectLod::Result& result() { return result_; }
+
+ private:
+  static constexpr std::uint8_t kCut = 0x80;
+
+  std::uint8_t level(PatchId id) const { return stage_.levels[id] & ~unsigned{kCut} & 0xffu; }
+  bool is_cut(PatchId id) const { return (stage_.levels[id] & kCut) != 0; }
+  void cut(PatchId id, int to) {
+    if (!is_cut(id)) stage_.cut[result_.cut++] = id;
+    stage_.levels[id] = static_cast<std::uint8_t>(to | kCut);
+  }
+
+  void lack(PatchId id) {
+    const std::uint8_t wanted = stage_.levels[id];
+    const std::uint8_t held = stage_.resident[id];
+    if (result_.capped < stage_.lacking.size()) {
+      const float px =
+          known_ ? bound_(id, std::max<int>(held, 1), least_apparent_distance(stage_.lods[id], bound_.view))
+                 : std::numeric_limits<float>::infinity();
+      stage_.lacking[result_.capped] = {id, px, wanted};
     }
-  });
-}
+    ++result_.capped;
+    result_.missing += held == 0 ? 1u : 0u;
+    if (stage_.cuts) cut(id, held);
+  }
 
-// Patches of a level lower their neighbours to one more than it; both in view, so both are among those that
-// were visited. What is out of view imposes nothing: its edges are not seen.
-std::uint32_t lower_finer(const SelectLod& stage, const PixelBound& bound) {
-  std::uint32_t lowered = 0;
-  for (int level = 1; level < stage.settings.top_level() - 1; ++level) {
-    visit_patches(stage, [&](PatchId first, std::uint32_t count) {
-      for_each_at_level(stage.levels, first, count, level, [&](PatchId id) {
-        for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
-          if (!edge.exists() || stage.levels[edge.patch()] <= level + 1) continue;
-          if (!bound.in_view(id)) return;
-          if (!bound.in_view(edge.patch())) continue;
-          stage.levels[edge.patch()] = static_cast<std::uint8_t>(level + 1);
-          ++lowered;
-        }
+  // Where something is missing, what it would hide is drawn, too.
+  void show_hidden() {
+    bound_.shows_hidden = true;
+    visit_eights(stage_, [&](PatchId first, std::uint32_t, unsigned, unsigned hidden) {
+      visit_bits(first, hidden, [&](PatchId id) {
+        if (stage_.levels[id] > stage_.resident[id]) cut(id, stage_.resident[id]);
       });
     });
   }
-  return lowered;
-}
 
-// The bound of morphing levels that were cut.
-void raise_capped_bound(const SelectLod& stage, const PixelBound& bound, float& most) {
-  const auto wanted = [&](PatchId id) {
-    return level_at(stage.lods[id], least_apparent_distance(stage.lods[id], bound.view));
-  };
-  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
-    for (PatchId id = first; id < first + count; ++id) {
-      const int level = stage.levels[id];
-      const float apparent = least_apparent_distance(stage.lods[id], bound.view);
-      const bool cut = level < level_at(stage.lods[id], apparent);
-      if (cut) bound.raise(most, id, std::max(level, 1), apparent);
-      // Where that is no more than is known already, as nearly everywhere, edges need no look.
-      if (level < 2 || !(bound(id, level - 1, apparent) > most)) continue;
-      for (const PatchEdge edge : stage.surface.patches[id].neighbour) {
-        if (!is_drawn_lower(edge, level, stage.levels)) continue;
-        // The border vertices that are left out have arrived, unless one of the two patches was cut; and they
-        // are seen where both patches are.
-        if ((cut || wanted(edge.patch()) >= level) && bound(id, level - 1, apparent) > most &&
-            bound.in_view(edge.patch())) {
-          bound.raise(most, id, level - 1, apparent);
-        }
+  // Patches of a level lower their neighbours to one more than it, both in view. What is out of view imposes
+  // nothing: its edges are not seen.
+  void lower_finer() {
+    for (int coarse = 1; coarse < stage_.settings.top_level() - 1; ++coarse) {
+      for (std::uint32_t n = 0; n < result_.cut; ++n) {
+        if (level(stage_.cut[n]) == coarse) lower_neighbours(stage_.cut[n], coarse + 1);
       }
     }
-  });
-}
+  }
+
+  void lower_neighbours(PatchId id, int most) {
+    for (const PatchEdge edge : stage_.surface.patches[id].neighbour) {
+      if (!edge.exists() || level(edge.patch()) <= most) continue;
+      if (!bound_.in_view(id)) return;
+      if (!bound_.in_view(edge.patch())) continue;
+      cut(edge.patch(), most);
+      ++result_.lowered;
+    }
+  }
+
+  // The border vertices that an edge to a coarser neighbour leaves out have arrived, unless one of the two
+  // patches was cut; and they are seen where both patches are.
+  void raise_edge(PatchId fine, PatchId coarse) {
+    const int j = level(fine) - 1;
+    if (j < 1 || level(coarse) != j) return;
+    const float apparent = least_apparent_distance(stage_.lods[fine], bound_.view);
+    if (bound_(fine, j, apparent) > result_.bound_px && bound_.in_view(coarse)) {
+      bound_.raise(result_.bound_px, fine, j, apparent);
+    }
+  }
+
+  void raise_bound() {
+    for (const PatchId id : stage_.cut.first(result_.cut)) {
+      bound_.raise(result_.bound_px, id, std::max<int>(level(id), 1),
+                   least_apparent_distance(stage_.lods[id], bound_.view));
+      for (const PatchEdge edge : stage_.surface.patches[id].neighbour) {
+        if (!edge.exists()) continue;
+        raise_edge(id, edge.patch());
+        raise_edge(edge.patch(), id);
+      }
+    }
+  }
+
+  const SelectLod& stage_;
+  PixelBound bound_;
+  const bool known_;
+  SelectLod::Result result_;
+};
 
 // --- by error
 
 SelectLod::Result select_by_error(const SelectLod& stage) {
-  const PixelBound bound(stage);
+  Cutter cutter(stage);
+  const PixelBound& bound = cutter.bound();
+  SelectLod::Result& result = cutter.result();
+  const LevelLanes lanes(bound.view);
   const int top = stage.settings.top_level();
   const bool missing_levels = top < stage.errors.level;
-  SelectLod::Result result;
   result.bound_px = static_cast<float>(stage.settings.error_px);
-  bool cut = false;
-  visit_patches(stage, [&](PatchId first, std::uint32_t count) {
-    for (PatchId id = first; id < first + count; ++id) {
-      const PatchLod& lod = stage.lods[id];
-      const float apparent = least_apparent_distance(lod, bound.view);
-      const int level = level_at(lod, apparent);
-      stage.levels[id] = static_cast<std::uint8_t>(level);
-      if (missing_levels && level == top) bound.raise(result.bound_px, id, top, apparent);
+  visit_eights(stage, [&](PatchId first, std::uint32_t count, unsigned in_view, unsigned hidden) {
+    lanes.run(stage.lods.data() + first, count, stage.levels.data() + first);
+    if (missing_levels) {
+      visit_bits(first, in_view & ~hidden, [&](PatchId id) {
+        if (stage.levels[id] != top) return;
+        bound.raise(result.bound_px, id, top, least_apparent_distance(stage.lods[id], bound.view));
+      });
     }
-    if (!stage.resident.empty()) cut = cap_run(stage, bound, first, count, result) || cut;
+    if (!stage.resident.empty()) cutter.cap(first, count, in_view & ~hidden);
   });
-  if (cut) {
-    if (result.missing > 0 && stage.occlusion != nullptr) cut_hidden(stage);
-    result.lowered = lower_finer(stage, bound);
-    raise_capped_bound(stage, bound, result.bound_px);
-  }
+  cutter.finish();
   return result;
 }
 
@@ -408,6 +434,9 @@ Status SelectLod::validate() const {
     return refuse("must hold one cone a patch", "cones");
   }
   if (levels.size() != surface.patches.size()) return refuse("must hold one byte a patch", "levels");
+  if (!resident.empty() && cut.size() < surface.patches.size()) {
+    return refuse("must hold one value a patch", "cut");
+  }
   return {};
 }
 
@@ -429,14 +458,18 @@ SelectLod::Result SelectLod::run() const {
     choose(*this, thresholds, tree->rows() - 1, 0);
     result.raised = raise_coarser(surface, levels, thresholds.top);
   }
+  bool shows_hidden = false;
   if (!resident.empty()) {
-    const PixelBound bound(*this);
-    const auto patches = static_cast<std::uint32_t>(levels.size());
-    const bool cut = cap_run(*this, bound, 0, patches, result);
-    if (cut && result.missing > 0 && occlusion != nullptr) cut_hidden(*this);
-    if (cut) result.lowered = lower_finer(*this, bound);
+    Cutter cutter(*this);
+    cutter.result() = result;
+    visit_eights(*this, [&](PatchId first, std::uint32_t count, unsigned in_view, unsigned hidden) {
+      cutter.cap(first, count, in_view & ~hidden);
+    });
+    cutter.finish();
+    result = cutter.result();
+    shows_hidden = cutter.bound().shows_hidden;
   }
-  result.bound_px = bound_of_levels(*this);
+  result.bound_px = bound_of_levels(*this, shows_hidden);
   return result;
 }
 

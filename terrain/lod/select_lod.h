@@ -8,14 +8,13 @@
 
 #include "karst/status.h"
 #include "terrain/cull/bounds_tree.h"
-#include "terrain/cull/occlusion.h"
+#include "terrain/cull/cull_view.h"
 #include "terrain/lod/morph.h"
 #include "terrain/measure/level_error.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/surface/patch.h"
 #include "terrain/view/camera.h"
-#include "terrain/view/frustum.h"
 
 namespace karst::core {
 
@@ -61,19 +60,20 @@ struct SelectLod {
   ErrorScale scale;                     // make_error_scale for the camera, the picture and error_px
   // Mode error: by patch, as SetThresholds leaves them for scale and settings.top_level().
   std::span<const PatchLod> lods;
-  // Where not null, bound_px is that of what it shows; and by error, patches that it culls and that no patch
-  // in view has for a neighbour may keep whatever level they have.
-  const Frustum* frustum = nullptr;
+  // CullView's, of the camera. bound_px is that of what is in view and not hidden; and by error, patches that
+  // are not among them may keep whatever level they have. Without data: all patches are in view.
+  std::span<const CulledEight> culled;
   // By patch; empty, or what is drawn leaves out back-facing patches: then they are not in view, either.
   std::span<const NormalCone> cones;
-  // Begun for the camera, or null: what it hides is not in view, either. Not to be drawn with where `missing`
-  // is above 0, because what hides may be missing.
-  Occlusion* occlusion = nullptr;
   LevelErrors errors;  // for bound_px; without values it is infinite where it depends on them
   // By patch: the level that its vertices are held at, 0 where there are none. Empty: all are held at
   // settings.resident_level. A patch is not drawn finer than it is held, and finer ones in view are lowered
   // until those that are drawn differ by at most one; where nothing is held nothing is drawn or imposed.
+  // Where something is missing, patches that rock hides are in view, too: what hides them may be what is
+  // missing.
   std::span<const std::uint8_t> resident;
+  // False: what is not held is listed and counted, and levels are those that it will have once it is.
+  bool cuts = true;
 
   // Output, borrowed: by patch, 1..settings.top_level(), and 0 where nothing is held of a patch in view. Two
   // neighbours that are drawn differ by at most one; with `resident` that holds for two in view, and patches
@@ -81,6 +81,9 @@ struct SelectLod {
   std::span<std::uint8_t> levels;
   // Output, borrowed, may be empty: the first so many of the patches that `capped` counts, in their order.
   std::span<LackingPatch> lacking;
+  // Output, borrowed: patches that are drawn coarser than they are wanted, Result::cut of them. One value a
+  // patch; may be empty without `resident`.
+  std::span<PatchId> cut;
 
   struct Result {
     // Mode distance: patches drawn finer than their distance asks for, because of a neighbour. By error
@@ -89,6 +92,7 @@ struct SelectLod {
     std::uint32_t capped = 0;   // patches in view that are held coarser than wanted, or not at all
     std::uint32_t missing = 0;  // those that are not held at all, and so not drawn
     std::uint32_t lowered = 0;  // patches in view drawn coarser than they are held, because of a neighbour
+    std::uint32_t cut = 0;      // patches that are listed in `cut`
     // No point that is drawn in front of the near plane is further from the full-level surface. Mode error:
     // error_px, and more only where top_level() is below the level of the errors and a patch would need more,
     // or where `resident` caps one. A missing patch counts as if it were drawn at level 1.

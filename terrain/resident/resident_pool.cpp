@@ -2,6 +2,7 @@
 #include "terrain/resident/resident_pool.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace karst::core {
 namespace {
@@ -26,24 +27,22 @@ void ResidentPool::reset(std::uint32_t patches, int base_level) {
   std::fill_n(storage_.row_of_patch.begin(), patches, kNoRow);
   std::fill_n(storage_.levels.begin(), patches, std::uint8_t{0});
   for (Row& row : storage_.rows) row = {};
-  for (std::uint32_t page = 0; page < page_count(); ++page) storage_.next_page[page] = page + 1;
-  if (page_count() > 0) {
-    storage_.next_page[page_count() - 1] = kNoPage;
-    free_ = {0, page_count() - 1, page_count()};
-  }
+  std::fill(storage_.free_pages.begin(), storage_.free_pages.end(), ~std::uint64_t{0});
+  if (page_count() % 64 != 0) storage_.free_pages.back() = (std::uint64_t{1} << page_count() % 64) - 1;
+  free_count_ = page_count();
 }
 
 void ResidentPool::begin_frame() {
   ++frame_;
   List& list = kept_[frame_ % kFramesInFlight];
-  append(free_, list);
+  set_free(list);
   list = {};
   promised_ = 0;
 }
 
 void ResidentPool::release_kept() {
   for (List& list : kept_) {
-    append(free_, list);
+    set_free(list);
     list = {};
   }
   promised_ = 0;
@@ -67,11 +66,60 @@ void ResidentPool::append(List& list, const List& pages) {
   list.count += pages.count;
 }
 
+void ResidentPool::set_free(const List& pages) {
+  std::uint32_t page = pages.first;
+  for (std::uint32_t i = 0; i < pages.count; ++i, page = storage_.next_page[page]) {
+    storage_.free_pages[page / 64] |= std::uint64_t{1} << page % 64;
+  }
+  free_count_ += pages.count;
+}
+
+// The first page from this one on that is free, or is not; page_count() where there is none.
+std::uint32_t ResidentPool::next_page(std::uint32_t page, bool is_free) const {
+  const std::uint32_t end = page_count();
+  while (page < end) {
+    const std::uint64_t bits = storage_.free_pages[page / 64];
+    const std::uint64_t wanted = (is_free ? bits : ~bits) >> page % 64;
+    if (wanted != 0) return std::min(page + static_cast<std::uint32_t>(std::countr_zero(wanted)), end);
+    page = (page / 64 + 1) * 64;
+  }
+  return end;
+}
+
+// The shortest stretch of free pages that holds so many, or else the longest one.
+ResidentPool::Stretch ResidentPool::find_free(std::uint32_t pages) const {
+  Stretch best;
+  for (std::uint32_t first = next_page(0, true); first < page_count();) {
+    const std::uint32_t end = next_page(first, false);
+    const std::uint32_t count = end - first;
+    if (count == pages) return {first, count};
+    if (best.count < pages ? count > best.count : count > pages && count < best.count) best = {first, count};
+    first = next_page(end, true);
+  }
+  return best;
+}
+
+// Precondition: as many are free.
+ResidentPool::List ResidentPool::take_free(std::uint32_t pages) {
+  List taken;
+  free_count_ -= pages;
+  while (taken.count < pages) {
+    const Stretch stretch = find_free(pages - taken.count);
+    const std::uint32_t end = stretch.first + std::min(stretch.count, pages - taken.count);
+    for (std::uint32_t page = stretch.first; page < end; ++page) {
+      storage_.free_pages[page / 64] &= ~(std::uint64_t{1} << page % 64);
+      append(taken, {page, page, 1});
+    }
+  }
+  storage_.next_page[taken.last] = kNoPage;
+  return taken;
+}
+
 bool ResidentPool::has_room(PatchId patch, int level) const {
   const std::uint32_t have = pages_at(storage_.levels[patch]);
   const bool row =
       storage_.row_of_patch[patch] != kNoRow || free_row_ != kNoRow || row_end_ < storage_.rows.size();
-  return row && pages_at(level) - have <= free_.count;
+  return row && pages_at(level) - have <= free_count_;
 }
 
 bool ResidentPool::raise(PatchId patch, int level) {
@@ -90,12 +138,7 @@ bool ResidentPool::raise(PatchId patch, int level) {
   }
   const std::uint32_t pages = pages_at(level) - pages_at(old_level);
   if (pages > 0) {
-    List taken = {free_.first, free_.first, pages};
-    for (std::uint32_t i = 1; i < pages; ++i) taken.last = storage_.next_page[taken.last];
-    free_.first = storage_.next_page[taken.last];
-    free_.count -= pages;
-    if (free_.count == 0) free_ = {};
-    storage_.next_page[taken.last] = kNoPage;
+    const List taken = take_free(pages);
     std::uint32_t* link = &storage_.first_page[patch];
     while (*link != kNoPage) link = &storage_.next_page[*link];
     *link = taken.first;
@@ -106,7 +149,11 @@ bool ResidentPool::raise(PatchId patch, int level) {
 
 void ResidentPool::give_back(PatchId patch, std::uint32_t row, const List& pages) {
   const bool in_flight = frame_ != idle_frame_ && frame_ - storage_.rows[row].last_seen < kFramesInFlight;
-  append(in_flight ? kept_[frame_ % kFramesInFlight] : free_, pages);
+  if (in_flight) {
+    append(kept_[frame_ % kFramesInFlight], pages);
+  } else {
+    set_free(pages);
+  }
   if (storage_.levels[patch] != 0) return;
   storage_.rows[row] = {free_row_, 0, 0, false, 0};
   free_row_ = row;
@@ -161,7 +208,7 @@ bool ResidentPool::make_room(PatchId patch, int level, bool casts_only) {
   // What is kept back comes free soon, and is promised to whoever made room first: taking more for the same
   // need would empty the pool.
   const auto take = [&](int unseen, bool holes) {
-    while (free_.count + kept_back() < wanted + promised_ && take_oldest({patch, unseen, holes})) {
+    while (free_count_ + kept_back() < wanted + promised_ && take_oldest({patch, unseen, holes})) {
     }
   };
   take(base_level_, false);
@@ -171,7 +218,7 @@ bool ResidentPool::make_room(PatchId patch, int level, bool casts_only) {
     take_oldest({patch, 0, false});
   }
   if (has_room(patch, level)) return true;
-  if (free_.count + kept_back() >= wanted + promised_) promised_ += wanted;
+  if (free_count_ + kept_back() >= wanted + promised_) promised_ += wanted;
   return false;
 }
 

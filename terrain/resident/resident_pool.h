@@ -3,8 +3,10 @@
 //
 // Vertex memory is one buffer in pages of kPageVertices; a patch resident at level r has a chain of
 // slot_pages(r) pages, in any order (page_table.h), so memory never fragments: whatever gives way makes room
-// for anything. Vertices are stored level by level (gpu_vertex.h): raising the level appends pages, lowering
-// it drops the last ones. Each resident patch also has a row, for its morph thresholds (morph.h).
+// for anything. Pages that follow each other in the buffer are taken where there are some, because their
+// indices are written faster (expand_indices.cpp). Vertices are stored level by level (gpu_vertex.h): raising
+// the level appends pages, lowering it drops the last ones. Each resident patch also has a row, for its morph
+// thresholds (morph.h).
 //
 // The GPU may still draw a frame when the next ones are prepared: what a patch seen in one of the last
 // kFramesInFlight frames gives up is kept back for as many frames.
@@ -40,6 +42,7 @@ class ResidentPool {
     std::span<std::uint32_t> row_of_patch;  // by patch
     std::span<std::uint8_t> levels;         // by patch
     std::span<std::uint32_t> next_page;     // by page
+    std::span<std::uint64_t> free_pages;    // a bit a page
     std::span<PageTexel> texels;            // by page, for the renderer
     std::span<Row> rows;                    // as many as patches can be resident
 
@@ -49,6 +52,7 @@ class ResidentPool {
       visit(Consumer::residency, config.max_patches, row_of_patch);
       visit(Consumer::residency, config.max_patches, levels);
       visit(Consumer::residency, config.gpu_vertex_pages, next_page);
+      visit(Consumer::residency, (std::size_t{config.gpu_vertex_pages} + 63) / 64, free_pages);
       visit(Consumer::residency, config.gpu_vertex_pages, texels);
       visit(Consumer::residency, config.max_resident_patches, rows);
     }
@@ -118,7 +122,7 @@ class ResidentPool {
 
   bool keeps_base() const { return page_count() >= patches_ && storage_.rows.size() >= patches_; }
   std::uint32_t page_count() const { return static_cast<std::uint32_t>(storage_.next_page.size()); }
-  std::uint32_t free_pages() const { return free_.count; }
+  std::uint32_t free_pages() const { return free_count_; }
   std::uint32_t kept_back() const;
   // What is kept back, or given up in the rest of this frame, is free at once. Precondition: the GPU is idle.
   void release_kept();
@@ -144,7 +148,17 @@ class ResidentPool {
     std::uint32_t count = 0;
   };
 
+  // Pages first .. first + count - 1.
+  struct Stretch {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+
   void append(List& list, const List& pages);
+  void set_free(const List& pages);
+  std::uint32_t next_page(std::uint32_t page, bool is_free) const;
+  Stretch find_free(std::uint32_t pages) const;
+  List take_free(std::uint32_t pages);
   void give_back(PatchId patch, std::uint32_t row, const List& pages);
   static std::uint32_t pages_at(int level) { return level <= 0 ? 0 : slot_pages(level); }
   bool has_room(PatchId patch, int level) const;
@@ -165,7 +179,7 @@ class ResidentPool {
   std::uint32_t frame_ = 0;
   std::uint16_t selection_ = 0;   // wraps around: only those of one frame are told apart
   std::uint32_t idle_frame_ = 0;  // in this frame nothing is in flight; 0: none
-  List free_;
+  std::uint32_t free_count_ = 0;
   List kept_[kFramesInFlight];  // by frame modulo kFramesInFlight
   std::uint32_t free_row_ = kNoRow;
   std::uint32_t row_end_ = 0;

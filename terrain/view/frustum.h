@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "terrain/base/simd.h"
 #include "terrain/view/camera.h"
 
 namespace karst::core {
@@ -64,5 +65,47 @@ inline PlaneMask classify(const Frustum& frustum, const LatticeBox& box, PlaneMa
   }
   return crossed;
 }
+
+// The planes side by side, for boxes that are tested against all of them at once.
+class PlaneLanes {
+ public:
+  explicit PlaneLanes(const Frustum& frustum) {
+    // Nothing is outside the two lanes that no plane fills.
+    for (int n = Frustum::kPlanes; n < kAll; ++n) offset_[n] = 1.0f;
+    for (int n = 0; n < Frustum::kPlanes; ++n) {
+      for (int axis = 0; axis < 3; ++axis) normal_[axis][n] = frustum.planes[n].normal[axis];
+      offset_[n] = frustum.planes[n].offset;
+    }
+  }
+
+  struct Test {
+    PlaneMask mask;  // what classify() returns for all planes
+    bool is_near;    // with all planes moved outwards by `around` steps it would not be kOutside
+  };
+  Test test(const LatticeBox& box, float around) const {
+    PlaneMask crossed = 0;
+    simd::Float4 least = simd::splat(0.0f);
+    for (int half = 0; half < kAll; half += simd::kLanes) {
+      simd::Float4 inmost = simd::load(offset_ + half);
+      simd::Float4 outmost = inmost;
+      for (int axis = 0; axis < 3; ++axis) {
+        const simd::Float4 normal = simd::load(normal_[axis] + half);
+        const simd::Float4 a = normal * simd::splat(static_cast<float>(box.min[axis]));
+        const simd::Float4 b = normal * simd::splat(static_cast<float>(box.max[axis]));
+        inmost += simd::max(a, b);
+        outmost += simd::min(a, b);
+      }
+      least = simd::min(least, inmost);
+      crossed |= simd::lanes(outmost < simd::splat(0.0f)) << half;
+    }
+    if (!simd::any(least < simd::splat(0.0f))) return {crossed, true};
+    return {kOutside, !simd::any(least < simd::splat(-around))};
+  }
+
+ private:
+  static constexpr int kAll = 8;
+  float normal_[3][kAll] = {};
+  float offset_[kAll] = {};
+};
 
 }  // namespace karst::core

@@ -229,8 +229,9 @@ bool Residency::generate_base(PatchUpload& upload, Status& status) {
 
 // --- A frame
 
-Status Residency::select(std::span<ViewState> views, std::span<const ViewRequest> requests) {
+Status Residency::select(std::span<ViewState> views, std::span<const ViewRequest> requests, bool cuts) {
   views_ = {};
+  cuts_ = cuts;
   if (views.size() != requests.size() || views.size() > config_.max_views) {
     return {StatusCode::invalid_argument, "not a request a view, or more than max_views", "views",
             views.size()};
@@ -240,8 +241,8 @@ Status Residency::select(std::span<ViewState> views, std::span<const ViewRequest
   if (status.ok()) status = fill_thresholds(views);
   for (ViewState& view : views) {
     if (!status.ok()) break;
-    status =
-        view.choose(*world_, thresholds_.lods(view.threshold_set()), pool_.levels(), blocks_.list_scratch);
+    status = view.choose(*world_, thresholds_.lods(view.threshold_set()), pool_.levels(), cuts,
+                         blocks_.list_scratch);
     if (status.code() != StatusCode::limit_reached) continue;
     limit = status;
     status = {};
@@ -257,6 +258,21 @@ Status Residency::select(std::span<ViewState> views, std::span<const ViewRequest
   turns_.ahead_left = by_error ? std::min(kAheadPatches, world_->patch_count()) : 0;
   govern();
   return limit;
+}
+
+bool Residency::complete_selection() {
+  // With a pool that is too small the governor may have chosen another error meanwhile.
+  if (governor_.state().pool_full) return false;
+  for (const ViewState& view : views_) {
+    if (!view.is_held(pool_.levels())) return false;
+  }
+  for (ViewState& view : views_) view.set_complete();
+  return true;
+}
+
+void Residency::retry_lacking() {
+  release_kept_pages();
+  for (ViewState& view : views_) view.restore_lacking();
 }
 
 Status Residency::begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests) {
@@ -309,11 +325,12 @@ bool Residency::stand_still() {
 
 // What is drawn coarser than it is held, because a neighbour lacks something, is kept as far as it is wanted:
 // if the neighbour took its pages, the two would take them from each other for ever.
-int Residency::kept_level(const ViewState& view, const DrawItem& item) const {
-  const int held = pool_.level(item.patch);
-  if (held <= item.level || view.settings().mode != LodMode::error) return std::max<int>(held, item.level);
-  const PatchLod& lod = thresholds_.lods(view.threshold_set())[item.patch];
-  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye())), int{item.level}, held);
+int Residency::kept_level(const ViewState& view, PatchId patch) const {
+  const int held = pool_.level(patch);
+  const int drawn = view.levels()[patch];
+  if (held <= drawn || view.settings().mode != LodMode::error) return std::max(held, drawn);
+  const PatchLod& lod = thresholds_.lods(view.threshold_set())[patch];
+  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye())), drawn, held);
 }
 
 // Tells the pool what the views want, and adds up the pages for it; seen: patches. A patch that several views
@@ -328,27 +345,37 @@ std::uint32_t Residency::count_pages(std::uint32_t& seen) {
   pool_.begin_selection();
   for (const ViewState& view : views_) {
     missing += view.selection().lod.missing;
-    const bool lowered = view.selection().lod.lowered > 0;
-    if (&view == views_.data() && !lowered) {
+    if (&view == views_.data()) {
       pool_.see_first(view.items());
       seen += view.selection().list.drawn;
       for (int level = 1; level <= kMaxLevel; ++level) {
         pages += view.selection().list.at_level[level] * pages_at(level);
       }
-      continue;
+    } else {
+      for (const DrawItem& item : view.items()) count(pool_.see(item.patch, item.level), item.level);
     }
-    for (const DrawItem& item : view.items()) {
-      const int wanted = lowered ? kept_level(view, item) : item.level;
-      count(pool_.see(item.patch, wanted), wanted);
+    for (const PatchId patch : view.cut()) {
+      // Those alone that are listed.
+      if (view.levels()[patch] >= pool_.level(patch) || pool_.needed(patch) == 0) continue;
+      const int kept = kept_level(view, patch);
+      count(pool_.see(patch, kept), kept);
     }
   }
   // What is missing has no row in the pool to note it in.
   const std::span<std::uint32_t> noted = blocks_.list_scratch.first(world_->patch_count());
-  if (missing > 0 && views_.size() > 1) std::fill(noted.begin(), noted.end(), 0u);
+  const bool notes = missing > 0 && (views_.size() > 1 || !cuts_);
+  if (notes) std::fill(noted.begin(), noted.end(), 0u);
+  // Without cuts it is listed.
+  for (const ViewState& view : views_) {
+    for (const DrawItem& item : view.items().first(notes && !cuts_ ? view.items().size() : 0)) {
+      if (pool_.level(item.patch) == 0)
+        noted[item.patch] = std::max<std::uint32_t>(noted[item.patch], item.level);
+    }
+  }
   for (const ViewState& view : views_) {
     for (const LackingPatch& patch : view.lacking()) {
       int before = pool_.see(patch.patch, patch.wanted);
-      if (views_.size() > 1 && pool_.level(patch.patch) == 0) {
+      if (notes && pool_.level(patch.patch) == 0) {
         before = static_cast<int>(noted[patch.patch]);
         noted[patch.patch] = static_cast<std::uint32_t>(std::max<int>(before, patch.wanted));
       }

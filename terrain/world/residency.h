@@ -74,7 +74,14 @@ class Residency {
   // Config::max_views; view n of a frame is view n of the next one. Borrowed until the frame's last
   // generate_next(). May be called several times a frame. limit_reached ("max_draw_items"): some list is
   // valid, but shorter; else nothing is listed.
-  Status select(std::span<ViewState> views, std::span<const ViewRequest> requests);
+  // cuts: SelectLod's; without, complete_selection() has to follow.
+  Status select(std::span<ViewState> views, std::span<const ViewRequest> requests, bool cuts = true);
+  // After a select() without cuts, once generate_next() has made what it can: true where all of it is held
+  // now. The selection is then the one that select() would make, and nothing lacks. False: call select().
+  bool complete_selection();
+  // Lets generate_next() try again what it had no room for. What patches give up in the rest of this frame is
+  // free at once. Precondition: the GPU is idle.
+  void retry_lacking();
   const Governor::State& governor() const { return governor_.state(); }
 
   // Makes vertices that the views of the last select() lacked, what is off by most pixels first, whoever sees
@@ -142,7 +149,7 @@ class Residency {
   Status fill_thresholds(std::span<ViewState> views);
   bool stand_still();
   std::uint32_t count_pages(std::uint32_t& seen);
-  int kept_level(const ViewState& view, const DrawItem& item) const;
+  int kept_level(const ViewState& view, PatchId patch) const;
   void govern();
   void fill_curve(DemandCurve& curve) const;
   Status hold_heights(PatchId patch, int level);
@@ -160,6 +167,7 @@ class Residency {
   ThresholdSets thresholds_;
   Governor governor_;
   std::span<ViewState> views_;  // of the last select()
+  bool cuts_ = true;            // of the last select()
   std::array<Seen, kMostViews> seen_{};
   double least_weight_ = 1;
   Turns turns_;

@@ -27,6 +27,7 @@ Status ViewState::create(const Config& config, Arena& arena) {
 
 void ViewState::attach(const World& world) {
   patches_ = world.patch_count();
+  std::fill(blocks_.levels.begin(), blocks_.levels.end(), std::uint8_t{0});
   occlusion_.reset();
   selection_ = {};
   lacking_count_ = 0;
@@ -68,47 +69,68 @@ ThresholdSets::Key ViewState::threshold_key() const {
 }
 
 Status ViewState::choose(const World& world, std::span<const PatchLod> lods,
-                         std::span<const std::uint8_t> resident, std::span<std::uint32_t> scratch) {
+                         std::span<const std::uint8_t> resident, bool cuts,
+                         std::span<std::uint32_t> scratch) {
   const Camera& camera = *request_.camera;
   const Frustum frustum = make_frustum(camera);
-  lod_.camera = &camera;
-  lod_.surface = world.surface();
-  lod_.bounds = world.bounds();
-  lod_.tree = &world.tree();
-  lod_.frustum = request_.frustum_culling ? &frustum : nullptr;
-  lod_.lods = lods;
-  if (request_.backface_culling) lod_.cones = world.cones();
+  CullView cull;
+  cull.frustum = request_.frustum_culling ? &frustum : nullptr;
+  cull.tree = &world.tree();
+  cull.boxes = world.patch_boxes();
+  cull.out = blocks_.culled;
   occlusion_.end();
   if (request_.occlusion_culling && !world.occluders().empty()) {
     occlusion_.begin(world.occluders(), world.octree(), world.tree(), world.surface(), world.bounds(), camera,
                      request_.occlusion_searches);
-    lod_.occlusion = &occlusion_;
+    cull.occlusion = &occlusion_;
+    cull.levels = levels();
   }
+  if (const Status status = cull.validate(); !status.ok()) return status;
+  const std::span<const CulledEight> culled = blocks_.culled.first(cull.run());
+
+  lod_.camera = &camera;
+  lod_.surface = world.surface();
+  lod_.bounds = world.bounds();
+  lod_.tree = &world.tree();
+  lod_.culled = culled;
+  lod_.lods = lods;
+  if (request_.backface_culling) lod_.cones = world.cones();
   lod_.errors = world.level_errors();
   lod_.resident = resident;
+  lod_.cuts = cuts;
   lod_.levels = blocks_.levels.first(patches_);
   lod_.lacking = blocks_.lacking;
+  lod_.cut = blocks_.cut;
   if (const Status status = lod_.validate(); !status.ok()) return status;
   selection_.lod = lod_.run();
-  lacking_count_ = std::min<std::size_t>(selection_.lod.capped, blocks_.lacking.size());
-  lacking_is_heap_ = false;
+  restore_lacking();
 
   BuildDrawList list;
-  list.frustum_culling = request_.frustum_culling;
-  list.frustum = &frustum;
   list.camera = &camera;
   list.surface = world.surface();
-  list.bounds = world.bounds();
-  list.tree = &world.tree();
+  list.boxes = world.patch_boxes();
+  list.culled = culled;
+  list.shows_hidden = cuts && selection_.lod.missing > 0;
   if (request_.backface_culling) list.cones = world.cones();
   list.least_pixels = lod_.scale.least_pixels;
-  if (selection_.lod.missing == 0) list.occlusion = lod_.occlusion;
   list.levels = levels();
   list.scratch = scratch.first(patches_);
   list.items = blocks_.items;
-  lod_.frustum = nullptr;  // it ends with this call
   if (const Status status = list.validate(); !status.ok()) return status;
   return list.run(selection_.list);
+}
+
+void ViewState::restore_lacking() {
+  lacking_count_ = std::min<std::size_t>(selection_.lod.capped, blocks_.lacking.size());
+  lacking_is_heap_ = false;
+}
+
+bool ViewState::is_held(std::span<const std::uint8_t> resident) const {
+  if (selection_.lod.capped > blocks_.lacking.size()) return false;
+  // What was taken out lies behind what was not.
+  const auto lacking = blocks_.lacking.first(selection_.lod.capped);
+  return std::all_of(lacking.begin(), lacking.end(),
+                     [&](const LackingPatch& patch) { return resident[patch.patch] >= patch.wanted; });
 }
 
 void ViewState::order_lacking(const ResidentPool& pool) {

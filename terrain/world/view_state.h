@@ -10,6 +10,7 @@
 #include "karst/status.h"
 #include "terrain/base/check.h"
 #include "terrain/base/storage_plan.h"
+#include "terrain/cull/cull_view.h"
 #include "terrain/cull/occlusion.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/lod/morph.h"
@@ -32,7 +33,7 @@ struct ViewRequest {
   bool frustum_culling = true;
   bool backface_culling = true;
   bool occlusion_culling = true;
-  std::uint32_t occlusion_searches = 256;  // boxes a frame for which hiding rock is searched, about 1 us each
+  std::uint32_t occlusion_searches = 128;  // boxes a frame for which hiding rock is searched, 0.3 us each
 };
 
 class ViewState {
@@ -62,6 +63,8 @@ class ViewState {
   std::span<const std::uint8_t> levels() const { return blocks_.levels.first(patches_); }
   // In the order of SelectLod; after the frame's first generate_next() a heap.
   std::span<const LackingPatch> lacking() const { return blocks_.lacking.first(lacking_count_); }
+  // Patches drawn coarser than they are wanted.
+  std::span<const PatchId> cut() const { return blocks_.cut.first(selection_.lod.cut); }
   const LodSettings& settings() const { return lod_.settings; }  // with what the governor made of error_px
   const ErrorScale& error_scale() const { return lod_.scale; }
   const LodEye& eye() const { return eye_; }
@@ -77,10 +80,10 @@ class ViewState {
   Status begin(const World& world, const ViewRequest& request, double error_scale);
   ThresholdSets::Key threshold_key() const;
   void set_threshold_set(int set) { threshold_set_ = set; }
-  // lods: of its set. resident: levels that are held, by patch. scratch: one value a patch. limit_reached
-  // ("max_draw_items") leaves a valid, shorter list.
+  // lods: of its set. resident: levels that are held, by patch. cuts: SelectLod's. scratch: one value a
+  // patch. limit_reached ("max_draw_items") leaves a valid, shorter list.
   Status choose(const World& world, std::span<const PatchLod> lods, std::span<const std::uint8_t> resident,
-                std::span<std::uint32_t> scratch);
+                bool cuts, std::span<std::uint32_t> scratch);
 
   // --- What is lacking, most urgent first: holes before what is off by most pixels
 
@@ -94,6 +97,11 @@ class ViewState {
   // Takes the most urgent one out, and returns it.
   LackingPatch pop_lacking();
   void clear_lacking() { lacking_count_ = 0; }
+  // All that the last choice lacked, what is held by now too.
+  void restore_lacking();
+  // Whether all that a choice without cuts lists and lacks is held by now.
+  bool is_held(std::span<const std::uint8_t> resident) const;
+  void set_complete() { selection_.lod.capped = selection_.lod.missing = 0; }
   // Lists nothing.
   void clear() {
     selection_ = {};
@@ -105,6 +113,8 @@ class ViewState {
     std::span<std::uint8_t> levels;  // by patch
     std::span<DrawItem> items;
     std::span<LackingPatch> lacking;
+    std::span<PatchId> cut;  // one value a patch
+    std::span<CulledEight> culled;
     std::span<std::uint16_t> hidden;  // Occlusion's entries
 
     template <class Visit>
@@ -112,6 +122,8 @@ class ViewState {
       visit(Consumer::draw_list, config.max_patches, levels);
       visit(Consumer::draw_list, config.max_draw_items, items);
       visit(Consumer::residency, config.max_draw_items, lacking);
+      visit(Consumer::draw_list, config.max_patches, cut);
+      visit(Consumer::draw_list, PatchBoxes::count_for(config.max_patches), culled);
       visit(Consumer::occlusion, Occlusion::entry_count(config.max_patches), hidden);
     }
   };

@@ -138,6 +138,7 @@ Status World::load_parts() {
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
+  fill_patch_boxes(surface(), bounds(), 0, info_.patches, blocks_.patch_boxes);
   occluders_.build(octree_, info_.extent, surface(), bounds());
   return load_heights();
 }

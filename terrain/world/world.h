@@ -19,6 +19,7 @@
 #include "terrain/base/storage_plan.h"
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/cull/occluders.h"
+#include "terrain/cull/patch_boxes.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
@@ -81,6 +82,9 @@ class World {
   std::span<const NormalCone> shading_cones() const { return blocks_.shading_cones.first(info_.patches); }
   LevelErrors level_errors() const { return {info_.level, blocks_.level_errors.first(level_error_count())}; }
   const BoundsTree& tree() const { return tree_; }
+  std::span<const PatchBoxes> patch_boxes() const {
+    return blocks_.patch_boxes.first(PatchBoxes::count_for(info_.patches));
+  }
   const Occluders& occluders() const { return occluders_; }
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
   // Box of everything, lattice steps. Precondition: there is a patch.
@@ -130,6 +134,7 @@ class World {
     std::span<NormalCone> cones;
     std::span<NormalCone> shading_cones;
     std::span<LatticeBox> boxes;  // the tree's
+    std::span<PatchBoxes> patch_boxes;
     std::span<std::uint16_t> level_errors;
     std::span<std::uint64_t> occluders;
     std::span<std::uint16_t> index_table;
@@ -149,6 +154,7 @@ class World {
       visit(Consumer::bounds, patches_most, cones);
       visit(Consumer::bounds, patches_most, shading_cones);
       visit(Consumer::bounds, BoundsTree::node_count(config.max_patches), boxes);
+      visit(Consumer::bounds, PatchBoxes::count_for(config.max_patches), patch_boxes);
       visit(Consumer::level_errors, patches_most * level_error_values(static_cast<int>(config.max_level)),
             level_errors);
       visit(Consumer::occlusion, config.occluder_words, occluders);

@@ -12,13 +12,14 @@
 #include "terrain/cull/occlusion.h"
 #include "terrain/draw/draw_list.h"
 #include "tests/bench/bench.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/morphed_surface.h"
 
 namespace karst::core {
 namespace {
 
 constexpr int kLevel = 3;
-constexpr std::uint32_t kSearches = 256;  // ViewRequest's default
+constexpr std::uint32_t kSearches = 128;  // ViewRequest's default
 
 struct Ways {
   const char* name;
@@ -33,6 +34,7 @@ class Flight {
         world_(source),
         patches_(static_cast<std::uint32_t>(world_.patches())),
         nodes_(BoundsTree::node_count(patches_)),
+        culled_(world_.surface(), world_.bounds()),
         words_(Occluders::word_count(source.extent(), Occluders::kLeastCellLog2)),
         entries_(Occlusion::entry_count(patches_)),
         cones_(patches_),
@@ -115,19 +117,17 @@ class Flight {
 
   bool frame(const Ways& way, const Camera& camera, BuildDrawList::Result& result) {
     const Frustum frustum = make_frustum(camera);
-    BuildDrawList build;
-    build.frustum = &frustum;
-    build.camera = &camera;
-    build.surface = world_.surface();
-    build.bounds = world_.bounds();
-    build.tree = &tree_;
-    build.levels = levels_;
-    if (way.cones) build.cones = cones_;
     if (way.rock) {
       occlusion_.begin(occluders_, source_.octree(), tree_, world_.surface(), world_.bounds(), camera,
                        kSearches);
-      build.occlusion = &occlusion_;
     }
+    BuildDrawList build;
+    build.boxes = culled_.boxes();
+    build.culled = culled_.find(&frustum, tree_, way.rock ? &occlusion_ : nullptr);
+    build.camera = &camera;
+    build.surface = world_.surface();
+    build.levels = levels_;
+    if (way.cones) build.cones = cones_;
     build.scratch = scratch_;
     build.items = items_;
     return build.run(result).ok();
@@ -138,6 +138,7 @@ class Flight {
   std::uint32_t patches_;
   std::vector<LatticeBox> nodes_;
   BoundsTree tree_;
+  test::CulledView culled_;
   std::vector<std::uint64_t> words_;
   Occluders occluders_;
   std::vector<std::uint16_t> entries_;

@@ -17,6 +17,7 @@
 #include "terrain/lod/select_lod.h"
 #include "terrain/view/camera.h"
 #include "tests/bench/bench.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/grid_surface.h"
 
 namespace karst::core {
@@ -53,7 +54,9 @@ struct ByError {
 };
 
 // What changes with the picture alone, and the levels of a frame; select and build as for levels by distance.
-bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& result) {
+bool run_by_error(SelectLod select, BuildDrawList build, test::CulledView& culled, int repeats,
+                  ByError& result) {
+  Frustum frustum;
   const std::size_t patches = select.levels.size();
   const std::vector<std::uint16_t> errors = make_errors(patches);
   std::vector<PatchLod> lods(patches);
@@ -61,7 +64,7 @@ bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& r
   select.scale = make_error_scale(*select.camera, 1280, 720, select.settings.error_px);
   select.errors = {kLevel, errors};
   select.lods = lods;
-  select.frustum = build.frustum;
+  select.culled = build.culled;
   SetThresholds set;
   set.scale = select.scale;
   set.surface = select.surface;
@@ -79,7 +82,11 @@ bool run_by_error(SelectLod select, BuildDrawList build, int repeats, ByError& r
   });
   result.levels = bench::measure(repeats, [&] { result.selected = select.run(); });
   bool ok = true;
-  result.listed = bench::measure(repeats, [&] { ok = build.run(result.list).ok() && ok; });
+  result.listed = bench::measure(repeats, [&] {
+    frustum = make_frustum(*build.camera);
+    build.culled = culled.find(&frustum, *select.tree);
+    ok = build.run(result.list).ok() && ok;
+  });
   return ok;
 }
 
@@ -112,12 +119,11 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   select.tree = &s.grid.tree;
   select.levels = s.levels;
   Frustum frustum;
+  test::CulledView view(s.grid.surface(), s.grid.bounds);
   BuildDrawList build;
-  build.frustum = &frustum;
+  build.boxes = view.boxes();
   build.camera = &s.camera;
   build.surface = select.surface;
-  build.bounds = s.grid.bounds;
-  build.tree = &s.grid.tree;
   build.levels = s.levels;
   build.scratch = s.scratch;
   build.items = s.items;
@@ -129,6 +135,7 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
   bool ok = true;
   const auto culled = bench::measure(repeats, [&] {
     frustum = make_frustum(s.camera);
+    build.culled = view.find(&frustum, s.grid.tree);
     ok = build.run(list).ok() && ok;
   });
   const ExpandIndices expand{
@@ -154,7 +161,7 @@ int run_scene(const char* name, int side, glm::dvec3 eye, double yaw_deg, int re
       std::max(repeats / 10, 1), [&] { ok = s.grid.tree.build(select.surface, s.grid.bounds).ok() && ok; });
 
   ByError by_error;
-  ok = run_by_error(select, build, repeats, by_error) && ok;
+  ok = run_by_error(select, build, view, repeats, by_error) && ok;
 
   std::printf("view %s: %zu patches, %u drawn, %u raised, %u triangles, %zu indices\n", name, patches,
               list.drawn, selected.raised, list.triangles, indices);

@@ -137,6 +137,37 @@ TEST_F(Bench, LodStandsBesideTheThesis) {
   EXPECT_NE(coarse.err.find("has neither level 4 nor level 5"), std::string::npos) << coarse.err;
 }
 
+// Lines of a text that hold a word.
+std::string lines_with(const std::string& text, const std::string& word) {
+  std::istringstream in(text);
+  std::string result;
+  for (std::string line; std::getline(in, line);) {
+    if (line.find(word) != std::string::npos) result += line + "\n";
+  }
+  return result;
+}
+
+TEST_F(Bench, SelectFliesTheSameFramesEachTime) {
+  const std::vector<std::string> words = {"--suite", "select", "--frames", "6",          "--rounds",
+                                          "1",       "--size", "160x90",   "--error-px", "1"};
+  const ProcessResult result = bench(words);
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string lists = lines_with(result.out, "; lists ");
+  for (const char* flight : {"low: ", "oblique: ", "still: "})
+    EXPECT_NE(lists.find(flight), std::string::npos);
+  const std::string once = "  1.00 selections a frame\n";
+  EXPECT_EQ(lines_with(result.out, "selections a frame"), once + once + once);
+  EXPECT_EQ(lists.find(": 0 patches"), std::string::npos) << lists;
+  EXPECT_EQ(lists, lines_with(bench(words).out, "; lists "));
+  // Complete frames have nothing that lacks, and need no second selection.
+  std::vector<std::string> all = words;
+  all.insert(all.end(), {"--generate-ms", "0"});
+  const ProcessResult complete = bench(all);
+  EXPECT_EQ(lines_with(complete.out, "0.0 lack something").size(),
+            lines_with(complete.out, "; lists ").size());
+  EXPECT_EQ(bench({"--suite", "select", "--json", "-"}).code, 2);
+}
+
 // The number behind a key, of the object with this name; NaN where it is none.
 double number_of(const std::string& json, const std::string& name, const std::string& key) {
   const std::size_t object = json.find("\"name\": \"" + name + "\"");

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <vector>
 
 #include <glm/common.hpp>
@@ -24,6 +25,7 @@
 #include "terrain/lod/select_lod.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/surface/bezier/case_tables.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
 
@@ -117,6 +119,7 @@ struct SmallWorld {
         nodes(BoundsTree::node_count(static_cast<std::uint32_t>(patches))),
         levels(patches, 99),
         scratch(patches),
+        cut(patches),
         items(patches),
         drawn(patches) {
     const Surface surface = world.surface();
@@ -147,6 +150,7 @@ struct SmallWorld {
     }
     tree.create(nodes);
     EXPECT_TRUE(tree.build(surface, bounds).ok());
+    culled.emplace(surface, bounds);
     for (auto& held : residents) {
       held.resize(patches);
       const double missing = random.below(2) == 0 ? 0.0 : 0.2 * random.unit();
@@ -166,8 +170,10 @@ struct SmallWorld {
   std::vector<PatchLod> lods;
   std::vector<LatticeBox> nodes;
   BoundsTree tree;
+  std::optional<test::CulledView> culled;
   std::vector<std::uint8_t> levels;
   std::vector<std::uint32_t> scratch;
+  std::vector<PatchId> cut;
   std::vector<DrawItem> items;
   std::vector<const DrawItem*> drawn;  // by patch; null: not listed
   std::array<std::vector<std::uint8_t>, 8> residents;
@@ -241,16 +247,15 @@ TEST(Frames, NoneHasATJunctionOrCallsTheHeap) {
     select.lods = w.lods;
     select.errors = {w.level, w.errors};
     select.levels = w.levels;
+    select.cut = w.cut;
     SetThresholds set;
     set.surface = select.surface;
     set.bounds = w.bounds;
     set.errors = select.errors;
     set.lods = w.lods;
     BuildDrawList build;
-    build.frustum = &frustum;
+    build.boxes = w.culled->boxes();
     build.surface = select.surface;
-    build.bounds = w.bounds;
-    build.tree = &w.tree;
     build.levels = w.levels;
     build.scratch = w.scratch;
     build.items = w.items;
@@ -279,8 +284,7 @@ TEST(Frames, NoneHasATJunctionOrCallsTheHeap) {
       if (!make_camera(settings, camera).ok()) FAIL();
       frustum = make_frustum(camera);
       build.camera = &camera;
-      build.frustum_culling = random.below(4) != 0;
-      select.frustum = build.frustum_culling ? &frustum : nullptr;
+      build.culled = select.culled = w.culled->find(random.below(4) != 0 ? &frustum : nullptr, w.tree);
       const auto held = static_cast<std::size_t>(random.below(2 * static_cast<int>(w.residents.size())));
       select.resident = {};
       if (held < w.residents.size()) select.resident = w.residents[held];

@@ -12,6 +12,7 @@
 
 #include "terrain/lod/select_lod.h"
 #include "tests/support/any_camera.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/morphed_surface.h"
 
 namespace karst::core {
@@ -40,7 +41,9 @@ class Scene {
         levels(drawn.patches()),
         errors_(world.level_errors()),
         lods_(drawn.patches()),
-        nodes_(BoundsTree::node_count(static_cast<std::uint32_t>(drawn.patches()))) {
+        nodes_(BoundsTree::node_count(static_cast<std::uint32_t>(drawn.patches()))),
+        culled_(drawn.surface(), drawn.bounds()),
+        cut_(drawn.patches()) {
     tree_.create(nodes_);
     EXPECT_TRUE(tree_.build(drawn.surface(), drawn.bounds()).ok());
   }
@@ -120,11 +123,12 @@ class Scene {
     select.tree = &tree_;
     select.scale = scale;
     select.lods = lods_;
-    select.frustum = frustum;
+    select.culled = culled_.find(frustum, tree_);
     select.errors = errors();
     select.resident = resident;
     select.levels = out;
     select.lacking = lacking;
+    select.cut = cut_;
     EXPECT_TRUE(select.validate().ok());
     return select.run();
   }
@@ -133,6 +137,8 @@ class Scene {
   std::vector<PatchLod> lods_;
   std::vector<LatticeBox> nodes_;
   BoundsTree tree_;
+  mutable test::CulledView culled_;
+  mutable std::vector<PatchId> cut_;
 };
 
 struct Pose {

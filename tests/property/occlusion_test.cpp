@@ -17,6 +17,7 @@
 #include "terrain/draw/index_batches.h"
 #include "terrain/measure/normal_cone.h"
 #include "tests/support/any_camera.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/morphed_surface.h"
 
 namespace karst::core {
@@ -117,6 +118,7 @@ struct Scene {
         nodes(BoundsTree::node_count(static_cast<std::uint32_t>(world.patches()))),
         words(Occluders::word_count(source.extent(), cell_log2)),
         entries(Occlusion::entry_count(static_cast<std::uint32_t>(world.patches()))),
+        culled(world.surface(), world.bounds()),
         cones(world.patches()),
         levels(world.patches(), static_cast<std::uint8_t>(world.level())),
         scratch(world.patches()),
@@ -141,14 +143,12 @@ struct Scene {
     if (with_rock && ++views % 2 == 0) occlusion.reset();
     if (with_rock) occlusion.begin(occluders, octree, tree, world.surface(), world.bounds(), camera, 100'000);
     BuildDrawList build;
-    build.frustum = &frustum;
+    build.boxes = culled.boxes();
+    build.culled = culled.find(&frustum, tree, with_rock ? &occlusion : nullptr);
     build.camera = &camera;
     build.surface = world.surface();
-    build.bounds = world.bounds();
-    build.tree = &tree;
     build.levels = levels;
     build.cones = cones;
-    build.occlusion = with_rock ? &occlusion : nullptr;
     build.scratch = scratch;
     build.items = items;
     EXPECT_TRUE(build.validate().ok());
@@ -169,6 +169,7 @@ struct Scene {
   std::vector<std::uint16_t> entries;
   Occlusion occlusion;
   int views = 0;
+  test::CulledView culled;
   std::vector<NormalCone> cones;
   std::vector<std::uint8_t> levels;
   std::vector<std::uint32_t> scratch;

@@ -10,11 +10,13 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "terrain/cull/bounds_tree.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/grid_surface.h"
 #include "tests/support/tree_memory.h"
 
@@ -82,6 +84,7 @@ class CullPatches {
  public:
   explicit CullPatches(const GridSurface& grid)
       : grid_(grid),
+        culled_(grid.surface(), grid.bounds),
         levels_(grid.patches.size(), 1),
         scratch_(grid.patches.size()),
         items_(grid.patches.size()) {}
@@ -89,11 +92,10 @@ class CullPatches {
   std::vector<bool> visible(const Camera& camera) {
     const Frustum frustum = make_frustum(camera);
     BuildDrawList stage;
-    stage.frustum = &frustum;
+    stage.boxes = culled_.boxes();
+    stage.culled = culled_.find(&frustum, grid_.tree);
     stage.camera = &camera;
     stage.surface = grid_.surface();
-    stage.bounds = grid_.bounds;
-    stage.tree = &grid_.tree;
     stage.levels = levels_;
     stage.scratch = scratch_;
     stage.items = items_;
@@ -111,10 +113,59 @@ class CullPatches {
 
  private:
   const GridSurface& grid_;
+  test::CulledView culled_;
   std::vector<std::uint8_t> levels_;
   std::vector<std::uint32_t> scratch_;
   std::vector<DrawItem> items_;
 };
+
+// What is in view is what classify() says of each box, and neighbours of what is in view are there.
+TEST(CullView, AgreesWithEachBox) {
+  TestRandom random(12);
+  for (int round = 0; round < 60; ++round) {
+    const int side = round % 4 == 0 ? 90 : 1 + round;
+    const GridSurface grid = make_grid_surface(side, side, 0.2 + 3.5 * fraction(random), random.next());
+    test::CulledView culled(grid.surface(), grid.bounds);
+    const auto patches = static_cast<std::uint32_t>(grid.patches.size());
+    for (int view = 0; view < 20; ++view) {
+      CameraSettings settings;
+      for (int axis = 0; axis < 3; ++axis) settings.position[axis] = side * (1.5 * fraction(random) - 0.25);
+      settings.yaw_deg = 360 * fraction(random);
+      settings.pitch_deg = 180 * fraction(random) - 90;
+      settings.fov_y_deg = 10 + 100 * fraction(random);
+      settings.far_voxels = 5 + side * fraction(random);
+      Camera camera;
+      ASSERT_TRUE(make_camera(settings, camera).ok());
+      const Frustum frustum = make_frustum(camera);
+      std::vector<int> state(patches, -1);  // -1: not among them, 1: in view
+      std::uint32_t last = 0;
+      for (const CulledEight& eight : culled.find(&frustum, grid.tree)) {
+        EXPECT_TRUE(state[8 * eight.n] == -1 && eight.n >= last) << "not in order";
+        EXPECT_EQ(eight.hidden, 0);
+        last = eight.n;
+        for (std::uint32_t p = 0; p < 8; ++p) {
+          const PatchId id = 8 * eight.n + p;
+          const int in_view = eight.in_view >> p & 1;
+          EXPECT_TRUE(id < patches || in_view == 0);
+          if (id < patches) state[id] = in_view;
+        }
+      }
+      for (PatchId id = 0; id < patches; ++id) {
+        const LatticeBox box = patch_box(grid.surface(), grid.bounds, id);
+        ASSERT_EQ(state[id] == 1, classify(frustum, box, kAllPlanes) != kOutside) << id;
+        for (const PatchEdge edge : grid.patches[id].neighbour) {
+          // Boxes of a made-up surface need not touch those beside them.
+          if (state[id] != 1 || !edge.exists()) continue;
+          const LatticeBox other = patch_box(grid.surface(), grid.bounds, edge.patch());
+          const bool touch = glm::all(glm::lessThanEqual(other.min, box.max)) &&
+                             glm::all(glm::lessThanEqual(box.min, other.max));
+          EXPECT_TRUE(!touch || state[edge.patch()] >= 0);
+        }
+      }
+      EXPECT_EQ(culled.find(nullptr, grid.tree).size(), PatchBoxes::count_for(patches));
+    }
+  }
+}
 
 TEST(Cull, LosesNothingThatTheGpuDraws) {
   TestRandom random(11);

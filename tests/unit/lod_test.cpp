@@ -2,15 +2,19 @@
 // Levels of detail: K's distances, and neighbours at most one level apart by raising only, against brute
 // force.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
+#include "terrain/lod/level_lanes.h"
 #include "terrain/lod/select_lod.h"
 #include "terrain/view/camera.h"
 #include "tests/support/grid_surface.h"
@@ -184,12 +188,14 @@ TEST(SelectLod, CapsByWhatIsHeld) {
   SelectLod stage = stage_over(grid, camera, levels);
   stage.settings = {.mode = LodMode::full, .max_level = 6, .resident_level = 6};
   std::vector<std::uint8_t> at_x(16), by_patch(16);
+  std::vector<PatchId> cut(16);
   const auto column = [&](std::size_t id) {
     return static_cast<std::size_t>(grid.volumes[id].corner[0] - 1);
   };
   const auto run = [&](std::vector<std::uint8_t> held_at_x) {
     for (std::size_t id = 0; id < 16; ++id) by_patch[id] = held_at_x[column(id)];
     stage.resident = by_patch;
+    stage.cut = cut;
     EXPECT_TRUE(stage.validate().ok());
     const SelectLod::Result result = stage.run();
     for (std::size_t id = 0; id < 16; ++id) at_x[column(id)] = levels[id];
@@ -209,6 +215,61 @@ TEST(SelectLod, CapsByWhatIsHeld) {
   EXPECT_EQ(result.lowered, 7u);
   EXPECT_EQ(lacking[0].wanted, 6);
   EXPECT_TRUE(by_patch[lacking[0].patch] < 6);
+  // Each of them once.
+  ASSERT_EQ(result.cut, 11u);
+  std::sort(cut.begin(), cut.begin() + result.cut);
+  EXPECT_EQ(std::unique(cut.begin(), cut.begin() + result.cut), cut.begin() + result.cut);
+  for (const PatchId patch : std::span(cut).first(result.cut)) EXPECT_LT(levels[patch], 6);
+
+  // Without cuts the same ones lack, and are as they are wanted.
+  stage.cuts = false;
+  result = run({6, 6, 6, 6, 6, 1, 6, 3, 6, 6, 0, 6, 6, 6, 5, 6});
+  EXPECT_EQ(at_x, Row(16, 6));
+  EXPECT_EQ(result.capped, 4u);
+  EXPECT_EQ(result.missing, 1u);
+  EXPECT_EQ(result.lowered + result.cut, 0u);
+}
+
+TEST(LevelLanes, AreThoseOfTheFormulas) {
+  TestRandom random(31);
+  std::vector<PatchLod> lods(64);
+  int levels_seen[kMaxLevel + 1] = {};
+  for (int round = 0; round < 3000; ++round) {
+    LodEye eye;
+    const double reach = std::exp2(28 * fraction(random));
+    for (int axis = 0; axis < 3; ++axis) {
+      eye.eye[axis] = static_cast<float>(reach * (2 * fraction(random) - 1));
+      eye.forward[axis] = static_cast<float>(2 * fraction(random) - 1);
+    }
+    eye.forward /= glm::length(eye.forward);
+    eye.least_cos2 = round % 5 == 0 ? -kParallelDistance : static_cast<float>(fraction(random));
+    for (PatchLod& lod : lods) {
+      for (float& c : lod.centre) c = static_cast<float>(0x1p22 * fraction(random));
+      lod.reach = static_cast<float>(0x1p16 * fraction(random));
+      // Rising to the next one often enough, about as far as the eye is.
+      const LodEye at{eye.eye, eye.forward, eye.least_cos2};
+      const float apparent = std::max(least_apparent_distance(lod, at), 1.0f) / kThresholdUnit;
+      float units = apparent * static_cast<float>(std::exp2(3 * fraction(random)));
+      for (int m = 2; m <= kMaxLevel; ++m, units *= static_cast<float>(fraction(random))) {
+        const float held = std::clamp(units, 0x1p-14f, 65'503.0f);
+        lod.threshold[m] =
+            static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(held) - (112u << 23)) >> 13);
+        if (units < 0x1p-14f) lod.threshold[m] = 0;
+      }
+    }
+    const LevelLanes lanes(eye);
+    std::uint8_t levels[8] = {};
+    for (std::size_t first = 0; first < lods.size(); first += 8) {
+      const std::uint32_t count = first == 56 ? 1 + static_cast<std::uint32_t>(round % 8) : 8;
+      lanes.run(lods.data() + first, count, levels);
+      for (std::uint32_t p = 0; p < count; ++p) {
+        const PatchLod& lod = lods[first + p];
+        ASSERT_EQ(levels[p], level_at(lod, least_apparent_distance(lod, eye))) << round;
+        ++levels_seen[levels[p]];
+      }
+    }
+  }
+  for (int level = 1; level <= kMaxLevel; ++level) EXPECT_GT(levels_seen[level], 100) << level;
 }
 
 TEST(SelectLod, RefusesOneWrongFieldAtATime) {
@@ -235,6 +296,7 @@ TEST(SelectLod, RefusesOneWrongFieldAtATime) {
       {"tree", [&](SelectLod& s) { s.tree = &empty; }},
       {"resident", [](SelectLod& s) { s.resident = s.levels.first(24); }},
       {"levels", [](SelectLod& s) { s.levels = s.levels.first(24); }},
+      {"cut", [](SelectLod& s) { s.resident = s.levels; }},
   };
   for (const auto& [field, break_it] : cases) {
     std::vector<std::uint8_t> levels;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Two halls in rock: from one the other is hidden, at a bounded cost a frame, with less memory by larger
 // cells, and without any not at all.
+#include <optional>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "terrain/cull/occlusion.h"
 #include "terrain/draw/draw_list.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/test_world.h"
 
@@ -43,6 +45,7 @@ class Halls : public testing::Test {
     tree_.create(nodes_);
     EXPECT_TRUE(tree_.build(world_.surface(), bounds_).ok());
     occlusion_.create(entries_, patches());
+    culled_.emplace(world_.surface(), bounds_);
     CameraSettings settings;
     settings.position = {8.5, 9.0, 9.0};
     settings.yaw_deg = -90.0;
@@ -62,13 +65,11 @@ class Halls : public testing::Test {
     const Frustum frustum = make_frustum(camera_);
     occlusion_.begin(occluders_, world_.octree(), tree_, world_.surface(), bounds_, camera_, searches);
     BuildDrawList list;
-    list.frustum = &frustum;
+    list.boxes = culled_->boxes();
+    list.culled = culled_->find(&frustum, tree_, &occlusion_);
     list.camera = &camera_;
     list.surface = world_.surface();
-    list.bounds = bounds_;
-    list.tree = &tree_;
     list.levels = levels_;
-    list.occlusion = &occlusion_;
     list.scratch = scratch_;
     list.items = items_;
     EXPECT_TRUE(list.validate().ok());
@@ -94,6 +95,7 @@ class Halls : public testing::Test {
   std::vector<PatchBounds> bounds_;
   std::vector<LatticeBox> nodes_;
   BoundsTree tree_;
+  std::optional<test::CulledView> culled_;
   std::vector<std::uint64_t> words_;
   Occluders occluders_;
   std::vector<std::uint16_t> entries_;

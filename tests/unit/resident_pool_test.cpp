@@ -14,6 +14,7 @@ namespace {
 struct PoolMemory {
   std::vector<std::uint32_t> first_page, row_of_patch, next_page;
   std::vector<std::uint8_t> levels;
+  std::vector<std::uint64_t> free_pages;
   std::vector<PageTexel> texels;
   std::vector<ResidentPool::Row> rows;
   ResidentPool pool;
@@ -23,9 +24,10 @@ struct PoolMemory {
         row_of_patch(patches),
         next_page(pages),
         levels(patches),
+        free_pages((pages + 63) / 64),
         texels(pages),
         rows(max_rows) {
-    pool.create({first_page, row_of_patch, levels, next_page, texels, rows});
+    pool.create({first_page, row_of_patch, levels, next_page, free_pages, texels, rows});
     pool.reset(patches, 2);
   }
 
@@ -44,7 +46,10 @@ struct PoolMemory {
     for (PatchId p = 0; p < levels.size(); ++p) {
       const std::vector<std::uint32_t> pages = chain(p);
       ASSERT_EQ(pages.size(), levels[p] == 0 ? 0 : slot_pages(levels[p]));
-      for (const std::uint32_t page : pages) ASSERT_EQ(used[page]++, 0);
+      for (const std::uint32_t page : pages) {
+        ASSERT_EQ(used[page]++, 0);
+        ASSERT_EQ(free_pages[page / 64] >> page % 64 & 1u, 0u);
+      }
       in_chains += static_cast<std::uint32_t>(pages.size());
       ASSERT_EQ(levels[p] == 0, row_of_patch[p] == ResidentPool::kNoRow);
       if (levels[p] == 0) continue;
@@ -72,6 +77,35 @@ TEST(ResidentPool, RaisingAppendsPages) {
   EXPECT_FALSE(memory.pool.raise(1, 5));
   EXPECT_FALSE(memory.pool.raise(2, 5));  // 38 of 60 are taken
   EXPECT_EQ(memory.pool.level(2), 0);
+  memory.check();
+}
+
+// The shortest stretch of free pages that is long enough, or else the longest ones.
+TEST(ResidentPool, PagesFollowEachOtherWhereTheyCan) {
+  PoolMemory memory(80, 80, 80);
+  ResidentPool& pool = memory.pool;
+  pool.begin_frame();
+  for (PatchId p = 0; p < 70; ++p) ASSERT_TRUE(pool.raise(p, 2));
+  for (int i = 0; i < 3; ++i) pool.begin_frame();
+  // Free: 2, 10..12, 62..65 and 70..79.
+  for (const PatchId p : {2u, 10u, 11u, 12u, 62u, 63u, 64u, 65u}) pool.lower(p, 0);
+  using Pages = std::vector<std::uint32_t>;
+  ASSERT_TRUE(pool.raise(71, 3));
+  EXPECT_EQ(memory.chain(71), (Pages{10, 11, 12}));
+  ASSERT_TRUE(pool.raise(72, 3));
+  EXPECT_EQ(memory.chain(72), (Pages{62, 63, 64}));
+  ASSERT_TRUE(pool.raise(73, 2));
+  EXPECT_EQ(memory.chain(73), (Pages{2}));
+  ASSERT_TRUE(pool.raise(74, 3));
+  EXPECT_EQ(memory.chain(74), (Pages{70, 71, 72}));
+  pool.lower(40, 0);
+  ASSERT_TRUE(pool.raise(74, 4));
+  EXPECT_EQ(memory.chain(74), (Pages{70, 71, 72, 73, 74, 75, 76, 77, 78, 79}));
+  pool.lower(50, 0);
+  pool.lower(51, 0);
+  ASSERT_TRUE(pool.raise(75, 3));
+  EXPECT_EQ(memory.chain(75), (Pages{50, 51, 40}));
+  EXPECT_EQ(pool.free_pages(), 1u);
   memory.check();
 }
 

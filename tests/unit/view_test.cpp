@@ -18,6 +18,7 @@
 #include "terrain/lod/select_lod.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/view/camera.h"
+#include "tests/support/culled_view.h"
 #include "tests/support/grid_surface.h"
 #include "tests/support/tree_memory.h"
 
@@ -27,9 +28,11 @@ namespace {
 // A grid with levels chosen for a camera in its middle, and a draw list over it.
 class View : public testing::Test {
  protected:
-  View() : grid_(make_grid_surface(40, 40, 1.0, 5)), levels_(grid_.patches.size()), scratch_(levels_.size()) {
-    grid_.patches[3].collapsed = 1;
-    grid_.patches[3].neighbour[3] = {};
+  View()
+      : grid_(grid_with_a_point()),
+        culled_(grid_.surface(), grid_.bounds),
+        levels_(grid_.patches.size()),
+        scratch_(levels_.size()) {
     CameraSettings s;
     s.position = {20.0, 25.0, 38.0};
     s.pitch_deg = -20.0;
@@ -48,13 +51,19 @@ class View : public testing::Test {
     select.run();
   }
 
+  static GridSurface grid_with_a_point() {
+    GridSurface grid = make_grid_surface(40, 40, 1.0, 5);
+    grid.patches[3].collapsed = 1;
+    grid.patches[3].neighbour[3] = {};
+    return grid;
+  }
+
   BuildDrawList stage() {
     BuildDrawList result;
-    result.frustum = &frustum_;
+    result.boxes = culled_.boxes();
+    result.culled = culled_.find(&frustum_, grid_.tree);
     result.camera = &camera_;
     result.surface = grid_.surface();
-    result.bounds = grid_.bounds;
-    result.tree = &grid_.tree;
     result.levels = levels_;
     result.scratch = scratch_;
     result.items = items_;
@@ -66,6 +75,7 @@ class View : public testing::Test {
   }
 
   GridSurface grid_;
+  test::CulledView culled_;
   Camera camera_;
   Frustum frustum_;
   std::vector<std::uint8_t> levels_;
@@ -75,8 +85,7 @@ class View : public testing::Test {
 
 TEST_F(View, ListsEveryPatchWithItsEdges) {
   BuildDrawList build = stage();
-  build.frustum_culling = false;
-  build.frustum = nullptr;
+  build.culled = {};
   ASSERT_TRUE(build.validate().ok());
   BuildDrawList::Result result;
   ASSERT_TRUE(build.run(result).ok());
@@ -178,14 +187,10 @@ TEST_F(View, FullListKeepsTheNearest) {
 }
 
 TEST_F(View, RefusesOneWrongFieldAtATime) {
-  const BoundsTree empty;
   using Break = std::function<void(BuildDrawList&)>;
   const std::vector<std::pair<const char*, Break>> cases = {
-      {"frustum", [](BuildDrawList& s) { s.frustum = nullptr; }},
       {"camera", [](BuildDrawList& s) { s.camera = nullptr; }},
-      {"bounds", [](BuildDrawList& s) { s.bounds = s.bounds.first(3); }},
-      {"tree", [](BuildDrawList& s) { s.tree = nullptr; }},
-      {"tree", [&](BuildDrawList& s) { s.tree = &empty; }},
+      {"boxes", [](BuildDrawList& s) { s.boxes = s.boxes.first(3); }},
       {"levels", [](BuildDrawList& s) { s.levels = s.levels.first(3); }},
       {"scratch", [](BuildDrawList& s) { s.scratch = s.scratch.first(s.scratch.size() - 1); }},
   };
@@ -199,11 +204,8 @@ TEST_F(View, RefusesOneWrongFieldAtATime) {
 }
 
 TEST_F(View, EmptySurfaceIsFine) {
-  const BoundsTree empty;
   BuildDrawList build;
   build.camera = &camera_;
-  build.frustum = &frustum_;
-  build.tree = &empty;
   ASSERT_TRUE(build.validate().ok());
   BuildDrawList::Result result;
   EXPECT_TRUE(build.run(result).ok());
