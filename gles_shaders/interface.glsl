@@ -13,7 +13,7 @@
 #define KARST_UNIT_MORPH_ENTRIES 1
 #define KARST_UNIT_MORPH_ROWS 2
 #define KARST_UNIT_FAR_TEXTURES 3
-#define KARST_UNIT_SKY_LINE 4
+#define KARST_UNIT_SKY_VISIBILITY 4
 #define KARST_UNIT_VARIATION 5
 #define KARST_UNIT_DRAPE 6
 #define KARST_UNIT_SHADOW_MAPS 7
@@ -82,9 +82,9 @@
 #define KARST_SOFTEN_LEVELS 0.8
 // Height of bumps where they are too fine to be seen.
 #define KARST_MEAN_HEIGHT 0.5
-// Voxels below the sky-line (terrain/field/sky_line.h) at which a cave begins, and at which it is dark.
-#define KARST_CAVE_BEGINS 2.0
-#define KARST_CAVE_IS_DARK 6.0
+// Sky visibility (terrain/field/sky_visibility.h) at which a cave begins, and at which it is dark.
+#define KARST_CAVE_BEGINS 0.1
+#define KARST_CAVE_IS_DARK 0.02
 // Voxels from the eye at which the visitor's lamp fades out.
 #define KARST_LAMP_REACH 28.0
 #define KARST_MOST_LIGHTS 16
@@ -134,7 +134,7 @@ KARST_BLOCK(FrameBlock) {
   // view; z: 1 in parallel views, whose rays are all ray_forward, or 0; w: 1 where the target takes light
   // instead of what a display shows, or 0
   vec4 view_scale;
-  vec4 sky_line_scale;     // xy: 1 / extent in x and z, 1/voxels
+  vec4 sky_scale;          // of sky_visibility: xyz: 1 / size in x, z and y, 1/voxels; w: a cell, voxels
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
   vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
   vec4 shadow_y;           // the same for y

@@ -15,6 +15,7 @@ int lookups = 0;
 #define KARST_COUNT_LOOKUPS(n)
 #endif
 #include "materials.glsl"
+#include "sky_visibility.glsl"
 #ifdef KARST_CAVE
 #include "point_lights.glsl"
 #endif
@@ -73,12 +74,12 @@ vec3 light_from(Point point) {
   Lookup at = lookup_at(point.voxel, point.in_voxel, lod);
   Planes planes = planes_of(normal);
 
+  KARST_COUNT_LOOKUPS(1);
+  KARST_MEDIUM float seen = sky_seen(vec3(point.voxel) + point.in_voxel, normal);
+  KARST_MEDIUM float open = sky_open(seen, normal.y);
   float cave = 0.0;
 #ifdef KARST_CAVE
-  if (point.cave) {
-    KARST_COUNT_LOOKUPS(1);
-    cave = cave_depth(vec3(point.voxel) + point.in_voxel);
-  }
+  if (point.cave) cave = cave_depth(seen);
 #endif
 #ifdef KARST_BLEND
   Choice choice = Choice(point.material, point.material, 0.0);
@@ -96,8 +97,9 @@ vec3 light_from(Point point) {
   KARST_MEDIUM vec3 gradient = ground.gradient;
   vec3 bumped = normalize(normal - (gradient - normal * dot(normal, gradient)));
 
-  // K 4.1, per pixel. The sun does not reach into caves, by shadow maps or as a guess; sky light does a
-  // little. Sky light is stronger from the sun's side, so that slopes in shade keep their relief.
+  // K 4.1, per pixel. The sun does not reach into caves, by shadow maps or as a guess. Where rock hides the
+  // sky, it throws back light as the ground does; both are dim where little of the sky is seen, and stronger
+  // from the sun's side, so that slopes in shade keep their relief.
   float facing_sun = dot(bumped, sun_direction.xyz);
   KARST_MEDIUM float sun = max(facing_sun, 0.0);
   sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
@@ -111,8 +113,8 @@ vec3 light_from(Point point) {
   sun *= 1.0 - cave * light_scale.y;
 #endif
   KARST_MEDIUM vec3 ambient =
-      mix(ground_light.rgb, sky_light.rgb, 0.5 + 0.5 * bumped.y) * (0.8 + 0.4 * facing_sun);
-  KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(1.0, 0.4, cave);
+      mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * bumped.y) * open) * (0.8 + 0.4 * facing_sun);
+  KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(0.4, 1.0, open);
 #ifdef KARST_CAVE
   if (point.cave) {
 #ifdef KARST_LAMPS

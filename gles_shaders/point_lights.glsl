@@ -1,13 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Caves: how deep a point lies in one, and the lamps that light it (K 4.1, equation 4.2).
-
-uniform highp sampler2D sky_line;  // r: height of the open sky over a column, voxels (sky_line.h)
-
-// 0 under the open sky, 1 deep in a cave. position: voxels from the octree's minimum corner.
-float cave_depth(vec3 position) {
-  float below = texture(sky_line, position.xz * sky_line_scale.xy).r - position.y;
-  return smoothstep(KARST_CAVE_BEGINS, KARST_CAVE_IS_DARK, below);
-}
+// Lamps in caves (K 4.1, equation 4.2).
 
 #ifdef KARST_LAMPS
 // from_eye: voxels.

@@ -176,8 +176,8 @@ Status Renderer::upload_textures(TextureArray array, int level, int first_layer,
   return core::upload_textures(device_, settings_, array, level, first_layer, layers, bytes);
 }
 
-void Renderer::upload_sky_line(const Octree& octree) {
-  core::upload_sky_line(device_, settings_, octree);
+Status Renderer::upload_sky(const SkyVisibility& sky) {
+  return core::upload_sky(device_, settings_, sky);
 }
 
 Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,

@@ -91,8 +91,9 @@ class Renderer {
   Status upload_textures(TextureArray array, int level, int first_layer, int layers,
                          std::span<const std::byte> bytes);
 
-  // Tells where the ground is open to the sky (sky_line.h). Without it, all of it is.
-  void upload_sky_line(const Octree& octree);
+  // How much of the sky is seen from where; its grid is the settings'. Without it, all of it is everywhere.
+  // invalid_argument where the grid is another one.
+  Status upload_sky(const SkyVisibility& sky);
 
   // Copies vertices of a patch's slot, from vertex `first` on, to the pages of its chain, which must reach
   // that far; writes these pages' texels. Pages must be new, or not drawn in the last kFramesInFlight frames;

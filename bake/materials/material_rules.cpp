@@ -70,7 +70,6 @@ class Rules {
   }
   Material strata(float slope) const {
     Material m = named("strata");
-    m.slope_low = -0.7f;
     m.slope_high = slope;
     m.slope_soft = 0.1f;
     m.fray = 0.5f;
@@ -87,10 +86,8 @@ class Rules {
   }
   Material ceiling() const {
     Material m = named("ceiling");
-    m.slope_high = -0.5f;
-    m.slope_soft = 0.15f;
+    m.slope_high = m.slope_low;  // in caves only
     m.cave = 1;
-    m.fray = 0.3f;
     return m;
   }
 

@@ -67,11 +67,14 @@ struct LevelFigures {
   Series stream_write;
 };
 
-void print_text(const World& world, const Series& extract, const std::vector<LevelFigures>& levels) {
+void print_text(const World& world, const Series& extract, const Series& sky,
+                const std::vector<LevelFigures>& levels) {
   const Budget budget = terrain_budget(world.config());
   std::printf("%u patches in %u volumes, %u octets\n", world.patch_count(), world.info().volumes,
               world.info().octets);
   std::printf("extraction and adjacency: median %.2f ms, least %.2f ms\n", extract.median(), extract.least());
+  std::printf("sky visibility: %zu bytes, median %.2f ms, least %.2f ms\n", world.sky().grid().bytes(),
+              sky.median(), sky.least());
   for (const LevelFigures& l : levels) {
     const double total = extract.median() + l.generate.median();
     std::printf(
@@ -93,12 +96,13 @@ void print_text(const World& world, const Series& extract, const std::vector<Lev
               static_cast<double>(budget.cpu_bytes()) / (1 << 20));
 }
 
-std::string json_text(const World& world, const Series& extract, const std::vector<LevelFigures>& levels) {
+std::string json_text(const World& world, const Series& extract, const Series& sky,
+                      const std::vector<LevelFigures>& levels) {
   const Budget budget = terrain_budget(world.config());
   JsonWriter json;
   json.begin_object();
   json.field("patches", world.patch_count()).field("volumes", world.info().volumes);
-  json.field("extract_ms", extract.median());
+  json.field("extract_ms", extract.median()).field("sky_ms", sky.median());
   json.key("levels").begin_array();
   for (const LevelFigures& l : levels) {
     json.begin_object().field("level", l.level).field("vertices", std::uint64_t{l.vertices});
@@ -148,8 +152,13 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
   extract.patches = patches;
   extract.scratch = scratch;
 
+  std::vector<std::uint64_t> sky_words(config.sky_words);
+  SkyVisibility sky;
+  sky.create(sky_words);
+
   std::memset(vertex_memory.get(), 1, vertex_bytes);  // page faults are not what is measured
   Series extraction;
+  Series sky_series;
   std::vector<LevelFigures> levels;
   for (int level = std::max(1, info.level - 2); level <= info.level; ++level) {
     levels.push_back(
@@ -162,6 +171,7 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
       status = extract.run(made);
     });
     if (!status.ok()) return fail(status);
+    sky_series.time([&] { sky.build(*extract.octree, info.extent); });
     for (LevelFigures& l : levels) {
       const std::size_t side_vertices = static_cast<std::size_t>(patch_vertices(l.level));
       GpuVertex* vertices = reinterpret_cast<GpuVertex*>(vertex_memory.get());
@@ -175,12 +185,12 @@ int run_core_suite(std::span<const std::byte> file, const CoreSuiteOptions& opti
     }
   }
   if (options.json == "-") {
-    std::fputs(json_text(parts.world, extraction, levels).c_str(), stdout);
+    std::fputs(json_text(parts.world, extraction, sky_series, levels).c_str(), stdout);
     return 0;
   }
-  print_text(parts.world, extraction, levels);
+  print_text(parts.world, extraction, sky_series, levels);
   if (options.json.empty()) return 0;
-  const std::string text = json_text(parts.world, extraction, levels);
+  const std::string text = json_text(parts.world, extraction, sky_series, levels);
   if (Error error = write_file_atomic(options.json, std::as_bytes(std::span(text))); !error.ok()) {
     std::fprintf(stderr, "karst-bench: %s\n", error.text().c_str());
     return 1;

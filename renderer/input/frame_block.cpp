@@ -68,7 +68,7 @@ Status FrameLight::validate() const {
 }
 
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    glm::ivec3 extent, int height) {
+                                    const SkyGrid& sky, int height) {
   shader::FrameBlock block{};
   block.clip_from_lattice = clip_from_lattice(camera);
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
@@ -86,8 +86,8 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
   block.view_scale.z = camera.parallel ? 1.0f : 0.0f;
-  block.sky_line_scale.x = 1.0f / static_cast<float>(extent.x);
-  block.sky_line_scale.y = 1.0f / static_cast<float>(extent.z);
+  const float cell = sky.cell_voxels();
+  block.sky_scale = glm::vec4(1.0f / (glm::vec3(sky.cells.x, sky.cells.z, sky.cells.y) * cell), cell);
   return block;
 }
 

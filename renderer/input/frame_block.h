@@ -8,6 +8,7 @@
 
 #include "karst/status.h"
 #include "renderer/input/shader_interface.h"
+#include "terrain/field/sky_visibility.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shadow/cascades.h"
 #include "terrain/view/camera.h"
@@ -24,10 +25,9 @@ struct FrameLight {
   Status validate() const;
 };
 
-// least_cos2: ErrorScale's. extent: of the world in voxels, at least 1 on each axis. height: of the picture
-// in pixels. light is valid.
+// least_cos2: ErrorScale's. sky: the world's. height: of the picture in pixels. light is valid.
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    glm::ivec3 extent, int height);
+                                    const SkyGrid& sky, int height);
 
 // Towards the sun, unit length.
 glm::dvec3 sun_direction(const FrameLight& light);

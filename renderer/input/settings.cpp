@@ -30,6 +30,7 @@ Status RendererSettings::validate() const {
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
+    if (!inside(sky.cells[axis], 1, SkyVisibility::kMostSide)) return invalid("not within 1..256", "sky");
   }
   if (!inside(material_count, 0, kMostMaterials)) return invalid("not within 0..8", "material_count");
   if (material_count > 0 &&

@@ -9,6 +9,7 @@
 #include "karst/status.h"
 #include "karst/types.h"
 #include "terrain/base/budget.h"
+#include "terrain/field/sky_visibility.h"
 #include "terrain/shading/materials.h"
 
 namespace karst::core {
@@ -19,6 +20,7 @@ struct RendererSettings {
   std::uint32_t morph_rows = 0;
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  SkyGrid sky;                       // SkyVisibility::grid_for(extent, Config::sky_words)
   // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
   // both 1..kMaxPicture.
   int drape_width = 0;

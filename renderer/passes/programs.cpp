@@ -16,11 +16,11 @@ struct Sampler {
 };
 // Names are the same in all shaders; a program that has no such sampler is left alone.
 constexpr Sampler kSamplers[] = {
-    {"page_table", KARST_UNIT_PAGE_TABLE},       {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-    {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
-    {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"variation", KARST_UNIT_VARIATION},
-    {"sky_line", KARST_UNIT_SKY_LINE},           {"drape", KARST_UNIT_DRAPE},
-    {"shadow_maps", KARST_UNIT_SHADOW_MAPS},     {"geometry", KARST_UNIT_GEOMETRY}};
+    {"page_table", KARST_UNIT_PAGE_TABLE},         {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+    {"morph_rows", KARST_UNIT_MORPH_ROWS},         {"far_textures", KARST_UNIT_FAR_TEXTURES},
+    {"near_textures", KARST_UNIT_NEAR_TEXTURES},   {"variation", KARST_UNIT_VARIATION},
+    {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
+    {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 

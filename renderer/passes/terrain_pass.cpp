@@ -52,7 +52,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   const bool on_its_side = (input.quarter_turns & 1) != 0;
   const int upright_height = on_its_side ? target.viewport.width : target.viewport.height;
   shader::FrameBlock block =
-      make_frame_block(input.camera, input.least_cos2, input.light, settings.extent, upright_height);
+      make_frame_block(input.camera, input.least_cos2, input.light, settings.sky, upright_height);
   if (target.depth_zero_to_one) block.clip_from_lattice = clip_from_lattice(zero_to_one(input.camera));
   block.first_rows.x = static_cast<int>(input.first_morph_row);
   turn_frame_block(block, input.quarter_turns);

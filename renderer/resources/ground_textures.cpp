@@ -6,30 +6,35 @@
 
 #include "renderer/gl/gl_state.h"
 #include "renderer/resources/object_table.h"
-#include "terrain/field/sky_line.h"
 
 namespace karst::core {
 
-Status fill_sky_line(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
-  float row[1 << kMaxDepth];
-  std::fill(std::begin(row), std::end(row), -1e4f);  // below everything
-  for (int z = 0; z < settings.extent.z; ++z) {
-    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings.extent.x, 1, GL_RED, GL_FLOAT, row);
+Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
+  constexpr int kRows = 16;
+  std::uint8_t open[kRows * SkyVisibility::kMostSide];
+  std::fill(std::begin(open), std::end(open), std::uint8_t{255});
+  const glm::ivec3 cells = settings.sky.cells;
+  for (int y = 0; y < cells.y; ++y) {
+    for (int z = 0; z < cells.z; z += kRows) {
+      gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, z, y, cells.x, std::min(kRows, cells.z - z), 1, GL_RED,
+                       GL_UNSIGNED_BYTE, open);
+    }
   }
   return {};
 }
 
-void upload_sky_line(const GlDevice& device, const RendererSettings& settings, const Octree& octree) {
-  enter_upload(device);
-  device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::sky_line));
-  SkyLine rows(octree, settings.extent);
-  float row[1 << kMaxDepth];
-  for (int z = 0; z < settings.extent.z; ++z) {
-    rows.next(row);
-    device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, z, settings.extent.x, 1, GL_RED, GL_FLOAT, row);
+Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky) {
+  if (sky.grid() != settings.sky) {
+    return {StatusCode::invalid_argument, "of another grid than the settings'", "sky"};
   }
-  device.gl.BindTexture(GL_TEXTURE_2D, 0);
+  const glm::ivec3 cells = settings.sky.cells;
+  enter_upload(device);
+  device.gl.BindTexture(GL_TEXTURE_3D, name_of(device, Object::sky_visibility));
+  device.gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, cells.x, cells.z, cells.y, GL_RED, GL_UNSIGNED_BYTE,
+                          sky.cells().data());
+  device.gl.BindTexture(GL_TEXTURE_3D, 0);
   leave_upload(device);
+  return {};
 }
 
 Status upload_drape(const GlDevice& device, const RendererSettings& settings,

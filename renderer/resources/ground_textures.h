@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Textures over the whole world, seen from above: its sky-line and the image that may be laid over it.
+// Textures over the whole world: its sky visibility, and the image that may be laid over it from above.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 #include "karst/status.h"
 #include "renderer/gl/gl_device.h"
 #include "renderer/input/settings.h"
-#include "terrain/field/octree.h"
+#include "terrain/field/sky_visibility.h"
 
 namespace karst::core {
 
-// ObjectRow::fill: no cave anywhere.
-Status fill_sky_line(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
+// ObjectRow::fill: open sky everywhere.
+Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
 
-// Renderer::upload_sky_line and upload_drape.
-void upload_sky_line(const GlDevice& device, const RendererSettings& settings, const Octree& octree);
+// Renderer::upload_sky and upload_drape.
+Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky);
 Status upload_drape(const GlDevice& device, const RendererSettings& settings,
                     std::span<const std::uint8_t> rgba);
 

@@ -83,6 +83,16 @@ ObjectShape variation(const Settings& /*settings*/) {
           .wrap = GL_REPEAT};
 }
 
+ObjectShape sky_visibility(const Settings& s) {
+  return {.target = GL_TEXTURE_3D,
+          .format = GL_R8,
+          .width = s.sky.cells.x,
+          .height = s.sky.cells.z,
+          .depth = s.sky.cells.y,
+          .min_filter = GL_LINEAR,
+          .mag_filter = GL_LINEAR};
+}
+
 // Linear: the hardware mixes the results of four comparisons.
 ObjectShape shadow_maps(const Settings& s) {
   return {.wanted = s.cascades > 0,
@@ -179,8 +189,7 @@ constexpr ObjectRow kRows[] = {
     {"far_textures", Kind::texture, Consumer::materials, materials<TextureArray::far>, fill_far_textures},
     {"near_textures", Kind::texture, Consumer::materials, materials<TextureArray::near>, fill_near_textures},
     {"variation", Kind::texture, Consumer::textures, variation, fill_variation},
-    {"sky_line", Kind::texture, Consumer::textures,
-     [](const Settings& s) { return image(GL_R16F, s.extent.x, s.extent.z, GL_LINEAR); }, fill_sky_line},
+    {"sky_visibility", Kind::texture, Consumer::textures, sky_visibility, fill_sky},
     {"drape", Kind::texture, Consumer::textures, drape, nullptr},
     {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
     {"geometry", Kind::texture, Consumer::targets, [](const Settings& s) { return geometry(s, GL_RG32UI); },
@@ -208,7 +217,7 @@ constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_t
                            {KARST_UNIT_MORPH_ENTRIES, GL_TEXTURE_2D, Object::morph_entries},
                            {KARST_UNIT_MORPH_ROWS, GL_TEXTURE_2D, Object::morph_rows},
                            {KARST_UNIT_FAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::far_textures},
-                           {KARST_UNIT_SKY_LINE, GL_TEXTURE_2D, Object::sky_line},
+                           {KARST_UNIT_SKY_VISIBILITY, GL_TEXTURE_3D, Object::sky_visibility},
                            {KARST_UNIT_VARIATION, GL_TEXTURE_3D, Object::variation},
                            {KARST_UNIT_DRAPE, GL_TEXTURE_2D, Object::drape},
                            {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},

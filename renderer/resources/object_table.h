@@ -27,7 +27,7 @@ enum class Object : std::uint8_t {
   far_textures,
   near_textures,
   variation,
-  sky_line,
+  sky_visibility,
   drape,
   shadow_maps,
   geometry,        // the G-buffer, gles_shaders/geometry.glsl

@@ -76,7 +76,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     return created;
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
-  gl.upload_sky_line(world.terrain.world.octree());
+  if (const Status status = gl.upload_sky(world.terrain.world.sky()); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
   shadows.size = settings.shadow_size;
@@ -307,7 +307,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
 shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
   const ViewState& view = world.terrain.views[n];
   shader::FrameBlock block = make_frame_block(views_[n].camera, view.error_scale().least_cos2, light_,
-                                              gl.settings().extent, requests_[n].height_px);
+                                              gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
   return block;

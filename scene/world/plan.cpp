@@ -102,6 +102,7 @@ void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Nee
   renderer.morph_rows = config.max_resident_patches * config.max_views;
   renderer.stream_indices = config.stream_indices;
   renderer.extent = info.extent;
+  renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
   renderer.deferred_width = static_cast<int>(needs.deferred_width);

@@ -33,6 +33,7 @@ struct Config {
   std::uint32_t max_level = 5;
   std::uint32_t max_height_blocks = 3'600;
   std::uint32_t occluder_words = 24'576;
+  std::uint32_t sky_words = 7'680;
   std::uint32_t max_draw_items = 4'096;
   std::uint32_t max_resident_patches = 4'096;
   std::uint32_t gpu_vertex_pages = 6'144;
@@ -65,7 +66,7 @@ inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 12> kConfigFields = {{
+inline constexpr std::array<ConfigField, 13> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -83,6 +84,10 @@ inline constexpr std::array<ConfigField, 12> kConfigFields = {{
      "K's test scene in cells of half a voxel, four bits each; larger cells where that is too little; 0 "
      "hides "
      "nothing"},
+    {"sky_words", &Config::sky_words, 7'680, 0, 1u << 24, "words of sky visibility, 64 bits",
+     "K's test scene in cells of a voxel, nine bits each in rows of 64; larger cells where that is too "
+     "little; "
+     "0: open sky everywhere"},
     {"max_draw_items", &Config::max_draw_items, 4'096, 1, kMostPages, "patches a pass",
      "every patch may be in view; each needs a page at least"},
     {"max_resident_patches", &Config::max_resident_patches, 4'096, 1, kMostPages, "patches with GPU vertices",

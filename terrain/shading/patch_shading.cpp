@@ -7,7 +7,6 @@
 #include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 #include "terrain/cull/bounds_tree.h"
-#include "terrain/field/sky_line.h"
 
 namespace karst::core {
 namespace {
@@ -39,21 +38,18 @@ Status FindPatchShading::validate() const {
   const auto wrong = [](const char* field) {
     return Status{StatusCode::invalid_argument, "of another size than the surface", field};
   };
-  if (materials == nullptr || octree == nullptr) {
-    return {StatusCode::invalid_argument, "missing", materials == nullptr ? "materials" : "octree"};
+  if (materials == nullptr || sky == nullptr) {
+    return {StatusCode::invalid_argument, "missing", materials == nullptr ? "materials" : "sky"};
   }
   if (bounds.size() != surface.patches.size()) return wrong("bounds");
   if (cones.size() != surface.patches.size()) return wrong("cones");
   if (out.size() != surface.patches.size()) return wrong("out");
   if (!overrides.empty() && overrides.size() != surface.patches.size()) return wrong("overrides");
-  const std::size_t columns = static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.z);
-  if (sky.size() < columns) return {StatusCode::invalid_argument, "too small", "sky", columns};
   return {};
 }
 
 void FindPatchShading::run() const {
   KARST_ASSERT(validate().ok());
-  find_sky();
   for (PatchId p = 0; p < out.size(); ++p) {
     const bool cave = may_be_cave(p);
     unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
@@ -66,30 +62,19 @@ void FindPatchShading::run() const {
   }
 }
 
-// Rounded up to whole voxels.
-void FindPatchShading::find_sky() const {
-  SkyLine rows(*octree, extent);
-  float row[1 << kMaxDepth];
-  const auto width = static_cast<std::size_t>(extent.x);
-  for (std::size_t z = 0; z < static_cast<std::size_t>(extent.z); ++z) {
-    rows.next(row);
-    for (std::size_t x = 0; x < width; ++x) sky[z * width + x] = static_cast<std::int16_t>(std::ceil(row[x]));
-  }
-}
-
+// The sky is looked up a cell away from the surface, along the normal.
 bool FindPatchShading::may_be_cave(PatchId patch) const {
   const LatticeBox box = patch_box(surface, bounds, patch);
-  const auto low = [](int steps) { return (steps >> kLatticeBits) - 1; };  // the texture interpolates
-  const auto high = [](int steps) { return (steps >> kLatticeBits) + 1; };
-  int highest = 0;
-  for (int z = std::max(low(box.min.z), 0); z <= std::min(high(box.max.z), extent.z - 1); ++z) {
-    for (int x = std::max(low(box.min.x), 0); x <= std::min(high(box.max.x), extent.x - 1); ++x) {
-      highest = std::max(highest, int{sky[static_cast<std::size_t>(z) * static_cast<std::size_t>(extent.x) +
-                                          static_cast<std::size_t>(x)]});
-    }
+  glm::vec3 low = glm::vec3(box.min) / static_cast<float>(kStepsPerVoxel);
+  glm::vec3 high = glm::vec3(box.max) / static_cast<float>(kStepsPerVoxel);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::vec3 direction(0.0f);
+    direction[axis] = 1.0f;
+    const Range normal = range_along(cones[patch], direction);
+    low[axis] += normal.low * sky->grid().cell_voxels() - kSlack;
+    high[axis] += normal.high * sky->grid().cell_voxels() + kSlack;
   }
-  const float lowest = static_cast<float>(box.min.y) / static_cast<float>(kStepsPerVoxel);
-  return static_cast<float>(highest) - lowest > kCaveBegins - kSlack;
+  return static_cast<float>(sky->least_in(low, high)) / 255.0f < kCaveBegins + kSlack;
 }
 
 bool FindPatchShading::lit_by_lamp(PatchId patch) const {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "karst/status.h"
-#include "terrain/field/octree.h"
+#include "terrain/field/sky_visibility.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/shading/materials.h"
@@ -16,8 +16,8 @@
 
 namespace karst::core {
 
-// Voxels below the sky-line where caves begin; that of gles_shaders/interface.glsl, as the renderer checks.
-inline constexpr float kCaveBegins = 2.0f;
+// Sky visibility below which caves begin; that of gles_shaders/interface.glsl, as the renderer checks.
+inline constexpr float kCaveBegins = 0.1f;
 
 struct FindPatchShading {
   // Inputs, borrowed.
@@ -26,13 +26,9 @@ struct FindPatchShading {
   std::span<const NormalCone> cones;  // of shading normals
   const MaterialSet* materials = nullptr;
   std::span<const std::uint8_t> overrides;  // by patch: material plus 1, or 0; empty: none
-  const Octree* octree = nullptr;
-  glm::ivec3 extent{1};  // of the world, voxels
+  const SkyVisibility* sky = nullptr;
   std::span<const PointLight> lights;
   ShadingSkips skips;
-
-  // Working memory, borrowed: extent.x * extent.z values.
-  std::span<std::int16_t> sky;
 
   // Output, borrowed: one a patch.
   std::span<PatchShading> out;
@@ -43,7 +39,6 @@ struct FindPatchShading {
   void run() const;
 
  private:
-  void find_sky() const;
   bool may_be_cave(PatchId patch) const;
   bool lit_by_lamp(PatchId patch) const;
   // The one material that can lie on the patch, or -1.

@@ -79,12 +79,9 @@ Status Residency::find_shading() {
     find.cones = world_->shading_cones();
     find.materials = &world_->materials();
     find.overrides = world_->material_overrides();
-    find.octree = &world_->octree();
-    find.extent = world_->info().extent;
+    find.sky = &world_->sky();
     find.lights = world_->lights();
     find.skips = shading_skips_;
-    find.sky = {std::launder(reinterpret_cast<std::int16_t*>(lent_.scratch.data())),
-                lent_.scratch.size() / sizeof(std::int16_t)};
     find.out = blocks_.shading.first(world_->patch_count());
     if (const Status status = find.validate(); !status.ok()) return status;
     find.run();

@@ -31,6 +31,7 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
   config.max_height_blocks = info.height_blocks;
   config.occluder_words = static_cast<std::uint32_t>(std::min<std::size_t>(
       Occluders::word_count(info.extent, Occluders::kLeastCellLog2), kMostOccluderWords));
+  config.sky_words = static_cast<std::uint32_t>(SkyVisibility::word_count(info.extent));
   config.max_draw_items = limit(std::min(info.patches, kMostPages));
   config.max_resident_patches = config.max_draw_items;
   const std::uint64_t all = std::uint64_t{config.max_draw_items} * slot_pages(finest);
@@ -41,12 +42,11 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
 }
 
 // Loading needs the octree's bytes, the table of volumes and the mask; whom it is lent to afterwards a
-// PatchScratch, or the sky line. Never two at once.
+// PatchScratch. Never two at once.
 std::size_t World::scratch_size(const Config& config) {
   const std::size_t table = ExtractSurface::scratch_size(config.max_volumes) * sizeof(std::uint32_t);
   const std::size_t mask = (std::size_t{config.max_patches} + 7) / 8;
-  const std::size_t sky = (std::size_t{1} << (2 * config.max_depth)) * sizeof(std::int16_t);
-  return std::max({table, mask, sky, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
+  return std::max({table, mask, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
 }
 
 std::size_t World::index_table_size(const Config& config) {
@@ -66,6 +66,7 @@ Status World::create(const Config& config, Arena& arena) {
   cache_.create(blocks_.heights);
   tree_.create(blocks_.boxes);
   occluders_.create(blocks_.occluders);
+  sky_.create(blocks_.sky);
   return build_index_tables(static_cast<int>(config.max_level), blocks_.index_table);
 }
 
@@ -140,6 +141,7 @@ Status World::load_parts() {
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
   fill_patch_boxes(surface(), bounds(), 0, info_.patches, blocks_.patch_boxes);
   occluders_.build(octree_, info_.extent, surface(), bounds());
+  sky_.build(octree_, info_.extent);
   return load_heights();
 }
 

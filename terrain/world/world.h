@@ -21,6 +21,7 @@
 #include "terrain/cull/occluders.h"
 #include "terrain/cull/patch_boxes.h"
 #include "terrain/field/octree.h"
+#include "terrain/field/sky_visibility.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
@@ -86,6 +87,7 @@ class World {
     return blocks_.patch_boxes.first(PatchBoxes::count_for(info_.patches));
   }
   const Occluders& occluders() const { return occluders_; }
+  const SkyVisibility& sky() const { return sky_; }
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
   // Box of everything, lattice steps. Precondition: there is a patch.
   LatticeBox box() const;
@@ -137,6 +139,7 @@ class World {
     std::span<PatchBoxes> patch_boxes;
     std::span<std::uint16_t> level_errors;
     std::span<std::uint64_t> occluders;
+    std::span<std::uint64_t> sky;
     std::span<std::uint16_t> index_table;
     std::span<std::byte> scratch;
 
@@ -158,6 +161,7 @@ class World {
       visit(Consumer::level_errors, patches_most * level_error_values(static_cast<int>(config.max_level)),
             level_errors);
       visit(Consumer::occlusion, config.occluder_words, occluders);
+      visit(Consumer::occlusion, config.sky_words, sky);
       visit(Consumer::index_tables, index_table_size(config), index_table);
       visit(Consumer::scratch, scratch_size(config), scratch);
     }
@@ -184,6 +188,7 @@ class World {
   HeightCache cache_;
   BoundsTree tree_;
   Occluders occluders_;
+  SkyVisibility sky_;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };
 

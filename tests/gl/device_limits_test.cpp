@@ -50,6 +50,8 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"drape_repeat", [](RendererSettings& s) { s.drape_width = s.drape_height = 1, s.drape_repeat = NAN; }},
       {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
       {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
+      {"sky", [](RendererSettings& s) { s.sky.cells.x = 0; }},
+      {"sky", [](RendererSettings& s) { s.sky.cells.y = 257; }},
   };
   for (const auto& c : cases) {
     RendererSettings settings = small_settings();
@@ -69,6 +71,7 @@ TEST(DeviceLimits, TheLeastDeviceOfES30HoldsTheLargestConfig) {
   settings.vertex_pages = kMostPages;
   settings.morph_rows = 2048 * 64;
   settings.extent = glm::ivec3(512);
+  settings.sky = SkyVisibility::grid_for(settings.extent, SIZE_MAX);
   Renderer renderer;
   EXPECT_TRUE(renderer.create(gl, settings).ok());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the renderer computes on the CPU: the noise between materials, the sky-line, the uniform block.
+// What the renderer computes on the CPU: the noise between materials, the uniform block.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include "renderer/input/frame_block.h"
 #include "renderer/resources/variation_texture.h"
 #include "terrain/base/checksum.h"
-#include "terrain/field/sky_line.h"
+#include "terrain/field/sky_visibility.h"
 #include "terrain/view/projection.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/support/any_camera.h"
@@ -67,33 +67,6 @@ TEST(Variation, IsTheSameOnAllPlatforms) {
   EXPECT_EQ(crc32c(std::as_bytes(std::span(texels))), 4284184494u);
 }
 
-// Against every column of the world at once.
-TEST(SkyLine, IsTheLeastOfTopsAndDistances) {
-  const test::TestWorld world = test::hills_with_cave(1);
-  const glm::ivec3 extent = world.extent();
-  const auto top = [&](int x, int z) {
-    int y = extent.y;
-    while (y > 0 && !world.octree().filled({x, y - 1, z})) --y;
-    return y;
-  };
-  std::vector<float> row(static_cast<std::size_t>(extent.x));
-  SkyLine rows(world.octree(), extent);
-  for (int z = 0; z < extent.z; ++z) {
-    rows.next(row);
-    for (int x = 0; x < extent.x; ++x) {
-      float least = 1e9f;
-      for (int other_z = 0; other_z < extent.z; ++other_z) {
-        for (int other_x = 0; other_x < extent.x; ++other_x) {
-          if (std::max(std::abs(other_x - x), std::abs(other_z - z)) > kSkyReach) continue;
-          const auto distance = static_cast<float>(std::hypot(other_x - x, other_z - z));
-          least = std::min(least, static_cast<float>(top(other_x, other_z)) + kSkySlope * distance);
-        }
-      }
-      ASSERT_NEAR(row[static_cast<std::size_t>(x)], least, 1e-5) << x << ' ' << z;
-    }
-  }
-}
-
 TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   Camera camera;
   CameraSettings settings;
@@ -101,11 +74,11 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   FrameLight light;
   light.sun_azimuth_deg = 90;
   light.sun_elevation_deg = 0;
-  shader::FrameBlock block = make_frame_block(camera, 0.25f, light, {10, 20, 40}, 720);
+  shader::FrameBlock block = make_frame_block(camera, 0.25f, light, {{10, 20, 40}, 1}, 720);
   EXPECT_NEAR(block.sun_direction.x, 1, 1e-6) << "azimuth 90 is east";
   light.sun_azimuth_deg = 0;
   light.sun_elevation_deg = 30;
-  block = make_frame_block(camera, 0.25f, light, {10, 20, 40}, 720);
+  block = make_frame_block(camera, 0.25f, light, {{10, 20, 40}, 1}, 720);
   EXPECT_NEAR(block.sun_direction.z, -std::sqrt(0.75), 1e-6) << "azimuth 0 is north";
   EXPECT_NEAR(block.sun_direction.y, 0.5, 1e-6);
   // Yaw 0 looks north.
@@ -115,8 +88,7 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   EXPECT_NEAR(block.ray_right.x / block.ray_up.y, 16.0 / 9, 1e-6);
   EXPECT_NEAR(block.view_scale.y * 360, std::tan(3.14159265358979 / 6), 1e-6)
       << "360 pixels are half the picture";
-  EXPECT_EQ(block.sky_line_scale.x, 0.1f);
-  EXPECT_EQ(block.sky_line_scale.y, 0.025f);
+  EXPECT_EQ(block.sky_scale, glm::vec4(0.05f, 0.0125f, 0.025f, 2)) << "x, z, y";
 }
 
 // Where a picture's point is drawn, its ray leads; on screens that stand on their side as well.
@@ -126,7 +98,7 @@ TEST(FrameBlock, RaysOfAnyCameraLeadToWhatIsDrawnThere) {
     for (int n = 0; n < 100; ++n) {
       const CameraMatrices matrices = test::any_matrices(random, kind, 0.1, 40);
       const Camera camera = test::camera_of(matrices);
-      shader::FrameBlock block = make_frame_block(camera, 0.25f, {}, {10, 20, 40}, 720);
+      shader::FrameBlock block = make_frame_block(camera, 0.25f, {}, {}, 720);
       EXPECT_EQ(block.view_scale.z, camera.parallel ? 1.0f : 0.0f);
       const double upwards = vertical_scale(camera);
       EXPECT_NEAR(block.view_scale.y * 360 * upwards, 1, 1e-5) << "a pixel's size";

@@ -69,13 +69,14 @@ DrawnWorld::DrawnWorld(std::span<const std::byte> file, const Gl& gl, DrawnSetti
   settings.morph_rows = config.max_views * config.max_resident_patches;
   if (settings.stream_indices == 0) settings.stream_indices = config.stream_indices;
   settings.extent = world().info().extent;
+  settings.sky = world().sky().grid();
   if (settings.loader.load == nullptr) settings.loader = GlContext::get().loader();
   const Status made = target_.create(settings.loader, settings.picture);
   EXPECT_TRUE(made.ok()) << made.what() << ' ' << made.field();
   const Status created = renderer_.create(gl, settings);
   EXPECT_TRUE(created.ok()) << created.what() << ' ' << created.field() << ' ' << renderer_.message();
   if (!created.ok()) return;
-  renderer_.upload_sky_line(world().octree());
+  EXPECT_TRUE(renderer_.upload_sky(world().sky()).ok());
   upload_first(detail_pages == kMostPages);
   lod.max_level = level();
   lod.resident_level = level();

@@ -254,7 +254,7 @@ TEST(Renderer, PagesMayLieAnywhere) {
   settings.morph_rows = patches + 100;
   Renderer renderer;
   ASSERT_TRUE(renderer.create(GlContext::get().gl(), settings).ok());
-  renderer.upload_sky_line(world.octree());
+  ASSERT_TRUE(renderer.upload_sky(usual.world().sky()).ok());
   test::TestPages pages(patches, kPages);
   const auto row_of = [&](PatchId p) { return patches + 99 - p; };
   std::vector<std::vector<std::uint32_t>> chains(patches);

@@ -56,7 +56,7 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_FIELD(sky_zenith, GL_FLOAT_VEC4),
                                               KARST_FIELD(sky_horizon, GL_FLOAT_VEC4),
                                               KARST_FIELD(view_scale, GL_FLOAT_VEC4),
-                                              KARST_FIELD(sky_line_scale, GL_FLOAT_VEC4),
+                                              KARST_FIELD(sky_scale, GL_FLOAT_VEC4),
                                               KARST_FIELD(shadow_x, GL_FLOAT_VEC4),
                                               KARST_FIELD(shadow_y, GL_FLOAT_VEC4),
                                               KARST_FIELD(shadow_z, GL_FLOAT_VEC4),
@@ -196,11 +196,11 @@ TEST_F(ShaderInterface, BlocksHaveTheOffsetsOfTheStructs) {
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
   const std::map<std::string, GLint> units = {
-      {"page_table", KARST_UNIT_PAGE_TABLE},       {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-      {"morph_rows", KARST_UNIT_MORPH_ROWS},       {"far_textures", KARST_UNIT_FAR_TEXTURES},
-      {"near_textures", KARST_UNIT_NEAR_TEXTURES}, {"variation", KARST_UNIT_VARIATION},
-      {"sky_line", KARST_UNIT_SKY_LINE},           {"drape", KARST_UNIT_DRAPE},
-      {"shadow_maps", KARST_UNIT_SHADOW_MAPS},     {"geometry", KARST_UNIT_GEOMETRY}};
+      {"page_table", KARST_UNIT_PAGE_TABLE},         {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+      {"morph_rows", KARST_UNIT_MORPH_ROWS},         {"far_textures", KARST_UNIT_FAR_TEXTURES},
+      {"near_textures", KARST_UNIT_NEAR_TEXTURES},   {"variation", KARST_UNIT_VARIATION},
+      {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
+      {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;

@@ -58,6 +58,7 @@ class Scene {
   }
 
   const test::TestWorld& world() const { return world_; }
+  const SkyVisibility& sky() { return drawn_.world().sky(); }
   std::uint32_t patches() const { return static_cast<std::uint32_t>(world_.surface().patches.size()); }
   std::uint32_t pages() const { return patches() * slot_pages(kLevel); }
 
@@ -158,6 +159,7 @@ class Guest {
     settings.morph_rows = scene_.patches();
     settings.stream_indices = 20'000;  // several chunks
     settings.extent = scene_.world().extent();
+    settings.sky = scene_.sky().grid();
     settings.cascades = ground_ == Ground::drape ? 0 : 2;
     settings.shadow_size = 512;
     settings.air_blocks = 2;
@@ -204,10 +206,7 @@ class Guest {
   }
 
   void upload() {
-    call("sky line", kNothing, [&] {
-      renderer_.upload_sky_line(scene_.world().octree());
-      return Status();
-    });
+    call("sky", kUpload, [&] { return renderer_.upload_sky(scene_.sky()); });
     upload_ground();
     for (PatchId p = 0; p < scene_.patches(); ++p) {
       call("vertices", kNothing, [&] { return scene_.upload_patch(renderer_, p); });

@@ -65,6 +65,7 @@ class Decoder {
     // Samplers of another kind must not share a unit with these, used or not.
     gl.Uniform1i(gl.GetUniformLocation(program_, "far_textures"), KARST_UNIT_FAR_TEXTURES);
     gl.Uniform1i(gl.GetUniformLocation(program_, "near_textures"), KARST_UNIT_NEAR_TEXTURES);
+    gl.Uniform1i(gl.GetUniformLocation(program_, "sky_visibility"), KARST_UNIT_SKY_VISIBILITY);
   }
   ~Decoder() {
     const Gl& gl = context_.gl();
@@ -171,7 +172,7 @@ Camera camera_at(glm::dvec3 eye, double yaw_deg, double pitch_deg) {
 }
 
 shader::FrameBlock block_of(const Camera& camera, float least_cos2) {
-  return make_frame_block(camera, least_cos2, {}, glm::ivec3(64), 720);
+  return make_frame_block(camera, least_cos2, {}, {}, 720);
 }
 
 // A row whose entries are all the same threshold.
