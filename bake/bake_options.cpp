@@ -102,6 +102,11 @@ Error store_voxel(void* options, const OptionValue& value) {
   return {};
 }
 
+Error store_water(void* options, const OptionValue& value) {
+  bake_of(options).job.water_m = value.number;
+  return {};
+}
+
 Error store_levels(void* options, const OptionValue& value) {
   bake_of(options).job.level = static_cast<int>(value.integer);
   return {};
@@ -137,6 +142,16 @@ constexpr OptionRow kWorldRows[] = {
      .max = kMaxLevel,
      .help = "level of the heights: 2^K + 1 a patch side",
      .store = store_levels},
+    {.name = "water",
+     .kind = Kind::number,
+     .value = "M",
+     .initial = "none",
+     .unit = "metres",
+     .min = -1e5,
+     .max = 1e5,
+     .help = "height up to which still water stands, a sea's or a lake's; of a DEM, what is flat at this "
+             "height is sunk to a bed",
+     .store = store_water},
     {.name = "carve",
      .kind = Kind::file,
      .value = "FILE",
@@ -252,6 +267,7 @@ constinit const CommandSpec kBakeSpec = {
     .examples =
         "karst-bake dem.tif -o world.karst --voxel 256 --levels 4\n"
         "karst-bake srtm.bil -o world.karst --nodata -9999,hole\n"
+        "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"};
 

@@ -67,7 +67,8 @@ vec3 karst_light(vec3 from_eye, vec3 normal, vec3 albedo) {
   float facing = dot(up, karst_sun_direction.xyz);
   float sun = max(facing, 0.0);
   if (sun > 0.0) sun *= karst_sun_reaches(mat3(karst_world) * from_eye, up);
-  vec3 ambient = mix(karst_ground_light.rgb, karst_sky_light.rgb, 0.5 + 0.5 * up.y) * (0.8 + 0.4 * facing);
+  vec3 ambient = mix(karst_ground_light.rgb, karst_sky_light.rgb, 0.5 + 0.5 * up.y) *
+                 (0.8 + karst_sun_direction.w * facing);
   return albedo * (karst_sun_light.rgb * sun + ambient);
 }
 

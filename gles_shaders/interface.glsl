@@ -88,6 +88,8 @@
 // Voxels from the eye at which the visitor's lamp fades out.
 #define KARST_LAMP_REACH 28.0
 #define KARST_MOST_LIGHTS 16
+// Waves of the water.
+#define KARST_WAVES 6
 // Products of the normal with the sun's direction between which its light fades in.
 #define KARST_SUN_GRAZES -0.05
 #define KARST_SUN_SHINES 0.15
@@ -124,11 +126,12 @@ KARST_BLOCK(FrameBlock) {
   vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up
   vec4 ray_up;
   vec4 ray_forward;
-  vec4 sun_direction;      // xyz: towards the sun
-  vec4 sun_light;          // rgb: light on a surface that faces the sun
+  // xyz: towards the sun, or by night the moon; w: how much stronger the sky's light is from there
+  vec4 sun_direction;
+  vec4 sun_light;          // rgb: light on a surface that faces it
   vec4 sky_light;          // rgb: light on a surface that faces the zenith
   vec4 ground_light;       // rgb: light on a surface that faces down
-  vec4 sky_zenith;         // rgb: the sky itself
+  vec4 sky_zenith;         // rgb: the sky itself; w: of stars
   vec4 sky_horizon;        // rgb: the sky at the horizon, and haze
   // x: 1 / distance at which 63 % is haze, 1/voxels; y: a pixel's size at distance 1, or in a parallel
   // view; z: 1 in parallel views, whose rays are all ray_forward, or 0; w: 1 where the target takes light
@@ -144,6 +147,11 @@ KARST_BLOCK(FrameBlock) {
   vec4 shadow_box_2;
   vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
+  // Surroundings, terrain/shading/surroundings.h. Heights are voxels above the eye.
+  vec4 water;              // x: of the water's level, far below where there is none; y: metres a voxel
+  // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye
+  vec4 water_wave[KARST_WAVES];
+  vec4 plain;              // rgb: albedo, w: height, far above where there is none
   // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
   // plane, y: the second material, z: the near scale, w: looking at the sun.
   ivec4 least_work;

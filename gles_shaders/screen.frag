@@ -8,7 +8,8 @@ precision highp int;
 #include "output.glsl"
 #include "target_colour.glsl"
 #include "sky_colour.glsl"
-#include "sun_disc.glsl"
+#include "water.glsl"
+#include "background.glsl"
 #include "light.glsl"
 #include "geometry.glsl"
 
@@ -21,7 +22,7 @@ void main() {
   uvec2 texel = texelFetch(geometry, ivec2(gl_FragCoord.xy) - screen_place.xy, 0).xy;
   if (texel.y == 0u) {
     if (screen_place.z == 0) discard;
-    colour = target_colour(sky_with_sun(normalize(ray_ws)));
+    colour = target_colour(background(normalize(ray_ws)));
     gl_FragDepth = screen_scale.y;
     return;
   }

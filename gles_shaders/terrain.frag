@@ -7,6 +7,7 @@ precision highp int;
 #include "output.glsl"
 #include "target_colour.glsl"
 #include "sky_colour.glsl"
+#include "water.glsl"
 #include "light.glsl"
 
 in vec3 normal_ws;

@@ -10,7 +10,7 @@
 #include "renderer/passes/shadow_pass.h"
 #include "renderer/passes/sky_pass.h"
 #include "renderer/passes/terrain_pass.h"
-#include "renderer/resources/ground_textures.h"
+#include "renderer/resources/ground_objects.h"
 #include "renderer/resources/material_textures.h"
 #include "renderer/resources/object_table.h"
 
@@ -120,6 +120,7 @@ void Renderer::forget() {
   device_.objects.forget();
   fences_.forget();
   pages_.create(settings_);
+  rim_vertices_ = 0;
   counts_ = {};
   created_ = false;
 }
@@ -174,6 +175,10 @@ Status Renderer::set_materials(const MaterialSet& materials) {
 Status Renderer::upload_textures(TextureArray array, int level, int first_layer, int layers,
                                  std::span<const std::byte> bytes) {
   return core::upload_textures(device_, settings_, array, level, first_layer, layers, bytes);
+}
+
+Status Renderer::upload_rim(std::span<const glm::ivec3> rim, std::int32_t plain_steps) {
+  return core::upload_rim(device_, settings_, rim, plain_steps, rim_vertices_);
 }
 
 Status Renderer::upload_sky(const SkyVisibility& sky) {
@@ -266,6 +271,10 @@ Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) 
   if (!counts_.vertices_lost) {
     status = draw_terrain(device_, settings_, programs_, input, target, counts_);
   }
+  if (status.ok() && target.writes != Writes::depth && sees_edge(settings_, input, rim_vertices_)) {
+    draw_edge(device_, programs_, input.cascades.empty() ? ShaderVariant::edge : ShaderVariant::edge_shadowed,
+              rim_vertices_, counts_);
+  }
   if (status.ok() && target.sky && target.writes != Writes::depth) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   }
@@ -279,9 +288,13 @@ Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target)
   enter_draw(device_, state);
   bind_textures(device_);
   Status status;
+  const bool edge = sees_edge(settings_, input, rim_vertices_);
   if (!counts_.vertices_lost) status = draw_geometry(device_, programs_, input, counts_);
+  if (edge) draw_edge(device_, programs_, ShaderVariant::edge_geometry, rim_vertices_, counts_);
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
-  if (status.ok() && !counts_.vertices_lost) draw_screen(device_, programs_, input, target, counts_);
+  ViewInput shaded = input;
+  if (edge) shaded.shading |= kShadeBlend;  // which the wall needs
+  if (status.ok() && !counts_.vertices_lost) draw_screen(device_, programs_, shaded, target, counts_);
   return status;
 }
 

@@ -91,6 +91,10 @@ class Renderer {
   Status upload_textures(TextureArray array, int level, int first_layer, int layers,
                          std::span<const std::byte> bytes);
 
+  // Where the ground ends (surroundings.h); without it there is no wall. plain_steps: height of the plain.
+  // invalid_argument where the settings have no room for it.
+  Status upload_rim(std::span<const glm::ivec3> rim, std::int32_t plain_steps);
+
   // How much of the sky is seen from where; its grid is the settings'. Without it, all of it is everywhere.
   // invalid_argument where the grid is another one.
   Status upload_sky(const SkyVisibility& sky);
@@ -153,6 +157,7 @@ class Renderer {
   GpuTimer timer_;
   GpuTimer shadow_timer_;
   VertexPages pages_;
+  std::uint32_t rim_vertices_ = 0;
   FrameFences fences_;
   FrameCounts counts_;  // of the frame so far
   char message_[2048] = {};

@@ -37,6 +37,11 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   json.field("volumes", info.volumes)
       .field("patches", info.patches)
       .field("height_blocks", info.height_blocks);
+  if (info.has_water) {
+    json.field("water_m", info.water_m);
+  } else {
+    json.key("water_m").null();
+  }
   json.end_object();
   std::fputs(json.text().c_str(), stdout);
 }
@@ -54,6 +59,7 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
               info.extent[2], size, info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
   std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
   std::printf("octets         %u\n", info.octets);
   std::printf("volumes        %u\n", info.volumes);
   std::printf("patches        %u, %u of them with heights\n", info.patches, info.height_blocks);

@@ -7,6 +7,8 @@
 #include "bake/pipeline/repair_folds.h"
 #include "bake/pipeline/settle_voxels.h"
 #include "bake/samples/samples.h"
+#include "bake/surroundings/sink_sea.h"
+#include "bake/surroundings/trace_rim.h"
 #include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/field/voxelize.h"
@@ -138,6 +140,7 @@ class Baker {
     const std::vector<std::uint8_t> known = elevation_.valid;
     const bool holes = job_.leave_holes && elevation_.voids > 0;
     fill_voids(elevation_);
+    if (job_.water_m) report_.sunk_samples = SinkSea{*job_.water_m}.run(elevation_);
     if (holes) elevation_.valid = known;
     auto solid = std::make_unique<ElevationSolid>(elevation_, holes);
     ground_ = solid.get();
@@ -415,11 +418,15 @@ class Baker {
     std::vector<PatchKey> keys;
     for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(Surface{volumes_, patches_}, p));
     if (Error error = bake_materials(measures.bounds); !error.ok()) return error;
+    const std::vector<glm::ivec3> rim = surround();
+    WorldMaterials materials = report_.materials.view();
+    materials.surroundings = report_.surroundings;
+    materials.rim = rim;
     const WorldWriter writer{info,
                              &voxels_.octree,
                              {keys, mask, heights_, measures.level_errors, measures.bounds, measures.cones,
                               measures.shading_cones},
-                             report_.materials.view()};
+                             materials};
     file.clear();
     file.reserve(static_cast<std::size_t>(writer.file_bytes()));
     const auto append = [&](std::span<const std::byte> bytes) {
@@ -427,6 +434,22 @@ class Baker {
       return true;
     };
     return failure(writer.run(ByteSink::to(append)), "world");
+  }
+
+  // Returns the rim.
+  std::vector<glm::ivec3> surround() {
+    Surroundings& around = report_.surroundings;
+    if (job_.water_m) {
+      around.flags |= kHasWater;
+      around.water_level = static_cast<float>((*job_.water_m - grid_.origin_m.y) / grid_.voxel_m);
+    }
+    std::vector<glm::ivec3> rim = trace_rim({volumes_, patches_}, {level_, heights_}, grid_.extent);
+    around.rim_points = static_cast<std::uint32_t>(rim.size());
+    const auto lower = [](glm::ivec3 a, glm::ivec3 b) { return a.y < b.y; };
+    const auto lowest = std::min_element(rim.begin(), rim.end(), lower);
+    if (lowest != rim.end())
+      around.plain_level = static_cast<float>(lowest->y) / static_cast<float>(kStepsPerVoxel);
+    return rim;
   }
 
   Error bake_materials(std::span<const PatchBounds> boxes) {

@@ -28,9 +28,10 @@ struct Bake {
   std::string sample{};
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 
-  double voxel_m = 0;        // 0: the sample's, or so that about 128 voxels span the image
-  int level = 0;             // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
-  std::string carve_path{};  // empty: nothing is carved
+  double voxel_m = 0;  // 0: the sample's, or so that about 128 voxels span the image
+  int level = 0;       // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
+  std::optional<double> water_m{};  // height of still water; none: the world has none
+  std::string carve_path{};         // empty: nothing is carved
   MaterialOptions materials{};
   int threads = 1;  // >= 1; the result does not depend on it
 
@@ -45,6 +46,8 @@ struct Bake {
     std::uint64_t filled_voxels = 0;
     std::uint64_t voxels_settled = 0;  // changed by SettleVoxels
     std::size_t carve_shapes = 0;
+    Surroundings surroundings;
+    std::size_t sunk_samples = 0;                      // of the image, by SinkSea
     std::uint64_t vertices = 0, misses = 0;            // misses: no surface within reach of the vertex
     std::uint64_t folds_repaired = 0, folds_left = 0;  // triangles, in the sense of RepairFolds
     double quantisation_m = 0;              // kVertexStep; coordinates are off by half of it at most

@@ -51,6 +51,27 @@ std::size_t bytes_as(MaterialSet set, TextureFormat format) {
   return texture_bytes(set);
 }
 
+// Of a height that is stored in voxels.
+double metres(const WorldInfo& info, float voxels) {
+  return info.origin_m[1] + info.voxel_size_m * double{voxels};
+}
+
+void print_water(std::string& out, const Bake::Report& report) {
+  if (!report.surroundings.has_water()) return;
+  print(out, "water         up to %.6g m; %zu samples sunk to a bed\n",
+        metres(report.info, report.surroundings.water_level), report.sunk_samples);
+}
+
+void write_water(app::JsonWriter& json, const Bake::Report& report) {
+  if (!report.surroundings.has_water()) {
+    json.key("water").null();
+    return;
+  }
+  json.key("water").begin_object();
+  json.field("level_m", metres(report.info, report.surroundings.water_level));
+  json.field("samples_sunk", std::uint64_t{report.sunk_samples}).end_object();
+}
+
 void print_materials(std::string& out, const BakedMaterials& materials) {
   const MaterialSet& set = materials.set;
   if (set.count == 0) return;
@@ -132,6 +153,7 @@ std::string report_text(const Bake& job, const Bake::Report& report, std::size_t
     print(out, "coverage      %llu points in holes, %llu folded triangles\n", number(fit.holes),
           number(fit.folded));
   }
+  print_water(out, report);
   print_materials(out, report.materials);
   print(out, "quantisation  %.6g m\n", report.quantisation_m);
   print(out, "written       %zu bytes in %.2f s (read %.2f, voxels %.2f, heights %.2f, measure %.2f)\n",
@@ -166,6 +188,7 @@ std::string report_json(const Bake& job, const Bake::Report& report, std::size_t
   json.field("voxels_settled", report.voxels_settled);
   json.field("folds_repaired", report.folds_repaired).field("folds_left", report.folds_left);
   write_fit(json, report);
+  write_water(json, report);
   write_materials(json, report.materials);
   json.field("quantisation_m", report.quantisation_m);
   json.field("bytes", std::uint64_t{bytes}).field("seconds", seconds);

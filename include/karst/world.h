@@ -23,6 +23,10 @@ struct WorldInfo {
   std::int32_t level = 0;  // finest that the file has
   std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;
   std::uint32_t materials = 0, lights = 0;
+  // Still water stands up to water_m, a height in the world's own metres. It is drawn; queries are of the
+  // ground, which may be its bed.
+  bool has_water = false;
+  double water_m = 0;
   // Box of the surface, in the world's own metres. World::info() alone knows it.
   Vec3 low_m, high_m;
 };

@@ -12,6 +12,9 @@ namespace karst::core {
 namespace {
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+// Degrees that the sun is below the horizon: the light's direction becomes the moon's; night has come.
+constexpr double kMoonTakesOverDeg = 5.0;
+constexpr double kNightDeg = 13.0;
 
 bool inside(double value, double least, double most) {
   return value >= least && value <= most;
@@ -32,20 +35,31 @@ glm::vec4 xyz(glm::vec3 v) {
 
 // Linear light, relative to a white surface in full sun being 3.5: the tone curve is made for that. The
 // shares of sun and sky are those of a clear day: about 5 to 1 on level ground at noon.
+//
+// By night a full moon stands opposite to the sun. Moonlight is brighter here than it is, as much as an eye
+// gets used to it, so that a display shows the ground. Nothing jumps at dusk: the sun is down before the
+// light's direction becomes the moon's, and what is stronger on its side is so on no side then.
 void set_light(const FrameLight& light, shader::FrameBlock& block) {
   const double elevation = light.sun_elevation_deg;
   const float height = smooth_step(0.0, 35.0, elevation);  // 0 at the horizon, 1 from mid-morning on
-  const float day = smooth_step(-8.0, 8.0, elevation);     // fades to night below the horizon
+  const float day = smooth_step(-12.0, 8.0, elevation);    // fades to night below the horizon
   const float disc = smooth_step(-1.5, 1.5, elevation);    // the disc itself sets
 
-  block.sun_light = xyz(mix({3.1f, 1.65f, 0.85f}, {3.7f, 3.35f, 2.9f}, height) * disc);
+  const float night = smooth_step(kMoonTakesOverDeg, kNightDeg, -elevation);
+  const float dusk = smooth_step(-kMoonTakesOverDeg, 0.0, elevation);
+
+  block.sun_direction = glm::vec4(glm::vec3(light_direction(light)), 0.4f * (dusk + night));
+  block.sun_light = xyz(mix({3.1f, 1.65f, 0.85f}, {3.7f, 3.35f, 2.9f}, height) * disc +
+                        glm::vec3(0.42f, 0.50f, 0.65f) * night);
   const glm::vec3 zenith = mix({0.10f, 0.16f, 0.34f}, {0.07f, 0.20f, 0.56f}, height);
   const glm::vec3 horizon = mix({0.72f, 0.54f, 0.44f}, {0.37f, 0.54f, 0.80f}, height);
-  constexpr glm::vec3 kNightZenith{0.002f, 0.003f, 0.008f};
-  constexpr glm::vec3 kNightHorizon{0.006f, 0.008f, 0.016f};
+  constexpr glm::vec3 kNightZenith{0.010f, 0.016f, 0.036f};
+  constexpr glm::vec3 kNightHorizon{0.036f, 0.050f, 0.084f};
   block.sky_zenith = xyz(mix(kNightZenith, zenith, day));
   block.sky_horizon = xyz(mix(kNightHorizon, horizon, day));
-  block.sky_light = xyz((glm::vec3(block.sky_zenith) * 0.6f + glm::vec3(block.sky_horizon) * 0.4f) * 1.15f);
+  block.sky_zenith.w = night;
+  block.sky_light = xyz((glm::vec3(block.sky_zenith) * 0.6f + glm::vec3(block.sky_horizon) * 0.4f) * 1.15f +
+                        glm::vec3(0.06f, 0.08f, 0.12f) * (1.0f - day));
   // Light that the ground throws back: a brownish sixth of what falls on it.
   const float level = std::max(0.0f, block.sun_direction.y);
   block.ground_light = xyz((glm::vec3(block.sun_light) * level + glm::vec3(block.sky_light)) *
@@ -81,7 +95,6 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   }
   block.ray_forward = xyz(glm::vec3(rays.middle));
 
-  block.sun_direction = xyz(glm::vec3(sun_direction(light)));
   set_light(light, block);
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
@@ -91,11 +104,12 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   return block;
 }
 
-glm::dvec3 sun_direction(const FrameLight& light) {
+glm::dvec3 light_direction(const FrameLight& light) {
   const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
   const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
-  return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-          -std::cos(azimuth) * std::cos(elevation)};
+  const glm::dvec3 sun(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                       -std::cos(azimuth) * std::cos(elevation));
+  return light.sun_elevation_deg < -kMoonTakesOverDeg ? -sun : sun;
 }
 
 void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
@@ -155,7 +169,6 @@ glm::vec3 encode_picture(glm::vec3 light) {
 
 glm::vec3 horizon_light(const FrameLight& light) {
   shader::FrameBlock block{};
-  block.sun_direction = xyz(glm::vec3(sun_direction(light)));
   set_light(light, block);
   return block.sky_horizon;
 }

@@ -15,8 +15,8 @@
 
 namespace karst::core {
 
-// Light and air of a frame. Colours follow from the sun's height, the distance that haze takes from the
-// world's size.
+// Light and air of a frame. Colours follow from the sun's height; where it is below the horizon a full moon
+// takes over. The distance that haze takes follows from the world's size.
 struct FrameLight {
   double sun_azimuth_deg = 230.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
   double sun_elevation_deg = 35.0;  // -90..90 above the horizon
@@ -29,8 +29,8 @@ struct FrameLight {
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
                                     const SkyGrid& sky, int height);
 
-// Towards the sun, unit length.
-glm::dvec3 sun_direction(const FrameLight& light);
+// Towards what shines, unit length: the sun, or after dusk the moon, which is full and stands opposite.
+glm::dvec3 light_direction(const FrameLight& light);
 
 // Shadow maps of `size` texels a side, as FitCascades made them for the camera's frame.
 void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,

@@ -54,6 +54,8 @@ struct RendererSettings {
   static constexpr int kMostAirBlocks = 8;
 
   bool deferred() const { return deferred_width > 0 && drape_width == 0; }
+  // Whether there is room for a rim: with a drape a world has none.
+  bool has_rim() const { return drape_width == 0; }
 
   // invalid_argument naming the first field outside its range.
   Status validate() const;

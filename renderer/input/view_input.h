@@ -8,6 +8,7 @@
 #include "karst/types.h"
 #include "renderer/input/frame_block.h"
 #include "renderer/input/frame_counts.h"
+#include "renderer/input/surroundings_block.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/lod/morph.h"
 #include "terrain/resident/page_table.h"
@@ -42,6 +43,7 @@ struct ViewInput {
   std::span<const DrawItem> items;              // of a valid draw list; may be empty
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items needs, PatchShading::needs
   PixelSkips skips;
+  FrameSurroundings surroundings;
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables()

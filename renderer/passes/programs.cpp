@@ -96,7 +96,10 @@ bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
       return (shading_of(n) | kShadeShadows) == kShadeAll;
     return first == ShaderVariant::terrain || settings.deferred;
   }
-  if (variant == ShaderVariant::geometry) return settings.deferred && !settings.drape;
+  if (variant == ShaderVariant::geometry || variant == ShaderVariant::edge_geometry)
+    return settings.deferred && !settings.drape;
+  if (variant == ShaderVariant::edge || variant == ShaderVariant::edge_shadowed)
+    return !settings.drape && (settings.shadows || variant == ShaderVariant::edge);
   return settings.drape || (variant != ShaderVariant::drape && variant != ShaderVariant::drape_linear);
 }
 

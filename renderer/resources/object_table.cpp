@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "renderer/resources/ground_textures.h"
+#include "renderer/resources/ground_objects.h"
 #include "renderer/resources/material_textures.h"
 #include "renderer/resources/variation_texture.h"
 #include "renderer/resources/vertex_pages.h"
@@ -136,6 +136,13 @@ Status fill_terrain_array(const Gl& gl, const Settings& /*settings*/, const GlOb
   return {};
 }
 
+Status fill_rim_array(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
+  gl.BindBuffer(GL_ARRAY_BUFFER, objects[row_of(Object::rim)]);
+  gl.VertexAttribIPointer(KARST_LOCATION_POSITION, 4, GL_INT, sizeof(RimVertex), buffer_offset(0));
+  gl.EnableVertexAttribArray(KARST_LOCATION_POSITION);
+  return {};
+}
+
 template <int n>
 Status fill_shadow_target(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
   gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, objects[row_of(Object::shadow_maps)], 0, n);
@@ -161,6 +168,8 @@ constexpr ObjectRow kRows[] = {
      [](const Settings& s) { return buffer(s.vertex_pages * kPageBytes, GL_DYNAMIC_DRAW); }, nullptr},
     {"stream_indices", Kind::buffer, Consumer::stream_indices,
      [](const Settings& s) { return buffer(std::size_t{s.stream_indices} * 4, GL_STREAM_DRAW); }, nullptr},
+    {"rim", Kind::buffer, Consumer::vertices,
+     [](const Settings& s) { return buffer(rim_bytes(s), GL_STATIC_DRAW); }, nullptr},
     {"frame block", Kind::buffer, Consumer::uniforms,
      [](const Settings&) { return buffer(sizeof(shader::FrameBlock), GL_DYNAMIC_DRAW); }, nullptr},
     {"material block", Kind::buffer, Consumer::uniforms,
@@ -198,6 +207,8 @@ constexpr ObjectRow kRows[] = {
      [](const Settings& s) { return geometry(s, GL_DEPTH_COMPONENT32F); }, nullptr},
     {"terrain", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, fill_terrain_array},
+    {"rim", Kind::vertex_array, Consumer::vertices,
+     [](const Settings& s) { return nothing_but_a_name(s.has_rim()); }, fill_rim_array},
     {"no attributes", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, nullptr},
     {"shadow map 0", Kind::framebuffer, Consumer::shadow_maps, shadow_target<0>, fill_shadow_target<0>},

@@ -15,6 +15,7 @@ namespace karst::core {
 enum class Object : std::uint8_t {
   vertices,
   stream_indices,
+  rim,
   frame_block,
   material_block,
   cascade_block_0,
@@ -33,6 +34,7 @@ enum class Object : std::uint8_t {
   geometry,        // the G-buffer, gles_shaders/geometry.glsl
   geometry_depth,  // and its depth
   terrain_array,
+  rim_array,
   no_attributes,  // vertex array of full-screen passes
   shadow_target_0,
   shadow_target_1,

@@ -77,6 +77,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
   if (const Status status = gl.upload_sky(world.terrain.world.sky()); !status.ok()) return status;
+  if (const Status status = surround(); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
   shadows.size = settings.shadow_size;
@@ -111,6 +112,23 @@ Status RendererObject::upload_materials() {
     }
   }
   return status;
+}
+
+// Through the staging memory too.
+Status RendererObject::surround() {
+  const Surroundings& around = world.terrain.world.surroundings();
+  surroundings_.world = around;
+  surroundings_.voxel_size_m = world.shown.voxel_size_m;
+  if (!gl.settings().has_rim() || around.rim_points == 0) return {};
+  const std::span<glm::ivec3> rim(std::launder(reinterpret_cast<glm::ivec3*>(world.staging.data())),
+                                  around.rim_points);
+  if (const Status status = world.terrain.world.read_rim(rim); !status.ok()) return status;
+  // Its lowest point may be a stream's bed: the plain is of what lies at the rim on average.
+  double height = 0;
+  for (const glm::ivec3 point : rim) height += point.y;
+  height /= static_cast<double>(rim.size()) * kStepsPerVoxel;
+  surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), static_cast<float>(height));
+  return gl.upload_rim(rim, static_cast<std::int32_t>(around.plain_level * KARST_STEPS_PER_VOXEL));
 }
 
 Status RendererObject::take_views(const FrameInput& input) {
@@ -327,6 +345,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
                  inspection.skip_sun};
   if (inspection.lamps) input.lights = world.terrain.world.lights();
   input.pages = world.terrain.residency.pages();
+  input.surroundings = surroundings_;
   input.index_table = world.terrain.world.index_table();
   input.max_level = world.terrain.world.info().level;
   input.first_morph_row = world.terrain.residency.first_morph_row(view);

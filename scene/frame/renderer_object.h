@@ -38,6 +38,7 @@ struct RendererObject final : karst::Renderer {
   };
 
   Status upload_materials();
+  Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun);
   Status select(bool cuts);
@@ -53,6 +54,7 @@ struct RendererObject final : karst::Renderer {
   std::array<ViewRequest, karst::kMostViews> requests_{};
   std::uint32_t view_count_ = 0;
   FrameLight light_;
+  FrameSurroundings surroundings_;
   double work_ms_ = 0;
   std::uint32_t limits_ = 0;
   std::uint32_t made_ = 0;  // by the last end()

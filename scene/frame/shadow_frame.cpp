@@ -76,7 +76,7 @@ Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& li
   FitCascades fit;
   fit.settings = settings_;
   fit.camera = input.camera;
-  fit.to_sun = sun_direction(input.light);
+  fit.to_sun = light_direction(input.light);
   fit.world = terrain_->world.box();
   fit.light = &light_space_;
   fit.cascades = cascades_;

@@ -148,10 +148,12 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   Query::add_to(query, layout.query_limits);
   layout.query_bytes = query.cpu_bytes();
   layout.objects_bytes = whole_lines(objects_bytes(needs.queries)) + needs.queries * layout.query_bytes;
+  std::size_t staging = layout.renderer.has_rim() ? most_rim_points(info.extent) * kRimPointBytes : 0;
   if (layout.renderer.material_count > 0) {
-    layout.staging_bytes =
-        whole_lines(texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
+    staging =
+        std::max(staging, texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
   }
+  layout.staging_bytes = whole_lines(staging);
   add_up(layout);
   const std::uint32_t all = layout.config.max_height_blocks;
   fit_heights(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
@@ -169,7 +171,8 @@ Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs&
   return lay_out_config(info, materials, needs, layout);
 }
 
-karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights) {
+karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights,
+                             const Surroundings& surroundings) {
   karst::WorldInfo out;
   static_assert(sizeof out.name == kWorldNameBytes);
   std::memcpy(out.name, info.name, sizeof out.name);
@@ -184,11 +187,13 @@ karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std
   out.height_blocks = info.height_blocks;
   out.materials = materials;
   out.lights = lights;
+  out.has_water = surroundings.has_water();
+  if (out.has_water) out.water_m = info.origin_m[1] + info.voxel_size_m * double{surroundings.water_level};
   return out;
 }
 
 std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials) {
-  const karst::WorldInfo all = public_info(info, materials.count, 0);
+  const karst::WorldInfo all = public_info(info, materials.count, 0, Surroundings());
   const double numbers[] = {all.voxel_size_m,
                             all.origin_m.x,
                             all.origin_m.y,
@@ -296,7 +301,7 @@ Status read_world_info(const Source& file, WorldInfo& info) noexcept {
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
   info = core::public_info(reader.info(), reader.materials().count,
-                           static_cast<std::uint32_t>(reader.lights().size()));
+                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
   return {};
 }
 
@@ -305,7 +310,7 @@ Status check_world(const Source& file, WorldInfo& info) noexcept {
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
   if (const Status status = reader.verify(); !status.ok()) return status;
   info = core::public_info(reader.info(), reader.materials().count,
-                           static_cast<std::uint32_t>(reader.lights().size()));
+                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
   return {};
 }
 

@@ -138,6 +138,25 @@ Fault check_lights(std::span<const PointLight> lights) {
   return {};
 }
 
+Fault check_surroundings(const Surroundings& surroundings, glm::ivec3 extent) {
+  if ((surroundings.flags & ~kHasWater) != 0) return {"a flag is not known", 0};
+  for (const float level : {surroundings.water_level, surroundings.plain_level}) {
+    if (!(std::abs(level) <= kMostHeight)) return {"a level is outside +-10^6", 4};
+  }
+  if (surroundings.rim_points > most_rim_points(extent)) return {"more than eight rim points a voxel", 12};
+  return {};
+}
+
+Fault check_rim(std::span<const std::byte> rim) {
+  for (std::size_t at = 0; at < rim.size(); at += sizeof(std::int32_t)) {
+    std::int32_t value;
+    std::memcpy(&value, rim.data() + at, sizeof value);
+    if (value < -kMostRimSteps || value > kMostRimSteps)
+      return {"a rim point is outside +-2^23 lattice steps", sizeof(Surroundings) + at};
+  }
+  return {};
+}
+
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs) {
   if (section.size() < kHeaderBytes) return {"the section is shorter than its header", 0};
   std::uint32_t header[kHeaderBytes / sizeof(std::uint32_t)];

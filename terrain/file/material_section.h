@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The sections of materials (MATL), of their textures (MTEX), of patches that have a material of their own
-// (MOVR) and of point lights (LGTS) in a world file: their checks, the same for reading and writing. For
-// world_layout.cpp, world_reader.cpp and world_writer.cpp alone; docs/formats.md has the offsets.
+// (MOVR), of point lights (LGTS) and of surroundings (SURR) in a world file: their checks, the same for
+// reading and writing. For world_layout.cpp, world_reader.cpp and world_writer.cpp alone; docs/formats.md has
+// the offsets.
 #pragma once
 
 #include "terrain/shading/materials.h"
+#include "terrain/shading/surroundings.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +36,10 @@ struct Fault {
 Fault check_set(const MaterialSet& set);
 // Number, and each light's ranges.
 Fault check_lights(std::span<const PointLight> lights);
+// Of a world of this extent; offsets are those in SURR.
+Fault check_surroundings(const Surroundings& surroundings, glm::ivec3 extent);
+// rim: whole points of SURR.
+Fault check_rim(std::span<const std::byte> rim);
 
 // set is untouched and crcs are garbage on a fault. crcs: room for kMostImages, image_count() are written.
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What a .karst world file holds; docs/formats.md has it byte by byte. The octree; of patches their keys, the
 // heights, the errors of their coarser levels, the boxes and the cones of normals; and, where the world has
-// them, materials with their textures, and point lights. Patches are not stored: extraction makes them again,
-// and their keys (patch_key.h) say which is which.
+// them, materials with their textures, point lights, and what is around the ground. Patches are not stored:
+// extraction makes them again, and their keys (patch_key.h) say which is which.
 //
 // Read by WorldReader (world_reader.h), written by WorldWriter (world_writer.h).
 //
@@ -14,6 +14,7 @@
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
 #include "terrain/shading/materials.h"
+#include "terrain/shading/surroundings.h"
 #include "terrain/surface/patch_key.h"
 
 #include <glm/vec3.hpp>
@@ -41,7 +42,7 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// The sections, in the order in which they are written. The last four may be missing.
+// The sections, in the order in which they are written. The last five may be missing.
 enum class WorldSection : std::uint8_t {
   octree,
   keys,
@@ -55,10 +56,11 @@ enum class WorldSection : std::uint8_t {
   materials,
   textures,
   overrides,
-  lights
+  lights,
+  surroundings
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 13;
+inline constexpr std::size_t kWorldSectionKinds = 14;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -80,12 +82,15 @@ struct WorldPatches {
   std::span<const NormalCone> shading_cones = {};  // shading_cone.h: of all patches, or empty: not known
 };
 
-// What the ground is made of, and what lights it, as it lies in the file; all of it may be missing.
+// What the ground is made of, what lights it and what is around it, as it lies in the file; all of it may be
+// missing.
 struct WorldMaterials {
   MaterialSet set;
   std::span<const std::byte> textures = {};      // texture_bytes(set)
   std::span<const std::uint8_t> overrides = {};  // empty, or of all patches: 0, or 1 + its material
   std::span<const PointLight> lights = {};       // at most kMostLights
+  Surroundings surroundings = {};
+  std::span<const glm::ivec3> rim = {};  // surroundings.rim_points
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

@@ -177,6 +177,9 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
     return bytes >= material_section::kHeaderBytes && bytes <= material_section::kMostBytes;
   if (section == WorldSection::lights)
     return bytes > 0 && bytes <= kMostLights * sizeof(PointLight) && bytes % sizeof(PointLight) == 0;
+  if (section == WorldSection::surroundings)
+    return bytes >= sizeof(Surroundings) &&
+           bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
   return true;
 }
 
@@ -375,6 +378,7 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("MTEX"), "textures", false, nullptr},
     {four_letters("MOVR"), "overrides", false, [](const WorldInfo& i) { return std::uint64_t{i.patches}; }},
     {four_letters("LGTS"), "lights", false, nullptr},
+    {four_letters("SURR"), "surroundings", false, nullptr},
 }};
 
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places) {
@@ -386,6 +390,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, Se
   }
   of(WorldSection::overrides).present = !materials.overrides.empty();
   of(WorldSection::lights) = {.bytes = materials.lights.size_bytes(), .present = !materials.lights.empty()};
+  of(WorldSection::surroundings) = {.bytes = sizeof(Surroundings) + materials.rim.size_bytes(),
+                                    .present = materials.surroundings.has_water() || !materials.rim.empty()};
   std::uint64_t end = kHeaderBytes;
   for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
     places[i].present = places[i].present || kSectionKinds[i].required;

@@ -71,6 +71,7 @@ Status WorldReader::open(const ByteSource& source) {
   }
   if (status.ok()) status = read_materials();
   if (status.ok()) status = read_lights();
+  if (status.ok()) status = read_surroundings(info.extent);
   if (!status.ok()) {
     *this = {};
     return status;
@@ -102,6 +103,32 @@ Status WorldReader::read_lights() {
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::lights, fault.what, fault.offset);
 }
 
+// Its head, and all of its points against their ranges: verify() and read_rim() have the checksum.
+Status WorldReader::read_surroundings(glm::ivec3 extent) {
+  const SectionPlace& section = place_of(WorldSection::surroundings);
+  if (!section.present) return {};
+  const auto head = std::as_writable_bytes(std::span(&surroundings_, 1));
+  if (const Status status = read_bytes(section.offset, head); !status.ok()) return status;
+  const auto fault = material_section::check_surroundings(surroundings_, extent);
+  if (fault.what != nullptr) return corrupt_section(WorldSection::surroundings, fault.what, fault.offset);
+  if (section.bytes == head.size() + surroundings_.rim_points * kRimPointBytes) return {};
+  return corrupt_section(WorldSection::surroundings, "the section's length does not fit its points", 12);
+}
+
+Status WorldReader::read_rim(std::span<glm::ivec3> rim) const {
+  const SectionPlace& section = place_of(WorldSection::surroundings);
+  if (rim.size() != surroundings_.rim_points) return wrong_length(WorldSection::surroundings);
+  if (rim.empty()) return {};
+  const auto bytes = std::as_writable_bytes(rim);
+  if (const Status status = read_bytes(section.offset + sizeof(Surroundings), bytes); !status.ok())
+    return status;
+  if (crc32c(bytes, crc32c(std::as_bytes(std::span(&surroundings_, 1)))) != section.crc)
+    return corrupt("a section does not match its checksum", {"section crc", section.entry + kEntryCrc});
+  const auto fault = material_section::check_rim(bytes);
+  return fault.what == nullptr ? Status()
+                               : corrupt_section(WorldSection::surroundings, fault.what, fault.offset);
+}
+
 bool WorldReader::has_overrides() const {
   return place_of(WorldSection::overrides).present;
 }
@@ -122,7 +149,23 @@ Status WorldReader::verify() const {
     if (const Status status = verify_section(static_cast<WorldSection>(i)); !status.ok()) return status;
   }
   if (const Status status = verify_groups(); !status.ok()) return status;
+  if (const Status status = verify_rim(); !status.ok()) return status;
   return verify_images();
+}
+
+Status WorldReader::verify_rim() const {
+  const std::uint64_t first = place_of(WorldSection::surroundings).offset + sizeof(Surroundings);
+  material_section::Fault fault;
+  std::uint64_t at = 0;
+  const auto check = [&](std::span<const std::byte> piece) {
+    fault = material_section::check_rim(piece);
+    fault.offset += at;
+    at += piece.size();
+    return fault.what == nullptr;
+  };
+  const Status status = for_each_piece(first, surroundings_.rim_points * kRimPointBytes, check);
+  if (!status.ok() || fault.what == nullptr) return status;
+  return corrupt_section(WorldSection::surroundings, fault.what, fault.offset);
 }
 
 Status WorldReader::verify_section(WorldSection section) const {

@@ -23,12 +23,13 @@ namespace karst::core {
 
 class WorldReader {
  public:
-  // Checks the header, materials and lights. The source is borrowed for the reader's life. info() and the
-  // others are empty after a failure.
+  // Checks the header, materials, lights and surroundings. The source is borrowed for the reader's life.
+  // info() and the others are empty after a failure.
   Status open(const ByteSource& source);
   const WorldInfo& info() const { return info_; }
   const MaterialSet& materials() const { return materials_; }
   std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
+  const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
 
   // Reads all of the file, through a small buffer: all that the functions below check, and the checksums of
@@ -65,6 +66,9 @@ class WorldReader {
   Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                        std::span<std::byte> out) const;
 
+  // surroundings().rim_points of them.
+  Status read_rim(std::span<glm::ivec3> rim) const;
+
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
   // short.
   Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;
@@ -84,9 +88,11 @@ class WorldReader {
   Status for_each_piece(std::uint64_t offset, std::uint64_t bytes, const Visit& visit) const;
   Status read_materials();
   Status read_lights();
+  Status read_surroundings(glm::ivec3 extent);
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;
+  Status verify_rim() const;
 
   ByteSource source_;
   WorldInfo info_;
@@ -95,6 +101,7 @@ class WorldReader {
   std::array<std::uint32_t, material_section::kMostImages> image_crcs_{};
   std::array<PointLight, kMostLights> lights_{};
   std::size_t light_count_ = 0;
+  Surroundings surroundings_;
 };
 
 }  // namespace karst::core

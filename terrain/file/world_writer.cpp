@@ -59,6 +59,11 @@ Status put_material_set(const ByteSink& sink, const WorldMaterials& materials) {
   return put(sink, bytes);
 }
 
+Status put_surroundings(const ByteSink& sink, const WorldMaterials& materials) {
+  const Status status = put(sink, std::as_bytes(std::span(&materials.surroundings, 1)));
+  return status.ok() ? put(sink, std::as_bytes(materials.rim)) : status;
+}
+
 std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& patches,
                                     const WorldMaterials& materials) {
   switch (section) {
@@ -98,6 +103,8 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
       break;
     case WorldSection::materials:
       return put_material_set(sink, world.materials);
+    case WorldSection::surroundings:
+      return put_surroundings(sink, world.materials);
     default:
       break;
   }
@@ -154,6 +161,13 @@ Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
     return invalid(fault.what, "overrides");
   if (const auto fault = material_section::check_lights(materials.lights); fault.what != nullptr)
     return invalid(fault.what, "lights");
+  if (const auto fault = material_section::check_surroundings(materials.surroundings, info.extent);
+      fault.what != nullptr)
+    return invalid(fault.what, "surroundings");
+  if (materials.rim.size() != materials.surroundings.rim_points)
+    return invalid("not as many points as stated", "rim");
+  if (const auto fault = material_section::check_rim(std::as_bytes(materials.rim)); fault.what != nullptr)
+    return invalid(fault.what, "rim");
   return {};
 }
 

@@ -97,6 +97,9 @@ class World {
   // Empty where the world has none.
   const MaterialSet& materials() const { return reader_.materials(); }
   std::span<const PointLight> lights() const { return reader_.lights(); }
+  const Surroundings& surroundings() const { return reader_.surroundings(); }
+  // surroundings().rim_points of them, from the source. Errors as of WorldReader::read_rim.
+  Status read_rim(std::span<glm::ivec3> rim) const { return reader_.read_rim(rim); }
   // Of patches: 0, or one more than the number of the material that all of it has. Empty where none has one.
   std::span<const std::uint8_t> material_overrides() const {
     return blocks_.overrides.first(reader_.has_overrides() ? info_.patches : 0);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include "renderer/input/frame_block.h"
 #include "renderer/resources/variation_texture.h"
@@ -119,6 +120,61 @@ TEST(FrameBlock, RaysOfAnyCameraLeadToWhatIsDrawnThere) {
       EXPECT_NEAR(clip.y / clip.w, ndc.y, 1e-3);
     }
   }
+}
+
+shader::FrameBlock block_at(double elevation_deg) {
+  Camera camera;
+  EXPECT_TRUE(make_camera(CameraSettings(), camera).ok());
+  FrameLight light;
+  light.sun_azimuth_deg = 120;
+  light.sun_elevation_deg = elevation_deg;
+  return make_frame_block(camera, 0.25f, light, {10, 10, 10}, 720);
+}
+
+// As light.glsl has it, without shadows.
+glm::vec3 light_on(const shader::FrameBlock& block, glm::vec3 normal) {
+  const float facing = glm::dot(normal, glm::vec3(block.sun_direction));
+  const auto grazes = static_cast<float>(KARST_SUN_GRAZES);
+  const auto shines = static_cast<float>(KARST_SUN_SHINES);
+  const float t = std::clamp((facing - grazes) / (shines - grazes), 0.0f, 1.0f);
+  const float sun = std::max(facing, 0.0f) * t * t * (3 - 2 * t);
+  const float up = 0.5f + 0.5f * normal.y;
+  const glm::vec3 sky = glm::vec3(block.ground_light) * (1 - up) + glm::vec3(block.sky_light) * up;
+  return glm::vec3(block.sun_light) * sun + sky * (0.8f + block.sun_direction.w * facing);
+}
+
+TEST(FrameLight, NothingJumpsFromNoonToMidnight) {
+  const glm::vec3 normals[] = {{0, 1, 0}, {0.8f, 0.6f, 0}, {-0.8f, 0.6f, 0}, {0, 0, -1}, {0, -1, 0}};
+  constexpr double kStep = 0.02;  // degrees
+  for (double elevation = -90; elevation + kStep <= 90; elevation += kStep) {
+    const shader::FrameBlock a = block_at(elevation);
+    const shader::FrameBlock b = block_at(elevation + kStep);
+    // The sun's own light goes within three degrees, by a third of it in one.
+    const auto near = [&](glm::vec3 x, glm::vec3 y) { return glm::length(x - y) <= 1.5 * kStep; };
+    for (const glm::vec3 normal : normals) {
+      ASSERT_TRUE(near(light_on(a, normal), light_on(b, normal))) << elevation << ' ' << normal.x;
+    }
+    ASSERT_TRUE(near(glm::vec3(a.sky_zenith), glm::vec3(b.sky_zenith))) << elevation;
+    ASSERT_TRUE(near(glm::vec3(a.sky_horizon), glm::vec3(b.sky_horizon))) << elevation;
+  }
+}
+
+TEST(FrameLight, ANightIsLitFromOneSideAndHasStars) {
+  for (const double elevation : {-14.0, -35.0, -60.0}) {
+    const shader::FrameBlock night = block_at(elevation);
+    const glm::vec3 moon(night.sun_direction);
+    EXPECT_NEAR(moon.y, std::sin(-elevation * 3.14159265358979 / 180), 1e-6) << "full, opposite to the sun";
+    EXPECT_GT(light_on(night, moon).g, 3 * light_on(night, -moon).g);
+    // A white surface that faces it is shown neither black nor as by day.
+    const glm::vec3 shown = encode_picture(0.3f * light_on(night, moon));
+    EXPECT_GT(shown.g, 0.2f);
+    EXPECT_LT(shown.g, 0.5f);
+    EXPECT_EQ(night.sky_zenith.w, 1);
+  }
+  const shader::FrameBlock day = block_at(20);
+  EXPECT_EQ(day.sky_zenith.w, 0);
+  EXPECT_EQ(day.sun_direction.w, 0.4f);
+  EXPECT_GT(day.sun_direction.y, 0);
 }
 
 TEST(FrameLight, NamesTheFieldThatIsWrong) {

@@ -160,7 +160,7 @@ void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
   ViewInput input;
   ASSERT_TRUE(drawn.prepare(settings, input).ok());
   fit.camera = &input.camera;
-  fit.to_sun = sun_direction(drawn.light);
+  fit.to_sun = light_direction(drawn.light);
   fit.world = drawn.world().box();
   fit.light = &light;
   fit.cascades = cascades;

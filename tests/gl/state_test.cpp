@@ -95,7 +95,7 @@ class Scene {
     fit.settings.size = 512;
     fit.settings.reach_voxels = 64;
     fit.camera = &input.camera;
-    fit.to_sun = sun_direction(input.light);
+    fit.to_sun = light_direction(input.light);
     fit.world = drawn_.world().box();
     fit.light = &input.light_space;
     fit.cascades = cascades;

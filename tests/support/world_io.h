@@ -43,11 +43,22 @@ inline WorldPatches read_patches(std::span<const std::byte> file) {
           section_as<NormalCone>(file, "SCON")};
 }
 
+inline std::span<const glm::ivec3> rim_of(std::span<const std::byte> file) {
+  const std::span<const glm::ivec3> all = section_as<glm::ivec3>(file, "SURR");
+  if (all.empty()) return {};
+  const std::byte* const first = section_of(file, "SURR").data() + sizeof(Surroundings);
+  return {reinterpret_cast<const glm::ivec3*>(first), all.size() - 1};  // 16 bytes are before them
+}
+
 inline WorldMaterials read_materials(std::span<const std::byte> file) {
   WorldReader reader;
   if (!reader.open(ByteSource::of(file)).ok()) return WorldMaterials();
-  return {reader.materials(), section_of(file, "MTEX"), section_as<std::uint8_t>(file, "MOVR"),
-          section_as<PointLight>(file, "LGTS")};
+  return {reader.materials(),
+          section_of(file, "MTEX"),
+          section_as<std::uint8_t>(file, "MOVR"),
+          section_as<PointLight>(file, "LGTS"),
+          reader.surroundings(),
+          rim_of(file)};
 }
 
 // out: the file, or what was written of it before a failure.

@@ -1,13 +1,27 @@
 // SPDX-License-Identifier: MIT
-#include "renderer/resources/ground_textures.h"
+#include "renderer/resources/ground_objects.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "renderer/gl/gl_state.h"
 #include "renderer/resources/object_table.h"
+#include "terrain/shading/surroundings.h"
 
 namespace karst::core {
+namespace {
+
+constexpr double kTurn = 2.0 * 3.14159265358979323846;
+
+// Clockwise seen from above, x to the east and z to the south: out is to the left.
+std::int32_t yaw_between(glm::ivec3 before, glm::ivec3 after) {
+  const double x = static_cast<double>(after.z - before.z);
+  const double z = static_cast<double>(before.x - after.x);
+  return static_cast<std::int32_t>(std::lround(std::atan2(z, x) / kTurn * 65536.0));
+}
+
+}  // namespace
 
 Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
   constexpr int kRows = 16;
@@ -50,6 +64,37 @@ Status upload_drape(const GlDevice& device, const RendererSettings& settings,
   device.gl.GenerateMipmap(GL_TEXTURE_2D);
   device.gl.BindTexture(GL_TEXTURE_2D, 0);
   leave_upload(device);
+  return {};
+}
+
+std::size_t rim_bytes(const RendererSettings& settings) {
+  return settings.has_rim() ? 2 * (most_rim_points(settings.extent) + 1) * sizeof(RimVertex) : 0;
+}
+
+Status upload_rim(const GlDevice& device, const RendererSettings& settings, std::span<const glm::ivec3> rim,
+                  std::int32_t plain_steps, std::uint32_t& vertices) {
+  vertices = 0;
+  if (rim.empty()) return {};
+  if (2 * (rim.size() + 1) * sizeof(RimVertex) > rim_bytes(settings))
+    return {StatusCode::invalid_argument, "more points than there is room for", "rim", rim.size()};
+  constexpr std::size_t kPiece = 64;  // points
+  RimVertex piece[2 * kPiece];
+  device.gl.BindBuffer(GL_ARRAY_BUFFER, name_of(device, Object::rim));
+  for (std::size_t first = 0; first <= rim.size(); first += kPiece) {
+    const std::size_t count = std::min(kPiece, rim.size() + 1 - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t n = (first + k) % rim.size();
+      RimVertex& top = piece[2 * k + 1];
+      top.position = rim[n];
+      top.normal_yaw = yaw_between(rim[(n + rim.size() - 1) % rim.size()], rim[(n + 1) % rim.size()]);
+      piece[2 * k] = top;
+      piece[2 * k].position.y = plain_steps;
+    }
+    device.gl.BufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(2 * first * sizeof(RimVertex)),
+                            static_cast<GLsizeiptr>(2 * count * sizeof(RimVertex)), piece);
+  }
+  device.gl.BindBuffer(GL_ARRAY_BUFFER, 0);
+  vertices = static_cast<std::uint32_t>(2 * (rim.size() + 1));
   return {};
 }
 

@@ -1,0 +1,36 @@
+#version 300 es
+// SPDX-License-Identifier: MIT
+// The wall around a world, from its rim down to the plain: renderer/resources/ground_objects.h. It is ground
+// like any other, so its outputs are those of terrain.vert, or of geometry.vert (KARST_GEOMETRY).
+precision highp float;
+precision highp int;
+#include "interface.glsl"
+
+layout(location = KARST_LOCATION_POSITION) in ivec4 rim;  // xyz: lattice steps; w: normal's yaw, 2^16 a turn
+
+invariant gl_Position;
+
+out vec3 normal_ws;
+#ifdef KARST_GEOMETRY
+flat out uint patch_bits;
+#else
+out vec3 from_eye_ws;
+out vec3 in_patch;
+flat out ivec3 patch_voxel;
+flat out ivec2 patch_shading;
+#endif
+
+void main() {
+  vec3 position = vec3(rim.xyz - camera_voxel.xyz * int(KARST_STEPS_PER_VOXEL));
+  gl_Position = clip_from_lattice * vec4(position, 1.0);
+  float yaw = float(rim.w) * (6.283185307 / 65536.0);
+  normal_ws = vec3(cos(yaw), 0.0, sin(yaw));
+#ifdef KARST_GEOMETRY
+  patch_bits = 0u;
+#else
+  from_eye_ws = (position - camera_fine.xyz) / KARST_STEPS_PER_VOXEL;
+  in_patch = vec3(rim.xyz) / KARST_STEPS_PER_VOXEL;
+  patch_voxel = ivec3(0);
+  patch_shading = ivec2(-1, 0);
+#endif
+}
