@@ -125,6 +125,14 @@ constexpr Key kKeys[] = {
        p.drape_side = static_cast<int>(side);
        return true;
      }},
+    {"antialias", "none, edges, msaa2 or msaa4",
+     [](std::string_view v, BoardProfile& p) {
+       constexpr std::string_view kWords[] = {"none", "edges", "msaa2", "msaa4"};
+       int n = 0;
+       while (n < 4 && kWords[n] != v) ++n;
+       p.antialias = static_cast<Antialias>(n & 3);
+       return n < 4;
+     }},
 };
 constexpr std::size_t kKeyCount = std::size(kKeys);
 

@@ -14,6 +14,12 @@
 
 namespace karst {
 
+// edges: silhouettes, of what is shaded from a G-buffer. The others: samples of a pixel.
+enum class Antialias : std::uint8_t { none, edges, msaa2, msaa4 };
+constexpr int samples_of(Antialias antialias) {
+  return antialias == Antialias::msaa2 ? 2 : antialias == Antialias::msaa4 ? 4 : 1;
+}
+
 struct BoardProfile {
   std::string name;             // of the file
   std::string title;            // the board, for people
@@ -31,7 +37,8 @@ struct BoardProfile {
   int cascade_side = 0;            // texels
   bool deferred = false;           // pixels are shaded once, from a G-buffer
   int detail = 1;                  // of textures, 0 low, 1 medium, 2 high
-  int drape_side = 0;              // of the largest image over the world, pixels; 0: none
+  Antialias antialias = Antialias::none;
+  int drape_side = 0;  // of the largest image over the world, pixels; 0: none
 
   // What the cascades, the largest drape and the scan-out buffers take.
   std::uint64_t cascade_bytes() const;

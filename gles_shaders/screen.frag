@@ -15,25 +15,41 @@ precision highp int;
 
 uniform highp usampler2D geometry;
 
+#ifdef KARST_EDGES
+#include "silhouette.glsl"
+#endif
+
 in vec3 ray_ws;
 out vec4 colour;
 
-void main() {
-  uvec2 texel = texelFetch(geometry, ivec2(gl_FragCoord.xy) - screen_place.xy, 0).xy;
-  if (texel.y == 0u) {
-    if (screen_place.z == 0) discard;
-    colour = target_colour(background(normalize(ray_ws)));
-    gl_FragDepth = screen_scale.y;
-    return;
-  }
-  float over_w = uintBitsToFloat(texel.y);
-  vec3 from_eye = ray_ws * (screen_scale.x / over_w);
+vec3 from_eye_of(float over_w) { return ray_ws * (screen_scale.x / over_w); }
+
+vec4 colour_of(uvec2 texel) {
+  if (texel.y == 0u) return target_colour(background(normalize(ray_ws)));
+  vec3 from_eye = from_eye_of(uintBitsToFloat(texel.y));
   vec3 in_voxel = camera_fine.xyz / KARST_STEPS_PER_VOXEL + from_eye;
   Point point = Point(unpack_normal(texel.x), from_eye, camera_voxel.xyz, in_voxel,
                       int(texel.x >> KARST_GEOMETRY_MATERIAL_SHIFT & 15u) - 1,
                       (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u);
-  colour = target_colour(light_from(point));
-  // Depth as the vertices have it, by the row of clip z.
-  float z = dot(screen_depth.xyz, from_eye) + screen_depth.w;
-  gl_FragDepth = z * over_w * screen_scale.z + screen_scale.w;
+  return target_colour(light_from(point));
+}
+
+void main() {
+  ivec2 place = ivec2(gl_FragCoord.xy) - screen_place.xy;
+  uvec2 texel = texelFetch(geometry, place, 0).xy;
+  if (texel.y == 0u && screen_place.z == 0) discard;
+  colour = colour_of(texel);
+  float over_w = uintBitsToFloat(texel.y);
+#ifdef KARST_EDGES
+  Silhouette edge = silhouette_at(place, over_w);
+  if (edge.cover > 0.0) {
+    colour = mix(colour, colour_of(texelFetch(geometry, place + edge.side, 0).xy), edge.cover);
+  }
+#endif
+  gl_FragDepth = screen_scale.y;
+  if (texel.y > 0u) {
+    // Depth as the vertices have it, by the row of clip z.
+    float z = dot(screen_depth.xyz, from_eye_of(over_w)) + screen_depth.w;
+    gl_FragDepth = z * over_w * screen_scale.z + screen_scale.w;
+  }
 }

@@ -107,7 +107,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   needs.queries = 1;  // for the ground, as render and view have it
   needs.query_patches = kGroundPatches;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
-  if (!has_board || board.deferred) {
+  if (!has_board || (board.deferred && samples_of(board.antialias) == 1)) {
     needs.deferred_width = static_cast<std::uint32_t>(options.width);
     needs.deferred_height = static_cast<std::uint32_t>(options.height);
   }
@@ -133,6 +133,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   picture.width = options.width;
   picture.height = options.height;
   picture.rgb565 = board.rgb565;
+  picture.samples = samples_of(board.antialias);
   use.target = picture.bytes();
   use.cpu = plan.cpu_bytes;
   use.gpu = plan.gpu_bytes + use.target + use.drape;

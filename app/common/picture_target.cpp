@@ -39,11 +39,15 @@ std::size_t pixels_of(const PictureSettings& settings) {
 Status PictureSettings::validate() const {
   if (width < 1 || width > kMaxPicture) return invalid("not within 1..16384 pixels", "width");
   if (height < 1 || height > kMaxPicture) return invalid("not within 1..16384 pixels", "height");
+  if (samples != 1 && samples != 2 && samples != 4) return invalid("not 1, 2 or 4", "samples");
+  if (samples > 1 && keep_depth) return invalid("depth of several samples is not kept", "keep_depth");
   return {};
 }
 
 std::size_t PictureSettings::bytes() const {
-  return pixels_of(*this) * (rgb565 ? 6 : 8);
+  const std::size_t colour = rgb565 ? 2 : 4;
+  const std::size_t resolved = samples > 1 ? colour : 0;
+  return pixels_of(*this) * ((colour + 4) * static_cast<std::size_t>(samples) + resolved);
 }
 
 Status PictureTarget::load(const GlLoader& loader) {
@@ -94,23 +98,37 @@ Status PictureTarget::create_framebuffers() {
   const GLsizei height = settings_.height;
   gl_.GenRenderbuffers(1, &colour_);
   gl_.BindRenderbuffer(GL_RENDERBUFFER, colour_);
-  gl_.RenderbufferStorage(GL_RENDERBUFFER, settings_.rgb565 ? GL_RGB565 : GL_RGBA8, width, height);
-  gl_.BindRenderbuffer(GL_RENDERBUFFER, 0);
-  gl_.ActiveTexture(GL_TEXTURE0);
-  gl_.GenTextures(1, &depth_);
-  gl_.BindTexture(GL_TEXTURE_2D, depth_);
+  const GLenum colour_format = settings_.rgb565 ? GL_RGB565 : GL_RGBA8;
   const GLenum depth_format = settings_.float_depth ? GL_DEPTH_COMPONENT32F : GL_DEPTH_COMPONENT24;
-  gl_.TexStorage2D(GL_TEXTURE_2D, 1, depth_format, width, height);
-  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  gl_.BindTexture(GL_TEXTURE_2D, 0);
+  gl_.RenderbufferStorage(GL_RENDERBUFFER, colour_format, width, height);
+  if (settings_.samples > 1) {
+    gl_.GenRenderbuffers(2, sampled_);
+    for (const int n : {0, 1}) {
+      gl_.BindRenderbuffer(GL_RENDERBUFFER, sampled_[n]);
+      gl_.RenderbufferStorageMultisample(GL_RENDERBUFFER, settings_.samples,
+                                         n == 0 ? colour_format : depth_format, width, height);
+    }
+  } else {
+    gl_.ActiveTexture(GL_TEXTURE0);
+    gl_.GenTextures(1, &depth_);
+    gl_.BindTexture(GL_TEXTURE_2D, depth_);
+    gl_.TexStorage2D(GL_TEXTURE_2D, 1, depth_format, width, height);
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl_.BindTexture(GL_TEXTURE_2D, 0);
+  }
+  gl_.BindRenderbuffer(GL_RENDERBUFFER, 0);
   gl_.GenFramebuffers(1, &target_);
   gl_.GenFramebuffers(1, &colour_target_);
   gl_.GenVertexArrays(1, &no_attributes_);
   for (const GLuint framebuffer : {colour_target_, target_}) {
     gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
-    if (framebuffer == target_) {
+    const bool sampled = framebuffer == target_ && settings_.samples > 1;
+    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                                sampled ? sampled_[0] : colour_);
+    if (sampled) {
+      gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, sampled_[1]);
+    } else if (framebuffer == target_) {
       gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
     }
     if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
@@ -145,6 +163,7 @@ void PictureTarget::destroy() {
   gl_.DeleteFramebuffers(1, &target_);
   gl_.DeleteFramebuffers(1, &colour_target_);
   gl_.DeleteRenderbuffers(1, &colour_);
+  gl_.DeleteRenderbuffers(2, sampled_);
   gl_.DeleteTextures(1, &depth_);
   gl_.DeleteVertexArrays(1, &no_attributes_);
   gl_.DeleteProgram(depth_copy_);
@@ -154,7 +173,7 @@ void PictureTarget::destroy() {
 void PictureTarget::forget() {
   created_ = false;
   has_picture_ = false;
-  colour_ = depth_ = target_ = colour_target_ = depth_copy_ = no_attributes_ = 0;
+  colour_ = depth_ = sampled_[0] = sampled_[1] = target_ = colour_target_ = depth_copy_ = no_attributes_ = 0;
 }
 
 void PictureTarget::begin(float farthest) {
@@ -172,9 +191,14 @@ void PictureTarget::begin(const float (&rgb)[3], float farthest) {
 }
 
 void PictureTarget::end() {
-  if (!settings_.keep_depth) {
-    const GLenum depth = GL_DEPTH_ATTACHMENT;
-    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, &depth);
+  const GLenum spent[] = {GL_DEPTH_ATTACHMENT, GL_COLOR_ATTACHMENT0};
+  if (settings_.samples > 1) {
+    gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, target_);
+    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, colour_target_);
+    copy_picture();
+    gl_.InvalidateFramebuffer(GL_READ_FRAMEBUFFER, 2, spent);
+  } else if (!settings_.keep_depth) {
+    gl_.InvalidateFramebuffer(GL_FRAMEBUFFER, 1, spent);
   }
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   has_picture_ = true;
@@ -182,12 +206,16 @@ void PictureTarget::end() {
 
 void PictureTarget::present() {
   if (!has_picture_) return;
-  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, target_);
+  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, colour_target_);
   gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  copy_picture();
+  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+}
+
+void PictureTarget::copy_picture() {
   const GLint width = settings_.width;
   const GLint height = settings_.height;
   gl_.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
 }
 
 // GL's rows go upwards; pictures' go downwards.
@@ -204,7 +232,7 @@ Status PictureTarget::read_colour(std::span<std::uint8_t> rgba) {
   const std::size_t bytes = pixels_of(settings_) * 4;
   if (!has_picture_) return invalid("nothing was drawn yet", "picture");
   if (rgba.size() < bytes) return invalid("too short", "rgba", bytes);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, target_);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, colour_target_);
   read_pixels(rgba.data());
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   return {};

@@ -15,46 +15,47 @@
 #include "karst/status.h"
 #include "karst/types.h"
 
-#define KARST_TARGET_FUNCTIONS(X) \
-  X(ActiveTexture)                \
-  X(AttachShader)                 \
-  X(BindFramebuffer)              \
-  X(BindRenderbuffer)             \
-  X(BindTexture)                  \
-  X(BindVertexArray)              \
-  X(BlitFramebuffer)              \
-  X(CheckFramebufferStatus)       \
-  X(ClearBufferfv)                \
-  X(CompileShader)                \
-  X(CreateProgram)                \
-  X(CreateShader)                 \
-  X(DeleteFramebuffers)           \
-  X(DeleteProgram)                \
-  X(DeleteRenderbuffers)          \
-  X(DeleteShader)                 \
-  X(DeleteTextures)               \
-  X(DeleteVertexArrays)           \
-  X(Disable)                      \
-  X(DrawArrays)                   \
-  X(Finish)                       \
-  X(FramebufferRenderbuffer)      \
-  X(FramebufferTexture2D)         \
-  X(GenFramebuffers)              \
-  X(GenRenderbuffers)             \
-  X(GenTextures)                  \
-  X(GenVertexArrays)              \
-  X(GetError)                     \
-  X(GetIntegerv)                  \
-  X(GetProgramiv)                 \
-  X(InvalidateFramebuffer)        \
-  X(LinkProgram)                  \
-  X(PixelStorei)                  \
-  X(ReadPixels)                   \
-  X(RenderbufferStorage)          \
-  X(ShaderSource)                 \
-  X(TexParameteri)                \
-  X(TexStorage2D)                 \
-  X(UseProgram)                   \
+#define KARST_TARGET_FUNCTIONS(X)   \
+  X(ActiveTexture)                  \
+  X(AttachShader)                   \
+  X(BindFramebuffer)                \
+  X(BindRenderbuffer)               \
+  X(BindTexture)                    \
+  X(BindVertexArray)                \
+  X(BlitFramebuffer)                \
+  X(CheckFramebufferStatus)         \
+  X(ClearBufferfv)                  \
+  X(CompileShader)                  \
+  X(CreateProgram)                  \
+  X(CreateShader)                   \
+  X(DeleteFramebuffers)             \
+  X(DeleteProgram)                  \
+  X(DeleteRenderbuffers)            \
+  X(DeleteShader)                   \
+  X(DeleteTextures)                 \
+  X(DeleteVertexArrays)             \
+  X(Disable)                        \
+  X(DrawArrays)                     \
+  X(Finish)                         \
+  X(FramebufferRenderbuffer)        \
+  X(FramebufferTexture2D)           \
+  X(GenFramebuffers)                \
+  X(GenRenderbuffers)               \
+  X(GenTextures)                    \
+  X(GenVertexArrays)                \
+  X(GetError)                       \
+  X(GetIntegerv)                    \
+  X(GetProgramiv)                   \
+  X(InvalidateFramebuffer)          \
+  X(LinkProgram)                    \
+  X(PixelStorei)                    \
+  X(ReadPixels)                     \
+  X(RenderbufferStorage)            \
+  X(RenderbufferStorageMultisample) \
+  X(ShaderSource)                   \
+  X(TexParameteri)                  \
+  X(TexStorage2D)                   \
+  X(UseProgram)                     \
   X(Viewport)
 
 namespace karst::app {
@@ -63,6 +64,7 @@ struct PictureSettings {
   int width = 1280;  // pixels, 1..kMaxPicture
   int height = 720;
   bool rgb565 = false;       // 16 bits a pixel instead of 32: for screens that show no more
+  int samples = 1;           // of a pixel's edges: 1, 2 or 4; more than 1 not with keep_depth
   bool float_depth = false;  // of 32 bits instead of 24, for reversed depth
   bool keep_depth = false;   // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
@@ -70,7 +72,7 @@ struct PictureSettings {
 
   // invalid_argument naming the first field outside its range.
   Status validate() const;
-  // That create() takes of GPU memory.
+  // That create() takes of GPU memory; drivers may take 4 samples where 2 are asked for.
   std::size_t bytes() const;
 };
 
@@ -124,15 +126,17 @@ class PictureTarget {
   Status check_device() const;
   Status create_framebuffers();
   bool create_depth_copy();
+  void copy_picture();  // from the framebuffer that is bound for reading to that for drawing
   void read_pixels(void* rgba);
 
   Functions gl_;
   PictureSettings settings_;
   bool created_ = false;
   bool has_picture_ = false;
-  GLuint colour_ = 0;
-  GLuint depth_ = 0;
-  GLuint target_ = 0;         // framebuffer: colour_ and depth_
+  GLuint colour_ = 0;         // renderbuffer: the picture
+  GLuint depth_ = 0;          // texture; 0 with several samples
+  GLuint sampled_[2] = {};    // renderbuffers of several samples: colour, depth
+  GLuint target_ = 0;         // framebuffer: what is drawn into
   GLuint colour_target_ = 0;  // framebuffer: colour_ alone
   GLuint depth_copy_ = 0;     // program; 0: depth is not kept
   GLuint no_attributes_ = 0;  // vertex array

@@ -29,6 +29,7 @@ void set_board(const BoardProfile& profile, SceneArguments& scene) {
   scene.buffers = profile.buffers;
   scene.shading = profile.deferred ? ShadingChoice::deferred : ShadingChoice::forward;
   scene.detail = static_cast<DetailChoice>(profile.detail);
+  scene.antialias = profile.antialias;
   scene.shadows = profile.cascades;
   if (profile.cascades > 0) scene.shadow_size = profile.cascade_side;
   scene.max_cpu = profile.cpu_bytes;

@@ -156,6 +156,14 @@ constexpr OptionRow kPictureRows[] = {
      .help = "of pixels: forward, while they are drawn; deferred, once, from a G-buffer of 12 bytes a pixel; "
              "auto: deferred where a processor renders",
      .store = put<&SceneArguments::shading>},
+    {.name = "antialias",
+     .kind = Kind::word,
+     .value = "NAME",
+     .initial = "the board's, or none",
+     .words = "none edges msaa2 msaa4",
+     .help = "edges: silhouettes, where shading is deferred; msaa2, msaa4: 2 or 4 samples a pixel, shading "
+             "forward; msaa4 takes 36 bytes of memory a pixel instead of 8",
+     .store = put<&SceneArguments::antialias>},
     {.name = "no-skip",
      .kind = Kind::other,
      .value = "NAME,...",

@@ -7,6 +7,7 @@
 
 #include "app/command_line/option_table.h"
 #include "app/common/camera_path.h"
+#include "boards/board_profile.h"
 #include "platform/base/error.h"
 
 namespace karst::app {
@@ -52,6 +53,7 @@ struct SceneArguments {
   ShadingChoice shading = ShadingChoice::automatic;
   DetailChoice detail = DetailChoice::medium;
   PrecisionChoice precision = PrecisionChoice::automatic;
+  Antialias antialias = Antialias::none;
   std::uint32_t drawn_anyway = 0;  // bit n: SkipChoice n is switched off
 
   LodChoice lod = LodChoice::error;

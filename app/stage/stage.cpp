@@ -83,6 +83,7 @@ std::uint64_t Stage::target_bytes() const {
   picture.width = width_;
   picture.height = height_;
   picture.rgb565 = scene_.rgb565;
+  picture.samples = samples_of(scene_.antialias);
   return picture.bytes();
 }
 
@@ -99,7 +100,8 @@ Error Stage::make_plan_for(const Source& file) {
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
   needs.shadow_reach_m = scene_.shadow_reach_voxels * info.voxel_size_m;
-  if (scene_.shading != ShadingChoice::forward && scene_.drape.empty()) {
+  const bool sampled = samples_of(scene_.antialias) > 1;
+  if (scene_.shading != ShadingChoice::forward && scene_.drape.empty() && !sampled) {
     needs.deferred_width = static_cast<std::uint32_t>(scene_.width);
     needs.deferred_height = static_cast<std::uint32_t>(scene_.height);
   }
@@ -136,6 +138,7 @@ Error Stage::attach(Display& display, int width, int height) {
   options.detail = static_cast<Detail>(scene_.detail);
   options.precision = static_cast<Precision>(scene_.precision);
   options.shading = static_cast<Shading>(scene_.shading);
+  options.smooth_edges = scene_.antialias == Antialias::edges;
   options.timers = true;
   options.drape_repeat = scene_.drape_repeat;
   driver_words_.clear();
@@ -148,6 +151,7 @@ Error Stage::attach(Display& display, int width, int height) {
   picture.width = width;
   picture.height = height;
   picture.rgb565 = scene_.rgb565;
+  picture.samples = samples_of(scene_.antialias);
   picture.keep_depth = keep_depth;
   picture.float_depth = reversed_depth();
   if (const Status status = target_.create(counting_loader(loader), picture); !status.ok()) {

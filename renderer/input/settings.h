@@ -37,10 +37,11 @@ struct RendererSettings {
   // them to 0 where pixels are shaded while they are drawn.
   int deferred_width = 0;
   int deferred_height = 0;
-  int cascades = 0;        // shadow maps, 0..kMostCascades; with a drape there are none
-  int shadow_size = 1024;  // texels a side, as in CascadeSettings
-  int shadow_bits = 16;    // of depth, 16 or 24 (which takes 32)
-  int air_blocks = 0;      // uniform buffers for the host's own shaders (set_air), 0..kMostAirBlocks
+  bool smooth_edges = false;  // of what goes by the G-buffer
+  int cascades = 0;           // shadow maps, 0..kMostCascades; with a drape there are none
+  int shadow_size = 1024;     // texels a side, as in CascadeSettings
+  int shadow_bits = 16;       // of depth, 16 or 24 (which takes 32)
+  int air_blocks = 0;         // uniform buffers for the host's own shaders (set_air), 0..kMostAirBlocks
 
   // In the host's context: texture units first_unit .. first_unit + KARST_UNITS - 1 and uniform blocks
   // first_block and first_block + 1 are karst's while it draws.

@@ -18,6 +18,7 @@ struct ProgramSettings {
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
+  bool edges = false;  // the screen pass smooths silhouettes
   bool shadows = false;
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
   std::uint32_t first_block = 0;  // and to its binding points
@@ -43,7 +44,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[112] = {};  // GLSL lines after the variant's macros
+  char defines_[144] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

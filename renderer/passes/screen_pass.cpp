@@ -19,7 +19,8 @@ void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlo
   // Of places relative to the camera's voxel; at the eye it is not 0.
   const glm::dvec4 z = row(2);
   const double z_at_eye = glm::dot(glm::dvec3(z), glm::dvec3(camera.fine)) + z.w;
-  block.screen_place = {target.viewport.x, target.viewport.y, target.sky ? 1 : 0, 0};
+  block.screen_place = {target.viewport.x, target.viewport.y, target.sky ? 1 : 0,
+                        target.viewport.width | target.viewport.height << 16};
   const float half = target.depth_zero_to_one ? 1.0f : 0.5f;
   block.screen_scale = {camera.parallel ? 0.0f : static_cast<float>(1.0 / w_a_voxel),
                         camera.reversed_depth ? 0.0f : 1.0f, half, 1.0f - half};

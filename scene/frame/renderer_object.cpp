@@ -62,6 +62,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.detail = options.detail;
   settings.precision = options.precision;
   settings.shading = options.shading;
+  settings.smooth_edges = options.smooth_edges;
   settings.debug = options.debug;
   settings.timers = options.timers;
   settings.drape_repeat = options.drape_repeat;

@@ -167,7 +167,8 @@ Status DrawnWorld::draw(const ViewInput& input, FrameCounts* counts) {
     const float farthest = 0;
     GlContext::get().gl().ClearBufferfv(GL_DEPTH, 0, &farthest);
   }
-  const Status status = renderer_.draw(input, {.viewport = target_.viewport(), .sky = !drape});
+  const Status status = renderer_.draw(
+      input, {.viewport = target_.viewport(), .framebuffer = target_.framebuffer(), .sky = !drape});
   target_.end();
   const FrameCounts drawn = renderer_.end_frame();
   if (counts != nullptr) *counts = drawn;
