@@ -128,7 +128,7 @@ shader::FrameBlock block_at(double elevation_deg) {
   FrameLight light;
   light.sun_azimuth_deg = 120;
   light.sun_elevation_deg = elevation_deg;
-  return make_frame_block(camera, 0.25f, light, {10, 10, 10}, 720);
+  return make_frame_block(camera, 0.25f, light, {{10, 10, 10}, 1}, 720);
 }
 
 // As light.glsl has it, without shadows.
