@@ -113,7 +113,8 @@ vec3 light_from(Point point) {
   sun *= 1.0 - cave * light_scale.y;
 #endif
   KARST_MEDIUM vec3 ambient =
-      mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * bumped.y) * open) * (0.8 + sun_direction.w * facing_sun);
+      mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * bumped.y) * open) *
+      (0.8 + sun_direction.w * facing_sun);
   KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(0.4, 1.0, open);
 #ifdef KARST_CAVE
   if (point.cave) {
@@ -130,10 +131,10 @@ vec3 light_from(Point point) {
     light += sun_light.rgb * (sun * mirrored);
   }
 
-  vec3 seen = light;
+  vec3 arrives = light;
   float below = water.x - point.from_eye.y;
-  if (below > -kWetHeight / water.y) seen = in_water(seen, direction, below, sun, distance_voxels);
+  if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
   float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
   vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
-  return mix(seen, haze, hazed);
+  return mix(arrives, haze, hazed);
 }

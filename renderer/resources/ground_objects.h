@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is of the whole world: its sky visibility and the image that may be laid over it, seen from above, and the
-// wall around it.
+// What is of the whole world: its sky visibility, the image that may be laid over it from above, and the wall
+// around it.
 #pragma once
 
 #include <cstddef>

@@ -106,7 +106,7 @@ void expect_smoother(const test::DrawnSettings& settings, double factor) {
 
 // A host's target of several samples is drawn into like any other.
 TEST(Antialias, SamplesSmoothSilhouettes) {
-  expect_smoother(settings_of(1, 4), 2);
+  expect_smoother(settings_of(1, 4), 1.7);
 }
 
 TEST(Antialias, EdgesOfTheGBufferSmoothSilhouettes) {
@@ -115,7 +115,7 @@ TEST(Antialias, EdgesOfTheGBufferSmoothSilhouettes) {
   settings.deferred_width = kWidth;
   settings.deferred_height = kHeight;
   settings.smooth_edges = true;
-  expect_smoother(settings, 2);
+  expect_smoother(settings, 1.4);
 }
 
 TEST(Antialias, MemoryOfSamplesIsCounted) {

@@ -573,11 +573,12 @@ std::string DirtyHost::wrong_state(std::uint32_t first_unit, std::uint32_t first
   KARST_CHECK(GL_CULL_FACE_MODE, GL_BACK);
   KARST_CHECK(GL_FRONT_FACE, GL_CCW);
   check_extensions(wrong);
-  // 2D, 2D, 2D, array, 2D, 3D, 2D, array, array: interface.glsl.
+  // As interface.glsl has them.
   constexpr GLenum k2D = GL_TEXTURE_BINDING_2D;
   constexpr GLenum kArray = GL_TEXTURE_BINDING_2D_ARRAY;
-  constexpr GLenum kBindings[] = {k2D, k2D, k2D, kArray, k2D, GL_TEXTURE_BINDING_3D, k2D, kArray, kArray};
-  for (GLenum n = 0; n < 9; ++n) {
+  constexpr GLenum k3D = GL_TEXTURE_BINDING_3D;
+  constexpr GLenum kBindings[] = {k2D, k2D, k2D, kArray, k3D, k3D, k2D, kArray, kArray, k2D};
+  for (GLenum n = 0; n < 10; ++n) {
     KARST_CALL(glActiveTexture, GL_TEXTURE0 + first_unit + n);
     check(wrong, "a texture", kBindings[n], {0});
     check(wrong, "a sampler", GL_SAMPLER_BINDING, {0});
