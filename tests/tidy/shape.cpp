@@ -297,6 +297,7 @@ const Exceptions& large_folders() {
       {"terrain/patch", 13, "one stage, a pair of files a step"},
       {"tests/bake", kAny, "a file a subject that is tested"},
       {"tests/gl", kAny, "a file a subject that is tested"},
+      {"tests/golden/images", kAny, "a picture a view"},
       {"tests/support", kAny, "a pair of files a helper"},
       {"tests/unit", kAny, "a file a subject that is tested"},
   };
