@@ -59,14 +59,18 @@
 #define KARST_MATERIALS KARST_MOST_MATERIALS
 #endif
 // Voxels that one repeat of the textures covers, and one of the variation, are powers of two, so that
-// positions can be taken modulo the repeat in integers and stay precise however far from the origin. At the
-// far scale it is 16 times as wide as at the near one (MaterialSet::repeat_log2), of half as many texels:
-// levels of detail between the two.
-#define KARST_FAR_REPEAT_LOG2 4
-#define KARST_FAR_LEVELS 5.0
+// positions can be taken modulo the repeat in integers and stay precise however far from the origin.
 #define KARST_VARIATION_REPEAT 32
+// Scales of the textures, from MaterialSet::repeat_log2 on, each 16 times as wide as the one before. By its
+// footprint, a pixel looks up two that follow each other: near textures at the one, far textures, which have
+// half as many texels, at the other; between the two lie so many levels of detail, half a one of which makes
+// up for far textures having no slopes that beat with the pixel grid.
+#define KARST_SCALE_LOG2 4
+#define KARST_FAR_LEVELS 5.5
+// Level of detail of near textures from which on a scale is looked up, but for the first.
+#define KARST_SCALE_BEGINS -0.25
 // How much of the textures' detail is looked up (karst::Detail); the renderer defines it.
-#define KARST_DETAIL_LOW 0     // the far scale alone
+#define KARST_DETAIL_LOW 0     // far textures alone, at the near scale
 #define KARST_DETAIL_MEDIUM 1  // of the near scale one level, the next finer or coarser
 #define KARST_DETAIL_HIGH 2    // of both scales two levels, mixed
 #ifndef KARST_DETAIL
@@ -74,10 +78,6 @@
 #endif
 // epsilon of K's equation 4.4: 0.15 to 0.25 are good.
 #define KARST_TRIPLANAR_EPSILON 0.2
-// The near scale's albedo, and its bumps, fade out over the level of detail before this many from the
-// coarsest: by then a texture is nearly its average.
-#define KARST_DETAIL_LEVELS 2.5
-#define KARST_RELIEF_LEVELS 4.0
 // Levels of detail that lookups are blurred by: slopes at one texel a pixel would beat with the pixel grid.
 #define KARST_SOFTEN_LEVELS 0.8
 // Height of bumps where they are too fine to be seen.
@@ -169,9 +169,8 @@ KARST_BLOCK(FrameBlock) {
 
 // What stays the same for a world. Material, terrain/shading/materials.h, by layer.
 KARST_BLOCK(MaterialBlock) {
-  // Repeats a voxel, x: near, z: far; y: log2 of near texels a voxel; w: log2 of a near texture's texels
-  vec4 material_scale;
-  ivec4 material_repeat;  // voxels that a repeat covers less 1, x: near, y: far; 0: one or less
+  vec4 material_scale;    // y: log2 of near texels a voxel, at the first scale
+  ivec4 material_repeat;  // x: log2 of voxels that a repeat covers, at the first scale; y: scales - 2
   // Limits of the normal's y: the way through the low one is y + value * x, that through the high one
   // z - value * x; w: how far noise moves both.
   vec4 material_slope[KARST_MOST_MATERIALS];

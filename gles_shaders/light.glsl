@@ -41,9 +41,9 @@ const KARST_MEDIUM float kMirrored = 0.04;
 
 // Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump
 // between triangles, and mean nothing in thin ones. At grazing angles the long side of the footprint alone
-// would blur everything: take half of it, which the textures stand without visible flicker.
+// would blur everything: take a third of it, which the textures stand without visible flicker.
 float pixel_footprint(float distance_voxels, float facing_eye) {
-  return distance_voxels * view_scale.y * max(1.0, 0.5 / max(facing_eye, 0.05));
+  return distance_voxels * view_scale.y * max(1.0, 0.35 / max(facing_eye, 0.05));
 }
 
 // Sunlight thrown back as by rough mirrors, a sunlit white surface being 1: GGX facets, with a fit of what

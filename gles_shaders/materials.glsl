@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Materials: which of them lie where (K 4.2.3), their textures by tri-planar mapping (K 4.2.1, equations 4.4
-// and 4.5) at two scales (K 4.2.2), and how their bumps turn the normal.
+// and 4.5) at two scales (K 4.2.2) of a ladder, and how their bumps turn the normal.
 //
 // What a pixel does not need is skipped, and changes no bit of it, because it would be multiplied by zero: a
 // plane of weight zero, the second of two materials where one covers all, the near scale where it has faded.
@@ -21,36 +21,53 @@ struct Surface {
 
 // A pixel's places in repeats of the textures, and their levels of detail. Levels are explicit because the
 // lookups lie in branches, where implicit derivatives are undefined.
+//
+// From near to far, the near scale's detail fades until only the far scale is left. Over the next level, that
+// scale becomes the near one of the next pair.
 struct Lookup {
   vec3 near;
   vec3 far;
   float near_lod;
   float far_lod;
-  // Shares of the near scale's brightness and of its bumps: 0 where texels are far smaller than a pixel. What
-  // is not seen as bumps makes the ground rougher.
-  KARST_MEDIUM float detail;
-  KARST_MEDIUM float relief;
+  float rest_lod;
+  KARST_MEDIUM float detail;  // share of the near scale's detail
+  KARST_MEDIUM float rest;    // share of what was left of the pair before: far textures, at the near scale
+  KARST_MEDIUM float relief;  // share of bumps; what of their slopes is not seen makes the ground rougher
   KARST_MEDIUM float smoothness;
-  bool details;  // whether the near scale is looked up
+  bool details;  // whether near textures are looked up
+  bool rests;    // and far ones at the near scale
 };
 
+// In repeats of 2^repeat_log2 voxels; whole ones are left out.
+vec3 place_in(ivec3 patch_voxel, vec3 in_patch, int repeat_log2) {
+  vec3 voxels = vec3(patch_voxel & ((1 << max(repeat_log2, 0)) - 1)) + in_patch;
+  return voxels * intBitsToFloat((127 - repeat_log2) << 23);  // times 2^-repeat_log2
+}
+
+// lod: of near textures, at the first scale.
 Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
-  vec3 near = (vec3(patch_voxel & material_repeat.x) + in_patch) * material_scale.x;
-  vec3 far = (vec3(patch_voxel & material_repeat.y) + in_patch) * material_scale.z;
-  float detail = clamp(material_scale.w - KARST_DETAIL_LEVELS - lod, 0.0, 1.0);
-  float relief = clamp(material_scale.w - KARST_RELIEF_LEVELS - lod, 0.0, 1.0);
-  float smoothness = clamp(1.0 - lod / (material_scale.w + 1.0 - KARST_RELIEF_LEVELS), 0.0, 1.0);
+  const float kLevels = float(KARST_SCALE_LOG2);
+  int scale = clamp(int(floor((lod - KARST_SCALE_BEGINS) / kLevels)), 0, material_repeat.y);
+  int repeat_log2 = material_repeat.x + KARST_SCALE_LOG2 * scale;
+  float near_lod = lod - kLevels * float(scale);
+  float detail = clamp(KARST_SCALE_BEGINS + kLevels - near_lod, 0.0, 1.0);
+  float rest = scale == 0 ? 0.0 : clamp(KARST_SCALE_BEGINS + 1.0 - near_lod, 0.0, 1.0);
+  float smoothness = clamp(1.0 - near_lod / (KARST_SCALE_BEGINS + kLevels), 0.0, 1.0);
+  bool details = detail > 0.0 || least_work.z > 0;
 #if KARST_DETAIL == KARST_DETAIL_LOW
-  return Lookup(near, far, 0.0, lod - KARST_FAR_LEVELS, 0.0, 0.0, smoothness, false);
-#else
+  repeat_log2 -= KARST_SCALE_LOG2;
+  near_lod += kLevels;
+  detail = 0.0;
+  details = false;
+#endif
+  float far_lod = near_lod - KARST_FAR_LEVELS;
 #if KARST_DETAIL == KARST_DETAIL_MEDIUM
-  float near_lod = floor(max(lod, 0.0) + 0.5);
-#else
-  float near_lod = lod;
+  near_lod = floor(max(near_lod, 0.0) + 0.5);
 #endif
-  return Lookup(near, far, near_lod, lod - KARST_FAR_LEVELS, detail, relief, smoothness,
-                detail > 0.0 || least_work.z > 0);
-#endif
+  return Lookup(place_in(patch_voxel, in_patch, repeat_log2),
+                place_in(patch_voxel, in_patch, repeat_log2 + KARST_SCALE_LOG2), near_lod, far_lod,
+                far_lod + kLevels, detail, rest, detail * (1.0 - rest), smoothness * (1.0 - rest), details,
+                rest > 0.0 || least_work.z > 0);
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -88,6 +105,7 @@ struct Sums {
   KARST_MEDIUM vec4 far;
   KARST_MEDIUM vec2 near;
   KARST_MEDIUM vec3 gradient;
+  KARST_MEDIUM vec3 rest;
 };
 
 // A fit of IEC 61966-2-1 by I. Taylor, off by 0.0015 at most; 0 and 1 stay.
@@ -108,21 +126,23 @@ void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM fl
 
 void add_plane(inout Sums sums, float layer, Lookup at, int axis, KARST_MEDIUM float weight,
                KARST_MEDIUM vec2 decoding) {
-  KARST_COUNT_LOOKUPS(at.details ? 2 : 1);
+  KARST_COUNT_LOOKUPS(1 + int(at.details) + int(at.rests));
   sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
-  if (at.details) add_detail(sums, vec3(on_plane(at.near, axis), layer), at.near_lod, axis, weight, decoding);
+  vec3 near = vec3(on_plane(at.near, axis), layer);
+  if (at.details) add_detail(sums, near, at.near_lod, axis, weight, decoding);
+  if (at.rests) sums.rest += weight * textureLod(far_textures, near, at.rest_lod).rgb;
 }
 
 Surface surface_of(int material, Lookup at, Planes planes) {
-  Sums sums = Sums(vec4(0.0), vec2(0.0), vec3(0.0));
+  Sums sums = Sums(vec4(0.0), vec2(0.0), vec3(0.0), vec3(0.0));
   float layer = float(material);
   KARST_MEDIUM vec4 decoding = material_near[material];
   add_plane(sums, layer, at, planes.first, 1.0 - planes.second_share, decoding.zw);
   if (planes.both) add_plane(sums, layer, at, planes.second, planes.second_share, decoding.zw);
   // The far scale brings variety, the near one detail, of which the texture's own colours follow.
   KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
-  return Surface(decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb),
-                 mix(KARST_MEAN_HEIGHT, sums.near.g, at.detail),
+  KARST_MEDIUM vec3 albedo = decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb);
+  return Surface(mix(albedo, decode_albedo(sums.rest), at.rest), mix(KARST_MEAN_HEIGHT, sums.near.g, at.relief),
                  mix(material_average[material].a, sums.far.a, at.smoothness), sums.gradient * at.relief);
 }
 

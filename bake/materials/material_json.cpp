@@ -126,7 +126,7 @@ Error parse_material_file(std::string_view text, const std::string& name, Materi
   json root;
   if (Error error = parse_json(text, name, 8, "a material file", root); !error.ok()) return error;
   const JsonFields fields(root, name);
-  fields.only({"side", "format", "materials", "paint", "lights"});
+  fields.only({"side", "format", "repeat", "materials", "paint", "lights"});
   if (fields.has("side")) {
     const double side = fields.number("side", kLeastTextureSide, kMostTextureSide);
     if (side != static_cast<int>(side) || !std::has_single_bit(static_cast<unsigned>(side)))
@@ -137,6 +137,7 @@ Error parse_material_file(std::string_view text, const std::string& name, Materi
     file.format =
         fields.word("format", {"etc2", "rgba8"}) == "etc2" ? TextureFormat::etc2 : TextureFormat::rgba8;
   }
+  if (fields.has("repeat")) file.repeat_m = fields.number("repeat", 1e-6, kFarM);
   Error error =
       parse_list(fields, name, "materials", "material", kMostMaterials, parse_material, file.materials);
   if (!error.ok()) return error;

@@ -48,6 +48,7 @@ struct LightSpec {
 struct MaterialFile {
   std::optional<int> side;
   std::optional<TextureFormat> format;
+  std::optional<double> repeat_m;       // that a texture covers at the first scale
   std::vector<MaterialSpec> materials;  // empty: the world's own
   std::vector<PaintBox> paint;
   std::optional<std::vector<LightSpec>> lights;

@@ -63,8 +63,8 @@ enum class Shading : std::uint8_t {
 
 // How much of the textures' detail pixels look up.
 enum class Detail : std::uint8_t {
-  low,     // the far scale alone: 4 lookups at most
-  medium,  // and of the near scale the nearest mip: 8
+  low,     // albedo and roughness alone: 4 lookups at most, 8 where scales change
+  medium,  // and of brightness, height and slopes the nearest mip: 8, or 12
   high     // mips are mixed
 };
 

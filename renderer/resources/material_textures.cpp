@@ -2,6 +2,7 @@
 #include "renderer/resources/material_textures.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "renderer/gl/gl_state.h"
@@ -22,9 +23,11 @@ glm::vec4 limits(float low, float high, float soft, float last) {
   return {factor, 0.5f - low * factor, 0.5f + high * factor, last};
 }
 
-// Whole voxels of a repeat, at least one.
-int voxels(int repeat_log2) {
-  return 1 << std::max(repeat_log2, 0);
+// Scales beyond the first two: as long as a repeat is not much wider than the world.
+int more_scales(int repeat_log2, glm::ivec3 extent) {
+  const auto most = static_cast<unsigned>(std::max({extent.x, extent.y, extent.z}));
+  const int widest = static_cast<int>(std::bit_width(most));
+  return std::max(0, (widest - repeat_log2) / KARST_SCALE_LOG2 - 1);
 }
 
 // What a near texel, 0..1, stands for: factors and offsets.
@@ -58,13 +61,11 @@ GLenum gl_format(TextureFormat format) {
   return GL_RGBA8;
 }
 
-shader::MaterialBlock make_material_block(const MaterialSet& materials) {
+shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent) {
   shader::MaterialBlock block{};
-  const int near = materials.repeat_log2, far = near + KARST_FAR_REPEAT_LOG2;
   const float levels = materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side));
-  block.material_scale = {std::ldexp(1.0f, -near), levels - static_cast<float>(near), std::ldexp(1.0f, -far),
-                          levels};
-  block.material_repeat = {voxels(near) - 1, voxels(far) - 1, 0, 0};
+  block.material_scale = {0.0f, levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
+  block.material_repeat = {materials.repeat_log2, more_scales(materials.repeat_log2, extent), 0, 0};
   block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_tint[0] = {1.0f, 1.0f, 1.0f, 0.0f};
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
@@ -117,7 +118,7 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
       (materials.side != settings.material_side || materials.format != settings.material_format)) {
     return invalid("not the settings' material_side and material_format", "materials", materials.side);
   }
-  const shader::MaterialBlock block = make_material_block(materials);
+  const shader::MaterialBlock block = make_material_block(materials, settings.extent);
   device.gl.BindBuffer(GL_UNIFORM_BUFFER, name_of(device, Object::material_block));
   device.gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   device.gl.BindBuffer(GL_UNIFORM_BUFFER, 0);

@@ -16,8 +16,9 @@ namespace karst::core {
 // The internal format of images.
 GLenum gl_format(TextureFormat format);
 
-// What stays the same for a world. materials.count 0: one material that is everywhere.
-shader::MaterialBlock make_material_block(const MaterialSet& materials);
+// What stays the same for a world of this extent in voxels. materials.count 0: one material that is
+// everywhere.
+shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent = {1, 1, 1});
 
 // ObjectRow::fill: what is seen where a world has no materials; and the noise.
 Status fill_material_block(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);

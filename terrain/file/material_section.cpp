@@ -93,7 +93,8 @@ Fault check_sizes(std::uint32_t count, std::uint32_t side, std::uint32_t format,
     return {"side is not a power of two within 16..1024", 4};
   if (format > static_cast<std::uint32_t>(TextureFormat::etc2))
     return {"format is neither rgba8 nor etc2", 8};
-  if (repeat_log2 < -16 || repeat_log2 > 5) return {"repeat_log2 is outside -16..5", 12};
+  if (repeat_log2 < kLeastRepeatLog2 || repeat_log2 > kMostRepeatLog2)
+    return {"repeat_log2 is outside -16..5", 12};
   return {};
 }
 

@@ -52,7 +52,8 @@ struct MaterialSet {
   std::uint32_t count = 0;                      // 0: the world has none
   std::uint32_t side = 0;                       // texels of a near texture's side: a power of two, 16..1024
   TextureFormat format = TextureFormat::rgba8;  // or etc2; near textures are rgba4 then
-  std::int32_t repeat_log2 = 0;  // a near texture covers 2^this voxels, -16..5; a far one 16 times as many
+  std::int32_t repeat_log2 = 0;  // a near texture covers 2^this voxels, -16..5; a far one 16 times as many;
+                                 // and so on from afar
   Material materials[kMostMaterials] = {};
 };
 
@@ -83,6 +84,8 @@ inline constexpr std::size_t kTextureArrays = 2;
 inline constexpr std::uint32_t kLeastTextureSide = 16;
 inline constexpr std::uint32_t kMostTextureSide = 1024;
 inline constexpr std::size_t kMostTextureLevels = 11;
+inline constexpr std::int32_t kLeastRepeatLog2 = -16;
+inline constexpr std::int32_t kMostRepeatLog2 = 5;
 
 constexpr std::uint32_t texture_side(std::uint32_t side, TextureArray array) {
   return array == TextureArray::far ? side / 2 : side;

@@ -124,6 +124,19 @@ TEST_F(BakeMaterialsTest, BoxesPaintPatches) {
             0u);
 }
 
+// Powers of two of a voxel, here of 20 m.
+TEST_F(BakeMaterialsTest, RepeatsAreStatedInMetres) {
+  const auto repeat_log2 = [&](const char* text) {
+    return read(world_of(job(text), report_)).set.repeat_log2;
+  };
+  EXPECT_EQ(repeat_log2("{}"), -3);  // 2.5 m for 2
+  EXPECT_EQ(repeat_log2(R"({"repeat": 20})"), 0);
+  EXPECT_EQ(repeat_log2(R"({"repeat": 27})"), 0);
+  EXPECT_EQ(repeat_log2(R"({"repeat": 30})"), 1);
+  EXPECT_EQ(repeat_log2(R"({"repeat": 100000})"), 5);
+  EXPECT_EQ(repeat_log2(R"({"repeat": 0.00001})"), -16);
+}
+
 TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
   const std::vector<float> red = {0.25f, 0.0f, 0.0f};
   std::vector<float> samples;

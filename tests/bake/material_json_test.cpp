@@ -24,7 +24,7 @@ MaterialFile parsed(const std::string& text, const std::string& name) {
 
 TEST(MaterialJson, ReadsAllFields) {
   const MaterialFile file = parsed(R"({
-    "side": 128, "format": "rgba8",
+    "side": 128, "format": "rgba8", "repeat": 3.5,
     "materials": [
       {"name": "base", "sample": "rock"},
       {"name": "moss", "albedo": "a.png", "height": "h.png", "normal": "n.png", "roughness": "r.png",
@@ -36,6 +36,7 @@ TEST(MaterialJson, ReadsAllFields) {
                                    "ground.json");
   EXPECT_EQ(file.side, 128);
   EXPECT_EQ(file.format, TextureFormat::rgba8);
+  EXPECT_EQ(file.repeat_m, 3.5);
   ASSERT_EQ(file.materials.size(), 3u);
   EXPECT_EQ(file.materials[0].sample, "rock");
   EXPECT_FALSE(file.materials[0].slope || file.materials[0].cave || file.materials[0].fray);
@@ -78,6 +79,7 @@ TEST(MaterialJson, NamesFileEntryAndField) {
       {R"({"side": 64.5})", "side: not a power of two"},
       {R"({"side": 8})", "side: not a number in 16"},
       {R"({"side": 2048})", "side: not a number in 16"},
+      {R"({"repeat": 0})", "repeat: not a number in 1e-06"},
       {R"({"format": "png"})", "format: not one of etc2, rgba8"},
       {R"({"materials": {}})", "materials: not a list"},
       {R"({"materials": []})", "materials: an empty list"},

@@ -12,6 +12,7 @@
 
 #include "renderer/input/shader_interface.h"
 #include "renderer/passes/programs.h"
+#include "renderer/resources/material_textures.h"
 #include "tests/gl/gl_fixture.h"
 
 namespace karst::core {
@@ -225,6 +226,23 @@ TEST_F(ShaderInterface, SamplersReadTheirUnits) {
     }
   }
   EXPECT_EQ(seen.size(), units.size());
+}
+
+// Canyon, 10 m a voxel, and bigtujunga, 256 m: the widest repeat is 640 m of 410 m, and 8 km of 36 km.
+TEST(MaterialBlock, ScalesGoOnUntilARepeatIsAsWideAsTheWorld) {
+  const auto widest_log2 = [](int repeat_log2, glm::ivec3 extent) {
+    MaterialSet set;
+    set.count = 1;
+    set.side = 256;
+    set.repeat_log2 = repeat_log2;
+    const glm::ivec4 repeat = make_material_block(set, extent).material_repeat;
+    EXPECT_EQ(repeat.x, repeat_log2);
+    return repeat.x + KARST_SCALE_LOG2 * (repeat.y + 1);
+  };
+  EXPECT_EQ(widest_log2(-2, {41, 27, 30}), 6);
+  EXPECT_EQ(widest_log2(-7, {141, 11, 76}), 5);
+  EXPECT_EQ(widest_log2(-16, {512, 12, 512}), 8);
+  EXPECT_EQ(widest_log2(5, {8, 8, 8}), 9);
 }
 
 }  // namespace
