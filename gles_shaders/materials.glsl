@@ -142,7 +142,8 @@ Surface surface_of(int material, Lookup at, Planes planes) {
   // The far scale brings variety, the near one detail, of which the texture's own colours follow.
   KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
   KARST_MEDIUM vec3 albedo = decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb);
-  return Surface(mix(albedo, decode_albedo(sums.rest), at.rest), mix(KARST_MEAN_HEIGHT, sums.near.g, at.relief),
+  return Surface(mix(albedo, decode_albedo(sums.rest), at.rest),
+                 mix(KARST_MEAN_HEIGHT, sums.near.g, at.relief),
                  mix(material_average[material].a, sums.far.a, at.smoothness), sums.gradient * at.relief);
 }
 

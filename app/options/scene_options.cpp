@@ -161,8 +161,8 @@ constexpr OptionRow kPictureRows[] = {
      .value = "NAME",
      .initial = "the board's, or none",
      .words = "none edges msaa2 msaa4",
-     .help = "edges: silhouettes, where shading is deferred; msaa2, msaa4: 2 or 4 samples a pixel, shading "
-             "forward; msaa4 takes 36 bytes of memory a pixel instead of 8",
+     .help = "none; edges: silhouettes, where shading is deferred; msaa2, msaa4: 2 or 4 samples a pixel, "
+             "shading forward; msaa4 takes 36 bytes of memory a pixel instead of 8",
      .store = put<&SceneArguments::antialias>},
     {.name = "no-skip",
      .kind = Kind::other,

@@ -201,9 +201,9 @@ constexpr ObjectRow kRows[] = {
     {"sky_visibility", Kind::texture, Consumer::textures, sky_visibility, fill_sky},
     {"drape", Kind::texture, Consumer::textures, drape, nullptr},
     {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
-    {"geometry", Kind::texture, Consumer::targets, [](const Settings& s) { return geometry(s, GL_RG32UI); },
+    {"geometry", Kind::texture, Consumer::g_buffer, [](const Settings& s) { return geometry(s, GL_RG32UI); },
      nullptr},
-    {"geometry depth", Kind::texture, Consumer::targets,
+    {"geometry depth", Kind::texture, Consumer::g_buffer,
      [](const Settings& s) { return geometry(s, GL_DEPTH_COMPONENT32F); }, nullptr},
     {"terrain", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, fill_terrain_array},
@@ -214,7 +214,7 @@ constexpr ObjectRow kRows[] = {
     {"shadow map 0", Kind::framebuffer, Consumer::shadow_maps, shadow_target<0>, fill_shadow_target<0>},
     {"shadow map 1", Kind::framebuffer, Consumer::shadow_maps, shadow_target<1>, fill_shadow_target<1>},
     {"shadow map 2", Kind::framebuffer, Consumer::shadow_maps, shadow_target<2>, fill_shadow_target<2>},
-    {"geometry target", Kind::framebuffer, Consumer::targets,
+    {"geometry target", Kind::framebuffer, Consumer::g_buffer,
      [](const Settings& s) { return nothing_but_a_name(s.deferred()); }, fill_geometry_target}};
 static_assert(std::size(kRows) == row_of(Object::count) && std::size(kRows) <= GlObjects::kMost);
 static_assert(kMostCascades == 3 && RendererSettings::kMostAirBlocks == 8);

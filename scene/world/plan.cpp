@@ -150,8 +150,7 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   layout.objects_bytes = whole_lines(objects_bytes(needs.queries)) + needs.queries * layout.query_bytes;
   std::size_t staging = layout.renderer.has_rim() ? most_rim_points(info.extent) * kRimPointBytes : 0;
   if (layout.renderer.material_count > 0) {
-    staging =
-        std::max(staging, texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
+    staging = std::max(staging, texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
   }
   layout.staging_bytes = whole_lines(staging);
   add_up(layout);

@@ -23,12 +23,12 @@ enum class GpuConsumer : std::uint8_t {
   textures,
   materials,
   shadow_maps,
-  targets
+  g_buffer
 };
 inline constexpr std::size_t kGpuConsumerCount = 9;
 inline constexpr std::array<const char*, kGpuConsumerCount> kGpuConsumerNames = {
     "vertices", "page_table", "morph_rows",  "stream_indices", "uniforms",
-    "textures", "materials",  "shadow_maps", "targets"};
+    "textures", "materials",  "shadow_maps", "g_buffer"};
 
 class Budget {
  public:

@@ -121,6 +121,7 @@ constexpr SceneCase kCases[] = {
     {"fov", "50", [](Scene s) { return s.fov_y_deg == 50; }, "pareto"},
     {"haze", "99", [](Scene s) { return s.haze_voxels == 99; }, "pareto"},
     {"show", "levels", [](Scene s) { return s.show == ShowChoice::levels; }, "pareto"},
+    {"antialias", "msaa4", [](Scene s) { return s.antialias == Antialias::msaa4; }, "pareto"},
     {"detail", "high", [](Scene s) { return s.detail == DetailChoice::high; }, "pareto"},
     {"shading", "forward", [](Scene s) { return s.shading == ShadingChoice::forward; }, "pareto"},
     {"precision", "high", [](Scene s) { return s.precision == PrecisionChoice::high; }, "pareto"},

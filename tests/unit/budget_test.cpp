@@ -29,7 +29,7 @@ TEST(BudgetTest, AddsUpByConsumerAndByMemory) {
   budget.add(Consumer::octets, 28);
   budget.add(Consumer::scratch, 64);
   budget.add(GpuConsumer::vertices, 1000);
-  budget.add(GpuConsumer::targets, 7);
+  budget.add(GpuConsumer::g_buffer, 7);
   EXPECT_EQ(budget.bytes(Consumer::octets), 128u);
   EXPECT_EQ(budget.bytes(Consumer::scratch), 64u);
   EXPECT_EQ(budget.bytes(Consumer::volumes), 0u);
