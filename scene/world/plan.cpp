@@ -95,6 +95,17 @@ void fit_heights(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
   if (held < groups) config.max_height_blocks = static_cast<std::uint32_t>(held * kHeightGroup);
 }
 
+// Sees the sky in larger cells where even the fewest heights are too many. None of it would be open sky
+// everywhere: caves would be lost.
+void fit_sky(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
+  if (taken <= max_cpu || config.sky_words == 0) return;
+  const std::uint64_t over = (taken - max_cpu) / sizeof(std::uint64_t) + 1;
+  constexpr std::uint64_t kLeastWords = 64;
+  const std::uint64_t left = config.sky_words > over ? config.sky_words - over : 0;
+  config.sky_words =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(config.sky_words, std::max(left, kLeastWords)));
+}
+
 void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Needs& needs,
                   const Config& config, RendererSettings& renderer) {
   const bool drape = needs.drape_width > 0;
@@ -157,6 +168,9 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   const std::uint32_t all = layout.config.max_height_blocks;
   fit_heights(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
   layout.holds_all_heights = layout.config.max_height_blocks == all;
+  add_up(layout);
+  fit_sky(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
+  layout.renderer.sky = SkyVisibility::grid_for(info.extent, layout.config.sky_words);
   add_up(layout);
   return layout.config.validate();
 }
