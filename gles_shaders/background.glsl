@@ -53,6 +53,7 @@ vec3 open_sky(vec3 direction) {
 
 // direction: unit length.
 vec3 background(vec3 direction) {
+#ifdef KARST_WATER
   if (water.x > 0.0 && direction.y > 0.0) {
     // From under water all of the sky is seen within a cone, and around it the water's mirror.
     vec3 bent = vec3(direction.xz, 0.0).xzy * sqrt(kWaterIndex2);
@@ -60,14 +61,17 @@ vec3 background(vec3 direction) {
     vec3 sky = open_sky(normalize(vec3(bent.x, sqrt(max(up2, 1e-4)), bent.z)));
     return through_water(sky * smoothstep(-0.02, 0.10, up2), water.x / direction.y, 0.0);
   }
+  if (water.x > 0.0 && direction.y < 0.0) return through_water(vec3(0.0), 1e6, 0.0);
+#endif
   if (direction.y >= 0.0) return open_sky(direction);
-  if (water.x > 0.0) return through_water(vec3(0.0), 1e6, 0.0);
   if (plain.w >= 0.0) return sky_colour(direction);
   // A plain without end, or the bed of a sea.
   float far = plain.w / direction.y;
   vec3 light = plain.rgb * light_on_water();
+#ifdef KARST_WATER
   float depth = water.x - plain.w;
   if (depth > 0.0) light = through_surface(light, direction, depth, 1.0, far);
+#endif
   vec3 haze = sky_colour(vec3(direction.x, 0.0, direction.z));
   return mix(light, haze, 1.0 - exp(-far * view_scale.x));
 }

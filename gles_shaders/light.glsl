@@ -132,8 +132,10 @@ vec3 light_from(Point point) {
   }
 
   vec3 arrives = light;
+#ifdef KARST_WATER
   float below = water.x - point.from_eye.y;
   if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
+#endif
   float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
   vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
   return mix(arrives, haze, hazed);

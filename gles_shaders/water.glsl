@@ -2,6 +2,11 @@
 // Still water up to a level: what is under it is seen through its surface. It has no geometry: a ray from an
 // eye above it that ends on ground below the level has crossed the surface on its way. After sky_colour.glsl.
 
+// Light that falls on the surface from above.
+vec3 light_on_water() { return sun_light.rgb * max(sun_direction.y, 0.0) + sky_light.rgb; }
+
+// KARST_WATER: the world has water.
+#ifdef KARST_WATER
 // What is left of light after a metre of coastal water, as exponents, and the colour that deep water throws
 // back. Values between those of Jerlov's types III and 1C at 650, 550 and 450 nm: N. G. Jerlov, "Marine
 // Optics", 1976, table XXVII.
@@ -20,9 +25,6 @@ const float kRippleVariance = 0.014;
 const float kFoamDepth = 0.35;
 const float kWetHeight = 0.5;
 const float kWetAlbedo = 0.62;
-
-// Light that falls on the surface from above.
-vec3 light_on_water() { return sun_light.rgb * max(sun_direction.y, 0.0) + sky_light.rgb; }
 
 vec3 water_absorbs(float voxels) { return exp(-kWaterExtinction * (voxels * water.y)); }
 
@@ -109,3 +111,4 @@ vec3 in_water(vec3 light, vec3 direction, float below, float sun, inout float fa
   if (below > 0.0) return through_surface(light, direction, below, sun, far);
   return light * mix(kWetAlbedo, 1.0, clamp(-below * water.y / kWetHeight, 0.0, 1.0));
 }
+#endif

@@ -84,6 +84,7 @@ Status Renderer::create_objects() {
                                  .high_precision = settings_.precision == Precision::high,
                                  .drape = settings_.drape_width > 0,
                                  .deferred = settings_.deferred(),
+                                 .water = settings_.water,
                                  .edges = settings_.smooth_edges,
                                  .shadows = settings_.cascades > 0,
                                  .first_unit = settings_.first_unit,

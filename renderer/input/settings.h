@@ -32,6 +32,7 @@ struct RendererSettings {
   TextureFormat material_format = TextureFormat::rgba8;
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
+  bool water = true;  // of the world; false: shaders know none
   karst::Shading shading = karst::Shading::automatic;
   // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets
   // them to 0 where pixels are shaded while they are drawn.

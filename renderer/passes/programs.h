@@ -18,6 +18,7 @@ struct ProgramSettings {
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
+  bool water = false;  // the world has some
   bool edges = false;  // the screen pass smooths silhouettes
   bool shadows = false;
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units

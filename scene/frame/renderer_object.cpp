@@ -60,6 +60,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.first_block = options.first_block;
   settings.desktop = options.desktop;
   settings.detail = options.detail;
+  settings.water = world.terrain.world.surroundings().has_water();
   settings.precision = options.precision;
   settings.shading = options.shading;
   settings.smooth_edges = options.smooth_edges;
