@@ -1,7 +1,8 @@
 #version 300 es
 // SPDX-License-Identifier: MIT
-// Shades what is in the G-buffer, a pixel once, and the sky around it; into the host's framebuffer, with
-// depth, so that what the host draws meets the terrain either way round.
+// Shades what is in the G-buffer, a pixel once; into the host's framebuffer, with depth, so that what the
+// host draws meets the terrain either way round. Where silhouettes are smoothed (KARST_EDGES), the background
+// too.
 precision highp float;
 precision highp int;
 #include "interface.glsl"
@@ -9,7 +10,9 @@ precision highp int;
 #include "target_colour.glsl"
 #include "sky_colour.glsl"
 #include "water.glsl"
+#ifdef KARST_EDGES
 #include "background.glsl"
+#endif
 #include "light.glsl"
 #include "geometry.glsl"
 
@@ -25,7 +28,9 @@ out vec4 colour;
 vec3 from_eye_of(float over_w) { return ray_ws * (screen_scale.x / over_w); }
 
 vec4 colour_of(uvec2 texel) {
+#ifdef KARST_EDGES
   if (texel.y == 0u) return target_colour(background(normalize(ray_ws)));
+#endif
   vec3 from_eye = from_eye_of(uintBitsToFloat(texel.y));
   vec3 in_voxel = camera_fine.xyz / KARST_STEPS_PER_VOXEL + from_eye;
   Point point = Point(unpack_normal(texel.x), from_eye, camera_voxel.xyz, in_voxel,
@@ -37,7 +42,11 @@ vec4 colour_of(uvec2 texel) {
 void main() {
   ivec2 place = ivec2(gl_FragCoord.xy) - screen_place.xy;
   uvec2 texel = texelFetch(geometry, place, 0).xy;
+#ifdef KARST_EDGES
   if (texel.y == 0u && screen_place.z == 0) discard;
+#else
+  if (texel.y == 0u) discard;
+#endif
   colour = colour_of(texel);
   float over_w = uintBitsToFloat(texel.y);
 #ifdef KARST_EDGES

@@ -297,6 +297,9 @@ Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target)
   ViewInput shaded = input;
   if (edge) shaded.shading |= kShadeBlend;  // which the wall needs
   if (status.ok() && !counts_.vertices_lost) draw_screen(device_, programs_, shaded, target, counts_);
+  // The background is drawn for its own pixels alone: llvmpipe runs both sides of a branch for all of them.
+  if (status.ok() && target.sky && !settings_.smooth_edges)
+    draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   return status;
 }
 
