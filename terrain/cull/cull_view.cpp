@@ -111,7 +111,8 @@ std::uint32_t CullView::run() const {
   KARST_ASSERT(validate().ok());
   if (tree->patches() == 0) return 0;
   const bool all = frustum == nullptr;
-  Walk walk(*this, all ? Frustum() : *frustum);
+  const Frustum none{};
+  Walk walk(*this, all ? none : *frustum);
   walk.visit(tree->rows() - 1, 0, all ? 0 : kAllPlanes, false);
   return walk.count();
 }

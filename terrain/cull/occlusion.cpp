@@ -187,7 +187,7 @@ std::uint8_t Occlusion::hides_patches(const PatchBoxes& boxes, std::uint32_t n, 
   for (std::uint32_t p = 0; p < count; ++p) {
     const PatchId id = first + p;
     const std::uint16_t state = entries_[id];
-    if ((mask >> p & 1u) == 0 || ((state & kHidden) == 0 && !is_due(id, id, state))) continue;
+    if ((unsigned{mask} >> p & 1u) == 0 || ((state & kHidden) == 0 && !is_due(id, id, state))) continue;
     if (ask(id, id, state, boxes.box(p))) hidden |= static_cast<std::uint8_t>(1u << p);
   }
   return hidden;

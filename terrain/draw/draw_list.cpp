@@ -267,7 +267,8 @@ Status BuildDrawList::run(Result& result) const {
     DrawItem item{id, 1, 0, 0};
     if (levels[id] == 1) {
       // No neighbour is lower: the patch itself needs no look.
-      if ((boxes[id / kEight].collapsed >> id % kEight & 1u) != 0) item.skipped_edges = kCollapsedEdge;
+      if ((unsigned{boxes[id / kEight].collapsed} >> id % kEight & 1u) != 0)
+        item.skipped_edges = kCollapsedEdge;
     } else {
       item = make_draw_item(surface, levels, id);
     }

@@ -45,7 +45,8 @@ class LevelLanes {
                                 simd::as_float(rows[3]));
     }
     const simd::Float4 units = apparent * simd::splat(1.0f / kThresholdUnit);
-    const simd::Int4 half = (simd::as_int(units) - simd::splat(std::int32_t{112 << 23})) >> 13;
+    // Cut off first: lanes below 0, which the mask clears, would overflow.
+    const simd::Int4 half = (simd::as_int(units) >> 13) - simd::splat(std::int32_t{112 << 10});
     return half & (units > simd::splat(0x1p-14f));
   }
 

@@ -4,8 +4,8 @@
 
 fail() { echo "FAILED: $*"; tail -n 20 /run/*.log; exit 1; }
 
-# count FILE TEXT: lines with the text.
-count() { grep -c "$2" "$1" 2>/dev/null || true; }
+# count FILE TEXT: lines with the text; 0 where there is no file yet.
+count() { cat "$1" 2>/dev/null | grep -c "$2" || true; }
 
 # await FILE TEXT N TENTHS: until N lines have it.
 await() {
@@ -39,12 +39,12 @@ end() {
   echo "ended by $1: exit $?"
 }
 
-# The number behind "NAME": in a statistics file, written anew.
+# The number behind "NAME": in a statistics file, written anew. A frame may take seconds before it answers.
 statistic() {
   rm -f /run/$name.json
   kill -HUP $view
   i=0
-  while [ ! -s /run/$name.json ] && [ $i -lt 50 ]; do
+  while [ ! -s /run/$name.json ] && [ $i -lt 300 ]; do
     i=$((i + 1))
     sleep 0.1
   done
