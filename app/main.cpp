@@ -75,9 +75,9 @@ int main(int argc, char** argv) {
     const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
                                              all.empty() ? 0 : all.size() - 1);
     const int code = run(words);
-    // Results that did not reach their reader are a failure (a full disk, a closed pipe).
-    if (std::fflush(stdout) != 0 && code == kExitOk) {
-      print_error("karst", "standard output: cannot write");
+    if (code != kExitOk) return code;
+    if (const karst::Error error = flush_output(); !error.ok()) {
+      print_error("karst", error.text());
       return kExitFailure;
     }
     return code;

@@ -5,7 +5,9 @@
 #include "app/common/arguments.h"
 #include "app/common/progress.h"
 #include "app/files/atomic_file.h"
+#include "app/files/output_place.h"
 #include "bake/bake_options.h"
+#include "bake/elevation/envi.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>
@@ -13,12 +15,29 @@
 #include <memory>
 #include <new>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace karst::bake {
 using namespace core;
 namespace {
 
+// The files that a bake reads.
+std::vector<app::NamedFile> files_read(const Bake& job) {
+  std::vector<app::NamedFile> files{{"--carve", job.carve_path}, {"--materials", job.materials.path}};
+  if (!job.read.path.empty()) {
+    files.push_back({"DEM", job.read.path});
+    files.push_back({"the DEM's header", find_envi_header(job.read.path)});
+  }
+  for (std::string& image : material_images(job.materials)) {
+    files.push_back({"an image of --materials", std::move(image)});
+  }
+  return files;
+}
+
 Error run(const BakeOptions& options) {
+  const app::NamedFile outputs[] = {{"--output", options.output}, {"--stats", options.stats}};
+  if (Error error = app::check_outputs_apart(outputs, files_read(options.job)); !error.ok()) return error;
   // Before any work: a bake that cannot be written is a minute lost.
   if (Error error = app::check_writable(options.output); !error.ok()) return error;
   if (!options.stats.empty()) {
@@ -51,7 +70,6 @@ Error run(const BakeOptions& options) {
   } else if (!options.quiet) {
     std::fputs(report_text(options.job, report, world.size(), seconds).c_str(), stdout);
   }
-  if (std::fflush(stdout) != 0) return "standard output: cannot be written";
   return {};
 }
 
@@ -90,5 +108,10 @@ int run_main(std::span<const char* const> words) {
 
 int main(int count, char** words) {
   const std::span<char* const> all(words, static_cast<std::size_t>(count));
-  return karst::bake::run_main({all.data() + 1, all.empty() ? 0 : all.size() - 1});
+  const int code = karst::bake::run_main({all.data() + 1, all.empty() ? 0 : all.size() - 1});
+  if (code != karst::app::kExitOk) return code;
+  const karst::Error error = karst::app::flush_output();
+  if (error.ok()) return code;
+  karst::app::print_error("karst-bake", error.text());
+  return karst::app::kExitFailure;
 }

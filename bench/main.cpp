@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // karst-bench: what worlds and frames cost on this machine.
-#include <cstdio>
 #include <exception>
 #include <span>
 
@@ -16,8 +15,9 @@ int main(int argc, char** argv) {
     const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
                                              all.empty() ? 0 : all.size() - 1);
     const int code = bench::run_bench(words);
-    if (std::fflush(stdout) != 0 && code == app::kExitOk) {
-      app::print_error("karst-bench", "standard output: cannot write");
+    if (code != app::kExitOk) return code;
+    if (const Error error = app::flush_output(); !error.ok()) {
+      app::print_error("karst-bench", error.text());
       return app::kExitFailure;
     }
     return code;

@@ -195,7 +195,10 @@ int print_manual(const ProgramSpec& program, std::span<const char* const> words)
     print_error(program.name, "prints a page by `man NAME`, or `completion`");
     return kExitUsage;
   }
-  return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0 ? kExitOk : kExitFailure;
+  std::fputs(text.c_str(), stdout);
+  const Error error = flush_output();
+  if (!error.ok()) print_error(program.name, error.text());
+  return error.ok() ? kExitOk : kExitFailure;
 }
 
 }  // namespace karst::app

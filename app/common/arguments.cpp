@@ -96,6 +96,12 @@ Error parse_size(std::string_view text, std::string_view what, int max, int& wid
   return {};
 }
 
+Error flush_output() {
+  // The flag remembers what an earlier flush lost.
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return {};
+  return "standard output: cannot write";
+}
+
 void print_error(std::string_view program, std::string_view message) {
   std::string line = std::string(program) + ": " + std::string(message);
   for (char& c : line) {

@@ -26,6 +26,10 @@ Error parse_numbers(std::string_view text, std::string_view what, char separator
 // "1280x720": two integers, each in [1, max].
 Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height);
 
+// Whether all that was printed has reached standard output. What did not reach its reader (a full disk, a
+// closed pipe) is a failure: programs ask before they end.
+Error flush_output();
+
 // Shortest text that reads back as the same number.
 std::string number_text(double number);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/options/board_options.h"
 
-#include "app/files/mapped_file.h"
+#include "app/files/whole_file.h"
 
 namespace karst::app {
 
@@ -11,9 +11,9 @@ Error read_board(std::string_view text, BoardProfile& profile) {
     return error.ok() ? error : Error("--board: " + error.text());
   }
   const std::string path(text);
-  MappedFile file;
-  if (Error error = file.open(path); !error.ok()) return error;
-  const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  WholeFile file;
+  if (Error error = file.open(path, WholeFile::kMostText); !error.ok()) return error;
+  const std::string_view content = file.text();
   Error error = parse_board(content, path, profile);
   profile.name = path;
   return error;

@@ -301,6 +301,13 @@ const OptionGroup kSceneGroups[4] = {{"picture", kPictureRows},
                                      {"drape", kDrapeRows}};
 const OptionGroup kCameraGroups[1] = {{"camera", kCameraRows}};
 
+std::vector<NamedFile> files_read(const std::string& world, const SceneArguments& scene,
+                                  const CameraArguments& camera) {
+  std::vector<NamedFile> files{{"WORLD", world}, {"--drape", scene.drape}, {"--path", camera.path_file}};
+  if (scene.board.ends_with(".board")) files.push_back({"--board", scene.board});
+  return files;
+}
+
 Error check_scene(const SceneArguments& scene, bool has_drape_repeat) {
   if (has_drape_repeat && scene.drape.empty()) return "--drape-repeat needs a --drape";
   return {};

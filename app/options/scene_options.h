@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "app/command_line/option_table.h"
 #include "app/common/camera_path.h"
+#include "app/files/output_place.h"
 #include "boards/board_profile.h"
 #include "platform/base/error.h"
 
@@ -90,5 +92,9 @@ struct CameraArguments {
   std::string path_file;  // empty: none
 };
 extern const OptionGroup kCameraGroups[1];
+
+// The files that a command with these options reads, none of which may be an output of it.
+std::vector<NamedFile> files_read(const std::string& world, const SceneArguments& scene,
+                                  const CameraArguments& camera = {});
 
 }  // namespace karst::app

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // karst render: pictures and statistics of a world.
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -10,8 +11,9 @@
 #include "app/common/arguments.h"
 #include "app/common/progress.h"
 #include "app/files/atomic_file.h"
-#include "app/files/mapped_file.h"
+#include "app/files/output_place.h"
 #include "app/files/png_file.h"
+#include "app/files/whole_file.h"
 #include "app/render/output_name.h"
 #include "app/render/render_options.h"
 #include "app/stage/camera_ground.h"
@@ -27,9 +29,9 @@ namespace {
 Error read_places(const CameraArguments& camera, std::vector<CameraPlace>& places) {
   if (camera.has_camera) places.push_back(camera.camera);
   if (camera.path_file.empty()) return {};
-  MappedFile file;
-  if (Error error = file.open(camera.path_file); !error.ok()) return error;
-  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  WholeFile file;
+  if (Error error = file.open(camera.path_file, WholeFile::kMostText); !error.ok()) return error;
+  const std::string_view text = file.text();
   return parse_camera_path(text, camera.path_file, places);
 }
 
@@ -55,8 +57,17 @@ class Render {
  private:
   // Told before the work and not after it.
   Error check_outputs() {
+    std::vector<NamedFile> outputs{{"--stats", options_.stats}};
     if (!options_.output.empty()) {
       if (Error error = output_.parse(options_.output); !error.ok()) return error;
+      const std::size_t frames = std::max<std::size_t>(places_.size(), 1);
+      for (std::size_t n = 0; n < frames; ++n) outputs.push_back({"--output", output_.frame(n, several_)});
+    }
+    if (Error error =
+            check_outputs_apart(outputs, files_read(options_.world, options_.scene, options_.camera));
+        !error.ok())
+      return error;
+    if (!options_.output.empty()) {
       if (Error error = check_writable(output_.frame(0, several_)); !error.ok()) return error;
     }
     return options_.stats.empty() || options_.stats == "-" ? Error() : check_writable(options_.stats);

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "app/files/mapped_file.h"
+#include "app/files/whole_file.h"
 #include "app/stage/resource_counts.h"
 #include "platform/base/clock.h"
 
@@ -71,8 +71,8 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, std::ui
 
 Error Stage::load_drape() {
   if (scene_.drape.empty()) return {};
-  MappedFile file;
-  if (Error error = file.open(scene_.drape); !error.ok()) return error;
+  WholeFile file;
+  if (Error error = file.open(scene_.drape, WholeFile::kMostBytes); !error.ok()) return error;
   constexpr int kMostPixels = 16'384;
   const Error error = decode_png(file.bytes(), kMostPixels, drape_);
   return error.ok() ? error : Error(scene_.drape + ": " + error.text());

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "app/files/mapped_file.h"
+#include "app/files/whole_file.h"
 #include "app/stage/camera_view.h"
 #include "platform/base/clock.h"
 
@@ -19,9 +19,9 @@ Error CameraSource::open() {
     if (Error error = poses_.open(options_.poses, log_); !error.ok()) return error;
   }
   if (options_.camera.path_file.empty()) return {};
-  MappedFile file;
-  if (Error error = file.open(options_.camera.path_file); !error.ok()) return error;
-  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  WholeFile file;
+  if (Error error = file.open(options_.camera.path_file, WholeFile::kMostText); !error.ok()) return error;
+  const std::string_view text = file.text();
   return parse_camera_path(text, options_.camera.path_file, path_);
 }
 

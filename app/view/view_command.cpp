@@ -15,6 +15,7 @@
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
 #include "app/files/atomic_file.h"
+#include "app/files/output_place.h"
 #include "app/stage/camera_view.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
@@ -78,6 +79,7 @@ class View {
   // Returns when it was told to end, or what ended it.
   Error run() {
     began_ = now_ns();
+    if (Error error = check_output(); !error.ok()) return error;
     if (Error error = camera_.open(); !error.ok()) return error;
     if (Error error = load_world(); !error.ok()) return error;
     if (Error error = open_display(); !error.ok()) return error;
@@ -89,6 +91,7 @@ class View {
 
  private:
   FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
+  Error check_output() const;
   Error load_world();
   Error open_display();
   Error open_inputs();
@@ -122,6 +125,14 @@ class View {
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
+
+Error View::check_output() const {
+  if (options_.stats.empty() || options_.stats == "-") return {};
+  const NamedFile output{"--stats", options_.stats};
+  const auto inputs = files_read(options_.world, options_.scene, options_.camera);
+  if (Error error = check_outputs_apart({&output, 1}, inputs); !error.ok()) return error;
+  return check_writable(options_.stats);
+}
 
 Error View::load_world() {
   if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
@@ -306,8 +317,7 @@ Error View::write_statistics() {
   const std::string text = statistics_.json(*display_, stage_, camera_.poses());
   if (options_.stats == "-") {
     std::fputs(text.c_str(), stdout);
-    std::fflush(stdout);
-    return {};
+    return flush_output();
   }
   return write_file_atomic(options_.stats, std::as_bytes(std::span(text)));
 }

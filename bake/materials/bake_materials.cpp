@@ -75,6 +75,19 @@ Material BakeMaterials::resolve(const MaterialSpec& spec) const {
   return material;
 }
 
+std::vector<std::string> material_images(const MaterialOptions& options) {
+  std::vector<std::string> images;
+  MaterialFile file;
+  if (options.none || options.path.empty() || !read_material_file(options.path, file).ok()) return images;
+  const std::string folder = folder_of(options.path);
+  for (const MaterialSpec& spec : file.materials) {
+    for (const std::string* name : {&spec.albedo, &spec.height, &spec.normal, &spec.roughness}) {
+      if (!name->empty()) images.push_back(path_in(folder, *name));
+    }
+  }
+  return images;
+}
+
 Error BakeMaterials::load() {
   if (options.none || options.path.empty()) return {};
   if (Error error = read_material_file(options.path, file_); !error.ok()) return error;

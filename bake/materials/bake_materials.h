@@ -32,6 +32,9 @@ struct MaterialOptions {
   std::optional<TextureFormat> format{};
 };
 
+// The images that a material file names; none where it cannot be read, which load() tells.
+std::vector<std::string> material_images(const MaterialOptions& options);
+
 struct BakedMaterials {
   MaterialSet set;
   std::vector<std::byte> textures;

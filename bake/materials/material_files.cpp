@@ -181,11 +181,11 @@ void brightness_as_height(MaterialImage& image, const std::vector<float>& albedo
   for (float& height : image.height) height = (height - least) / range;
 }
 
+}  // namespace
+
 std::string path_in(const std::string& folder, const std::string& path) {
   return path.front() == '/' || folder.empty() ? path : folder + "/" + path;
 }
-
-}  // namespace
 
 Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side,
                           MaterialImage& image) {

@@ -13,6 +13,9 @@ namespace karst::bake {
 
 inline constexpr int kMostImageSide = 8'192;  // texels
 
+// path, which a material file in `folder` names, as this process finds it.
+std::string path_in(const std::string& folder, const std::string& path);
+
 // Paths are relative to `folder`. Albedo of integer samples is sRGB, of floats linear. Without a height
 // image, the albedo's brightness is the height; without a normal image (OpenGL's way: green is up), normals
 // are the height's. The error names the image's path.

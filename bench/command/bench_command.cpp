@@ -4,11 +4,13 @@
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "app/command_line/help.h"
 #include "app/command_line/manual.h"
 #include "app/common/arguments.h"
-#include "app/files/mapped_file.h"
+#include "app/files/output_place.h"
+#include "app/files/whole_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/frames/flight_times.h"
 #include "bench/suites/bench_core.h"
@@ -31,11 +33,11 @@ void take(Number given, Number& out) {
   if (given != 0) out = given;
 }
 
-// Maps the world, checks all of it and hands it to a suite of the core.
+// Reads the world, checks all of it and hands it to a suite of the core.
 template <class Suite>
 int run_on_file(const std::string& path, Suite&& suite) {
-  MappedFile file;
-  Error error = file.open(path);
+  WholeFile file;
+  Error error = file.open(path, WholeFile::kMostBytes);
   if (error.ok()) {
     core::WorldReader reader;
     Status status = reader.open(core::ByteSource::of(file.bytes()));
@@ -162,6 +164,16 @@ int run_bench(std::span<const char* const> words) {
   if (line.has("version")) {
     std::puts("karst-bench " KARST_VERSION);
     return kExitOk;
+  }
+  const NamedFile outputs[] = {{"--json", options.json}, {"--csv", options.csv}, {"--svg", options.svg}};
+  std::vector<NamedFile> inputs = files_read(options.world, options.scene);
+  inputs.push_back({"--against", options.against});
+  inputs.push_back({"--path", options.path_file});
+  inputs.push_back({"--elevation", options.elevation});
+  inputs.push_back({"--peers", options.peers});
+  if (const Error error = check_outputs_apart(outputs, inputs); !error.ok()) {
+    print_error("karst-bench", error.text());
+    return kExitFailure;
   }
   constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto,
                                                      run_shading, run_shadows, run_queries,

@@ -11,7 +11,7 @@
 
 #include <png.h>
 
-#include "app/files/mapped_file.h"
+#include "app/files/whole_file.h"
 
 namespace karst::bench {
 using namespace app;
@@ -93,8 +93,8 @@ bool ElevationGrid::inside(double x_m, double z_m, double margin_cells) const {
 }
 
 Error read_elevation_png(const std::string& path, double pixel_size_m, double z_scale, ElevationGrid& grid) {
-  MappedFile file;
-  if (Error error = file.open(path); !error.ok()) return error;
+  WholeFile file;
+  if (Error error = file.open(path, WholeFile::kMostBytes); !error.ok()) return error;
   Source source{file.bytes(), {}};
   grid = {};
   grid.spacing_x_m = grid.spacing_z_m = pixel_size_m;

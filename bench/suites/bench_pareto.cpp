@@ -13,7 +13,7 @@
 #include "app/common/camera_path.h"
 #include "app/common/progress.h"
 #include "app/files/atomic_file.h"
-#include "app/files/mapped_file.h"
+#include "app/files/whole_file.h"
 #include "app/stage/camera_ground.h"
 #include "bench/frames/bench_view.h"
 
@@ -59,9 +59,9 @@ std::vector<Setting> settings_of(const ParetoOptions& options) {
 }
 
 Error file_flight(BenchView& view, const std::string& path, std::vector<Flight>& flights) {
-  MappedFile file;
-  if (Error error = file.open(path); !error.ok()) return error;
-  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  WholeFile file;
+  if (Error error = file.open(path, WholeFile::kMostText); !error.ok()) return error;
+  const std::string_view text = file.text();
   std::vector<CameraPlace> places;
   if (Error error = parse_camera_path(text, path, places); !error.ok()) return error;
   Flight& flight = flights.emplace_back();
@@ -299,9 +299,9 @@ Error run_suite(const ParetoOptions& options) {
     if (path->empty()) continue;
     if (Error error = check_writable(*path); !error.ok()) return error;
   }
-  MappedFile peers;
+  WholeFile peers;
   if (!options.peers.empty()) {
-    if (Error error = peers.open(options.peers); !error.ok()) return error;
+    if (Error error = peers.open(options.peers, WholeFile::kMostText); !error.ok()) return error;
   }
   ParetoResult result;
   if (Error error = measure_pareto(options, result); !error.ok()) return error;
@@ -310,7 +310,7 @@ Error run_suite(const ParetoOptions& options) {
   if (Error error = write_text(options.csv, pareto_csv(result)); !error.ok()) return error;
   if (options.svg.empty()) return {};
   std::string svg;
-  const std::string_view text(reinterpret_cast<const char*>(peers.bytes().data()), peers.bytes().size());
+  const std::string_view text = peers.text();
   if (const Error error = pareto_svg(result, text, svg); !error.ok())
     return options.peers + ": " + error.text();
   return write_text(options.svg, svg);

@@ -76,6 +76,32 @@ TEST_F(BakeCli, QuietSaysNothing) {
   EXPECT_EQ(result.out + result.err, "");
 }
 
+// Each was written over by the world or its statistics, and the exit code was 0.
+TEST_F(BakeCli, OutputsAreNeitherInputsNorEachOther) {
+  const std::string carve = folder_.write("carve.json", std::string(R"({"shapes": []})"));
+  const std::string image = folder_.write("rock.png", std::string("not read"));
+  const std::string materials = folder_.write(
+      "materials.json", std::string(R"({"materials": [{"name": "rock", "albedo": "rock.png"}]})"));
+  before_ = folder_.names();
+  expect_failure(1, {dem_, "-o", dem_}, "is also DEM");
+  expect_failure(1, {dem_, "-o", folder_.path("./dem.tif")}, "is also DEM");
+  expect_failure(1, {dem_, "-o", world_, "--stats", dem_}, "is also DEM");
+  expect_failure(1, {dem_, "-o", world_, "--stats", world_}, "is also --output");
+  expect_failure(1, {dem_, "-o", carve, "--carve", carve}, "is also --carve");
+  expect_failure(1, {dem_, "-o", materials, "--materials", materials}, "is also --materials");
+  expect_failure(1, {dem_, "-o", image, "--materials", materials}, "is also an image of --materials");
+}
+
+TEST_F(BakeCli, WhatDoesNotReachStandardOutputIsAFailure) {
+  for (const char* words : {"--help", "--version", "--print-manual completion"}) {
+    const auto result =
+        test::run_process("/bin/sh", {"-c", std::string(KARST_BAKE_PATH) + " " + words + " >/dev/full"});
+    EXPECT_EQ(result.code, 1) << words;
+    EXPECT_EQ(result.err.rfind("karst-bake: standard output: cannot write", 0), 0u) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  }
+}
+
 TEST_F(BakeCli, HelpNamesEveryOptionAndSample) {
   const auto result = run({"--help"});
   EXPECT_EQ(result.code, 0);

@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: MIT
 // What both programs share, where running a program would not show it.
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <csignal>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
 #include "app/files/atomic_file.h"
-#include "app/files/mapped_file.h"
+#include "app/files/output_place.h"
+#include "app/files/whole_file.h"
 #include "tests/support/process.h"
 
 namespace karst::app {
@@ -72,9 +80,128 @@ TEST(AtomicFile, NewFilesHaveTheUsualRights) {
   struct stat info {};
   ASSERT_EQ(stat(folder.path("a").c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 0777u, 0640u);
-  MappedFile file;
-  EXPECT_EQ(file.open(folder.path("a")).text(), "");
+  WholeFile file;
+  EXPECT_EQ(file.open(folder.path("a"), WholeFile::kMostText).text(), "");
   EXPECT_EQ(file.bytes().size(), text.size());
+}
+
+// Another file is renamed into its place: its mode would be the new one's.
+TEST(AtomicFile, ReplacedFilesKeepTheirRights) {
+  const test::Folder folder;
+  const std::string path = folder.write("a", std::string("old"));
+  for (const mode_t mode : {0600u, 0664u}) {
+    ASSERT_EQ(chmod(path.c_str(), mode), 0);
+    EXPECT_EQ(write_file_atomic(path, {}).text(), "");
+    struct stat info {};
+    ASSERT_EQ(stat(path.c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0777u, mode);
+  }
+}
+
+TEST(AtomicFile, LongNamesAreLegal) {
+  const test::Folder folder;
+  for (const std::size_t length : {251u, 255u}) {
+    const std::string path = folder.path(std::string(length, 'x'));
+    EXPECT_EQ(check_writable(path).text(), "");
+    EXPECT_EQ(write_file_atomic(path, {}).text(), "");
+  }
+  EXPECT_EQ(folder.names().size(), 2u);
+  EXPECT_NE(check_writable(folder.path(std::string(256, 'x'))).text(), "");
+}
+
+TEST(AtomicFile, LinksOfOnesOwnAreFollowed) {
+  const test::Folder folder;
+  ASSERT_EQ(symlink("new", folder.path("to_new").c_str()), 0);
+  ASSERT_EQ(symlink("to_new", folder.path("twice").c_str()), 0);
+  ASSERT_EQ(symlink("round", folder.path("round").c_str()), 0);
+  const std::string text = "karst";
+  EXPECT_EQ(write_file_atomic(folder.path("twice"), std::as_bytes(std::span(text))).text(), "");
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{"new", "round", "to_new", "twice"}));
+  EXPECT_EQ(test::read_text(folder.path("new")), text);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.path("twice")));
+  EXPECT_NE(check_writable(folder.path("round")).text(), "");
+}
+
+TEST(AtomicFile, LinksOfOthersAreRefused) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can give a link to somebody else";
+  const test::Folder folder;
+  const std::string target = folder.write("target", std::string("theirs"));
+  ASSERT_EQ(symlink("target", folder.path("link").c_str()), 0);
+  ASSERT_EQ(lchown(folder.path("link").c_str(), 12'345, 12'345), 0);
+  for (const Error& error : {check_writable(folder.path("link")), write_file_atomic(folder.path("link"), {})})
+    EXPECT_NE(error.text().find("symbolic link of another user"), std::string::npos) << error.text();
+  EXPECT_EQ(test::read_text(target), "theirs");
+}
+
+TEST(AtomicFile, WhatKilledProcessesLeftIsSwept) {
+  const test::Folder folder;
+  folder.write(".karst-1-0.tmp", std::string("left"));
+  const std::string busy = folder.write(".karst-2-0.tmp", std::string("being written"));
+  folder.write("karst-3-0.tmp", std::string("of the user"));
+  const int writer = open(busy.c_str(), O_WRONLY | O_CLOEXEC);
+  ASSERT_EQ(flock(writer, LOCK_EX), 0);
+  EXPECT_EQ(check_writable(folder.path("a")).text(), "");
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{".karst-2-0.tmp", "karst-3-0.tmp"}));
+  close(writer);
+}
+
+// A child that writes again and again is ended in between.
+TEST(AtomicFile, SignalsLeaveTheOldFileAndNoOther) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    const test::Folder folder;
+    const std::string path = folder.write("a", std::string("old"));
+    const std::vector<std::byte> bytes(64 << 20);
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) {
+        if (!write_file_atomic(folder.path("b"), bytes).ok()) _exit(1);
+      }
+    }
+    // Until it writes, and then a while, so that signals come everywhere.
+    while (folder.names().size() < 2) usleep(1000);
+    usleep(20'000);
+    kill(child, number);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == number) << status;
+    for (const std::string& name : folder.names()) EXPECT_TRUE(name == "a" || name == "b") << name;
+    EXPECT_EQ(test::read_text(path), "old");
+  }
+}
+
+TEST(OutputPlace, OutputsMayNotBeInputsOrEachOther) {
+  const test::Folder folder;
+  const std::string a = folder.write("a", std::string("a"));
+  ASSERT_EQ(link(a.c_str(), folder.path("hard").c_str()), 0);
+  ASSERT_EQ(symlink("a", folder.path("soft").c_str()), 0);
+  ASSERT_EQ(symlink("new", folder.path("soft_new").c_str()), 0);
+  const auto said = [&](const std::string& output, const std::string& other, bool is_input) {
+    const NamedFile out[] = {{"-o", output}, {"--stats", other}};
+    const NamedFile in{"WORLD", other};
+    return is_input ? check_outputs_apart(std::span(out).first(1), {&in, 1}).text()
+                    : check_outputs_apart(out, {}).text();
+  };
+  for (const char* same : {"a", "./a", "hard", "soft"}) {
+    EXPECT_EQ(said(folder.path(same), a, true),
+              "-o: " + folder.path(same) + " is also WORLD; name another file");
+    EXPECT_NE(said(folder.path(same), a, false), "") << same;
+  }
+  EXPECT_NE(said(folder.path("new"), folder.path("./new"), false), "");
+  EXPECT_NE(said(folder.path("new"), folder.path("soft_new"), false), "");
+  EXPECT_EQ(said(folder.path("new"), folder.path("other"), false), "");
+  EXPECT_EQ(said(a, folder.path("other"), true), "");
+  EXPECT_EQ(said("/dev/null", "/dev/null", false), "");
+  EXPECT_EQ(said("-", "-", false), "");
+}
+
+TEST(WholeFile, KeepsWhatItReadAndKnowsItsLimit) {
+  const test::Folder folder;
+  const std::string path = folder.write("a", std::string(100'000, 'x'));
+  WholeFile file;
+  EXPECT_NE(file.open(path, 99'999).text().find("100000 bytes, more than the 99999"), std::string::npos);
+  ASSERT_EQ(file.open(path, 100'000).text(), "");
+  ASSERT_EQ(truncate(path.c_str(), 1), 0);  // a mapped file ends the program here
+  EXPECT_EQ(file.text(), std::string(100'000, 'x'));
 }
 
 TEST(AtomicFile, CheckingLeavesNothing) {

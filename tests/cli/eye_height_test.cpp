@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "app/files/mapped_file.h"
 #include "app/files/png_file.h"
+#include "app/files/whole_file.h"
 #include "tests/support/process.h"
 #include "tests/support/test_world.h"
 
@@ -24,9 +24,9 @@ TEST(EyeHeight, NoSkyBelowAPerson) {
         KARST_APP_PATH, {"render", world, "-o", folder.path("a.png"), "--size", "64x36", "--camera", camera},
         {});
     EXPECT_EQ(result.code, 0) << result.err;
-    MappedFile file;
+    WholeFile file;
     PngPicture picture;
-    EXPECT_EQ(file.open(folder.path("a.png")).text(), "");
+    EXPECT_EQ(file.open(folder.path("a.png"), WholeFile::kMostText).text(), "");
     EXPECT_EQ(decode_png(file.bytes(), 64, picture).text(), "");
     int blue = 0;
     for (std::size_t n = 0; n + 3 < picture.rgba.size(); n += 4)
