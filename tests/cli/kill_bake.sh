@@ -1,0 +1,55 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# kill_bake.sh KARST KARST-BAKE COUNT: ends bakes that overwrite a world until COUNT of them were killed, at times
+# all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and SIGKILL in turn. Each time the old world or the new one must be there, whole; after
+# SIGINT and SIGTERM nothing else; what SIGKILL leaves must be gone after the next whole bake.
+set -euo pipefail
+karst=$1 bake=$2 count=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+mkdir worlds
+# Without textures the bake is short, and its write a large part of it.
+bake_world() { "$bake" --sample hills -o worlds/w.karst --voxel "$1" --levels 3 --materials none --quiet; }
+
+bake_world 80
+old=$(sha256sum <worlds/w.karst)
+start=$(date +%s%N)
+bake_world 79
+span_us=$((($(date +%s%N) - start) / 1000))
+new=$(sha256sum <worlds/w.karst)
+torn=0 leftovers=0 killed=0 replaced=0 writing=0
+for ((n = 0; killed < count; ++n)); do
+  signals=(INT TERM KILL)
+  signal=${signals[n % 3]}
+  # A shell's background commands ignore SIGINT.
+  python3 -c 'import os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+os.execv(sys.argv[1], sys.argv[1:])' "$bake" --sample hills -o worlds/w.karst \
+    --voxel "$((79 + n % 2))" --levels 3 --materials none --quiet &
+  child=$!
+  # From the start to about the end, by a step that shares no divisor with the range.
+  wait_us=$(((n * 7919) % span_us))
+  sleep "$(printf '%d.%06d' $((wait_us / 1000000)) $((wait_us % 1000000)))"
+  if ((n % 2 == 1)); then
+    until [[ -e worlds/.karst-$child-0.tmp || ! -e /proc/$child/exe ]]; do :; done
+    if [[ -e worlds/.karst-$child-0.tmp ]]; then writing=$((writing + 1)); fi
+  fi
+  kill -s "$signal" "$child" 2>/dev/null || true
+  code=0
+  wait "$child" 2>/dev/null || code=$?
+  if ((code > 128)); then killed=$((killed + 1)); fi
+  now=$(sha256sum <worlds/w.karst)
+  if [[ $now != "$old" && $now != "$new" ]]; then torn=$((torn + 1)); fi
+  if ((code == 0)); then replaced=$((replaced + 1)); fi
+  if [[ $signal != KILL ]]; then
+    # Files of others are what an earlier SIGKILL left, where this bake ended before it swept.
+    leftovers=$((leftovers + $(find worlds -name ".karst-$child-*" | wc -l)))
+  fi
+done
+bake_world 79
+rest=$(find worlds -mindepth 1 ! -name w.karst | wc -l)
+"$karst" info worlds/w.karst >/dev/null
+printf '%d killed, %d of them while the new file was there, %d done: %d torn, %d leftovers after SIGINT and SIGTERM, %d after the next bake\n' \
+  "$killed" "$writing" "$replaced" "$torn" "$leftovers" "$rest"
+((torn == 0 && leftovers == 0 && rest == 0 && killed > 0))
