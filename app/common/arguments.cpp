@@ -54,32 +54,40 @@ Error parse_integer(std::string_view text, std::string_view what, std::int64_t m
   return {};
 }
 
-Error parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
-                    std::size_t marked, bool* mark) {
+NumbersRead read_numbers(std::string_view text, char separator, std::span<double> out, std::size_t marked,
+                         bool* mark) {
   if (mark != nullptr) *mark = false;
-  const auto wrong_count = [&] {
-    return std::string(what) + ": " + quoted(text) + " is not " + std::to_string(out.size()) + " numbers";
-  };
   std::string_view rest = text;
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (separator == ' ') rest.remove_prefix(std::min(rest.find_first_not_of(" \t"), rest.size()));
     const std::size_t end = separator == ' ' ? rest.find_first_of(" \t") : rest.find(separator);
     const std::string_view part = rest.substr(0, end);
-    if (part.empty()) return wrong_count();
+    if (part.empty()) return {NumbersFault::count, {}};
     const bool has_mark = mark != nullptr && i == marked && part.front() == '~';
     if (has_mark) *mark = true;
     if (!read_whole(part.substr(has_mark ? 1 : 0), out[i]) || !std::isfinite(out[i])) {
-      return std::string(what) + ": " + quoted(part) + " is not a number";
+      return {NumbersFault::number, part};
     }
     const bool last = i + 1 == out.size();
-    if (end == std::string_view::npos) {
-      if (!last) return wrong_count();
-      return {};
-    }
+    if (end == std::string_view::npos) return {last ? NumbersFault::none : NumbersFault::count, {}};
     rest.remove_prefix(end + 1);
   }
   const bool blank = separator == ' ' && rest.find_first_not_of(" \t") == std::string_view::npos;
-  return blank ? std::string() : wrong_count();
+  return {blank ? NumbersFault::none : NumbersFault::count, {}};
+}
+
+Error parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
+                    std::size_t marked, bool* mark) {
+  const NumbersRead read = read_numbers(text, separator, out, marked, mark);
+  switch (read.fault) {
+    case NumbersFault::none:
+      return {};
+    case NumbersFault::number:
+      return std::string(what) + ": " + quoted(read.part) + " is not a number";
+    case NumbersFault::count:
+      break;
+  }
+  return std::string(what) + ": " + quoted(text) + " is not " + std::to_string(out.size()) + " numbers";
 }
 
 Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height) {

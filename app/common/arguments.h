@@ -23,6 +23,14 @@ Error parse_integer(std::string_view text, std::string_view what, std::int64_t m
 // blanks. Where mark is not null, the number out[marked] may have a ~ before it; *mark tells whether it has.
 Error parse_numbers(std::string_view text, std::string_view what, char separator, std::span<double> out,
                     std::size_t marked = 0, bool* mark = nullptr);
+// The same without words, which cost more than the reading where most of what comes is wrong.
+enum class NumbersFault { none, count, number };
+struct NumbersRead {
+  NumbersFault fault = NumbersFault::none;
+  std::string_view part;  // of text: what is not a number
+};
+NumbersRead read_numbers(std::string_view text, char separator, std::span<double> out, std::size_t marked,
+                         bool* mark);
 // "1280x720": two integers, each in [1, max].
 Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height);
 

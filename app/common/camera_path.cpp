@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "app/common/camera_path.h"
 
+#include <span>
+
 #include "app/common/arguments.h"
 
 namespace karst::app {
 namespace {
+
+void set_place(std::span<const double, 5> numbers, bool above_ground, CameraPlace& place) {
+  place.position_m = {numbers[0], numbers[1], numbers[2]};
+  place.yaw_deg = numbers[3];
+  place.pitch_deg = numbers[4];
+  place.above_ground = above_ground;
+}
 
 Error parse_place(std::string_view text, std::string_view what, char separator, CameraPlace& place) {
   double numbers[5];
@@ -12,10 +21,7 @@ Error parse_place(std::string_view text, std::string_view what, char separator, 
   if (Error error = parse_numbers(text, what, separator, numbers, 1, &above_ground); !error.ok()) {
     return error;
   }
-  place.position_m = {numbers[0], numbers[1], numbers[2]};
-  place.yaw_deg = numbers[3];
-  place.pitch_deg = numbers[4];
-  place.above_ground = above_ground;
+  set_place(numbers, above_ground, place);
   return {};
 }
 
@@ -27,6 +33,14 @@ Error parse_camera(std::string_view text, std::string_view what, CameraPlace& pl
 
 Error parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place) {
   return parse_place(line, what, ' ', place);
+}
+
+bool read_camera_line(std::string_view line, CameraPlace& place) {
+  double numbers[5];
+  bool above_ground = false;
+  if (read_numbers(line, ' ', numbers, 1, &above_ground).fault != NumbersFault::none) return false;
+  set_place(numbers, above_ground, place);
+  return true;
 }
 
 Error parse_camera_path(std::string_view text, const std::string& file, std::vector<CameraPlace>& path) {

@@ -27,6 +27,8 @@ inline constexpr std::size_t kMaxPathFrames = 1'000'000;
 Error parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
 // The same with blanks in place of the commas, as lines of paths and poses have it.
 Error parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place);
+// The same without words, for floods of lines: whether it is one.
+bool read_camera_line(std::string_view line, CameraPlace& place);
 
 // A path: a line "X Y Z YAW PITCH" a frame; empty lines and what follows a # are left out. Messages name file
 // and line.

@@ -4,7 +4,9 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,11 +21,12 @@
 namespace karst::app {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr int kReportsASecond = 5;
 constexpr std::size_t kLongestDatagram = 65'536;
-// So that a flood of poses cannot keep frames from being drawn.
-constexpr int kReadsADispatch = 256;
+// So that a flood cannot keep frames from being drawn nor signals from being answered: what one dispatch
+// takes at most. One datagram is always taken, and a piece of lines costs less than the time says.
+constexpr std::int64_t kDispatch_ns = 2'000'000;
+constexpr std::size_t kDispatchBytes = 1 << 20;
+constexpr std::size_t kPiece = 4096;  // bytes of lines read at once
 
 struct Address {
   sockaddr_storage storage{};
@@ -105,8 +108,23 @@ bool PoseLines::end(std::int64_t now, CameraPlace& place) {
   length_ = 0;
   too_long_ = false;
   if (!too_long) return take_line(line, now, place);
-  complain(what_ + ": a line is longer than " + std::to_string(kLongestPoseLine) + " characters", now);
+  ++malformed_;
+  if (messages_ != nullptr && messages_->may_say(now, Messages::About::others)) {
+    messages_->print(what_ + ": a line is longer than " + std::to_string(kLongestPoseLine) + " characters");
+  }
   return false;
+}
+
+bool PoseLines::datagram(std::string_view bytes, std::int64_t now, CameraPlace& place) {
+  const std::size_t last = bytes.find_last_not_of(" \t\r\n");
+  if (last == std::string_view::npos) return false;
+  bytes = bytes.substr(0, last + 1);
+  const std::size_t before = bytes.rfind('\n');
+  if (before != std::string_view::npos) bytes.remove_prefix(before + 1);
+  length_ = std::min(bytes.size(), line_.size());
+  too_long_ = bytes.size() > line_.size();
+  std::copy_n(bytes.begin(), length_, line_.begin());
+  return end(now, place);
 }
 
 bool PoseLines::take_line(std::string_view line, std::int64_t now, CameraPlace& place) {
@@ -114,13 +132,8 @@ bool PoseLines::take_line(std::string_view line, std::int64_t now, CameraPlace& 
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.find_first_not_of(" \t") == std::string_view::npos) return false;
   CameraPlace taken;
-  Error error = parse_camera_line(line, what_, taken);
-  if (error.ok() && std::fabs(taken.pitch_deg) > 90)
-    error = what_ + ": the pitch is not within -90..90 degrees";
-  if (error.ok() && std::fabs(taken.yaw_deg) > 1e6)
-    error = what_ + ": the yaw is not within -1e6..1e6 degrees";
-  if (!error.ok()) {
-    complain(error.text() + "; a line is X Y Z YAW PITCH", now);
+  if (!read_camera_line(line, taken) || std::fabs(taken.pitch_deg) > 90 || std::fabs(taken.yaw_deg) > 1e6) {
+    complain(line, now);
     return false;
   }
   place = taken;
@@ -128,40 +141,40 @@ bool PoseLines::take_line(std::string_view line, std::int64_t now, CameraPlace& 
   return true;
 }
 
-void PoseLines::complain(const std::string& error, std::int64_t now) {
+// Words are put together for what is printed alone: a flood is mostly not.
+void PoseLines::complain(std::string_view line, std::int64_t now) {
   ++malformed_;
-  if (now - second_began_ >= kSecond) {
-    second_began_ = now;
-    reports_this_second_ = 0;
-    if (unreported_ > 0 && report_) {
-      report_(what_ + ": " + std::to_string(unreported_) + " more lines were ignored");
-    }
-    unreported_ = 0;
+  if (messages_ == nullptr || !messages_->may_say(now, Messages::About::others)) return;
+  CameraPlace ignored;
+  Error error = parse_camera_line(line, what_, ignored);
+  if (error.ok()) {
+    error = what_ + (std::fabs(ignored.pitch_deg) > 90 ? ": the pitch is not within -90..90 degrees"
+                                                       : ": the yaw is not within -1e6..1e6 degrees");
   }
-  if (reports_this_second_ == kReportsASecond) {
-    ++unreported_;
-    return;
-  }
-  ++reports_this_second_;
-  if (report_) report_(error);
+  messages_->print(error.text() + "; a line is X Y Z YAW PITCH");
 }
 
 PoseStream::~PoseStream() {
   if (fd_ > 2) close(fd_);
 }
 
-Error PoseStream::open(const std::string& source, PoseLines::Report report) {
+Error PoseStream::open(const std::string& source, Messages& messages) {
   if (source == "-") {
-    lines_ = PoseLines("standard input", std::move(report));
-    // A copy, so that not waiting on it stays our own affair as far as the system allows.
-    fd_ = fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3);
+    lines_ = PoseLines("standard input", &messages);
+    // Opened anew where that can be done (pipes, terminals): not waiting is a flag of what is open, and that
+    // of a shell's terminal must not change, whatever ends this program.
+    struct stat status {};
+    if (fstat(STDIN_FILENO, &status) != 0) return errno_text("--poses: standard input", errno);
+    if (S_ISFIFO(status.st_mode) || S_ISCHR(status.st_mode)) {
+      fd_ = ::open("/proc/self/fd/0", O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    }
+    if (fd_ < 0) fd_ = fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3);
     if (fd_ < 0) return errno_text("--poses: standard input", errno);
-    fcntl(fd_, F_SETFL, fcntl(fd_, F_GETFL) | O_NONBLOCK);
     return {};
   }
   Address address;
   if (Error error = parse_udp(source, address); !error.ok()) return error;
-  lines_ = PoseLines(source, std::move(report));
+  lines_ = PoseLines(source, &messages);
   datagrams_ = true;
   fd_ = socket(address.storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd_ < 0 || bind(fd_, reinterpret_cast<const sockaddr*>(&address.storage), address.length) != 0) {
@@ -170,17 +183,35 @@ Error PoseStream::open(const std::string& source, PoseLines::Report report) {
   return {};
 }
 
+std::ptrdiff_t PoseStream::read_some(char* out, std::size_t room) const {
+  pollfd ready{fd_, POLLIN, 0};
+  for (;;) {
+    // Asked first: standard input that could not be opened anew would wait.
+    if (poll(&ready, 1, 0) <= 0) return -1;
+    const ssize_t got = read(fd_, out, room);
+    if (got >= 0) return got;
+    if (errno == EINTR) continue;
+    return errno == EAGAIN || errno == EWOULDBLOCK || datagrams_ ? -1 : 0;
+  }
+}
+
 bool PoseStream::dispatch(CameraPlace& place) {
   static thread_local std::array<char, kLongestDatagram> buffer;
   bool any = false;
-  for (int i = 0; fd_ >= 0 && i < kReadsADispatch; ++i) {
-    const ssize_t got = read(fd_, buffer.data(), buffer.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
-    if (got > 0) any |= lines_.feed({buffer.data(), static_cast<std::size_t>(got)}, now_ns(), place);
-    if (datagrams_ || got <= 0) any |= lines_.end(now_ns(), place);
-    if (got < 0 && datagrams_) break;
-    if (got <= 0 && !datagrams_) {  // the other program has ended: its last pose stays
+  const std::int64_t began = now_ns();
+  std::int64_t now = began;
+  for (std::size_t bytes = 0; fd_ >= 0 && bytes < kDispatchBytes && now - began < kDispatch_ns;
+       now = now_ns()) {
+    const std::ptrdiff_t got = read_some(buffer.data(), datagrams_ ? buffer.size() : kPiece);
+    if (got < 0) break;
+    const std::string_view piece(buffer.data(), static_cast<std::size_t>(got));
+    bytes += piece.size();
+    if (datagrams_) {
+      any |= lines_.datagram(piece, now, place);
+    } else if (got > 0) {
+      any |= lines_.feed(piece, now, place);
+    } else {  // the other program has ended: its last pose stays
+      any |= lines_.end(now, place);
       close(fd_);
       fd_ = -1;
     }

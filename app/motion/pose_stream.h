@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Camera poses from another program, a simulator say: text lines "X Y Z YAW PITCH" in metres and degrees,
-// from standard input or as UDP datagrams of one line or more. The newest pose counts. Lines that are not
-// poses are reported, five a second at most, and ignored.
+// from standard input or as UDP datagrams, whose last line counts. The newest pose counts. Lines that are not
+// poses are counted and ignored, and reported as often as messages may be.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 
 #include "app/common/camera_path.h"
+#include "app/common/messages.h"
 #include "platform/base/error.h"
 
 namespace karst::app {
@@ -24,32 +24,31 @@ Error check_pose_source(std::string_view text);
 // Puts lines together from pieces, and tells the last pose.
 class PoseLines {
  public:
-  using Report = std::function<void(const std::string& line)>;
-  // what: how messages name the source.
-  PoseLines(std::string what, Report report) : what_(std::move(what)), report_(std::move(report)) {}
+  // what: how messages name the source. messages: borrowed; null: nothing is said.
+  explicit PoseLines(std::string what = {}, Messages* messages = nullptr)
+      : what_(std::move(what)), messages_(messages) {}
 
   // now_ns: for limiting reports. Returns whether a pose was among the bytes; place is then the last of them.
   bool feed(std::string_view bytes, std::int64_t now_ns, CameraPlace& place);
-  // Ends the line begun, if any: a datagram ends, the input is closed.
+  // Ends the line begun, if any: the input is closed.
   bool end(std::int64_t now_ns, CameraPlace& place);
+  // A datagram: its last line that is not blank; those before it are older and are not looked at.
+  bool datagram(std::string_view bytes, std::int64_t now_ns, CameraPlace& place);
 
   std::uint64_t poses() const { return poses_; }
   std::uint64_t malformed() const { return malformed_; }
 
  private:
   bool take_line(std::string_view line, std::int64_t now_ns, CameraPlace& place);
-  void complain(const std::string& error, std::int64_t now_ns);
+  void complain(std::string_view line, std::int64_t now_ns);
 
   std::string what_;
-  Report report_;
+  Messages* messages_;
   std::array<char, kLongestPoseLine> line_{};
   std::size_t length_ = 0;
   bool too_long_ = false;
   std::uint64_t poses_ = 0;
   std::uint64_t malformed_ = 0;
-  std::uint64_t unreported_ = 0;
-  std::int64_t second_began_ = 0;
-  int reports_this_second_ = 0;
 };
 
 class PoseStream {
@@ -59,15 +58,19 @@ class PoseStream {
   PoseStream& operator=(const PoseStream&) = delete;
   ~PoseStream();
 
-  // source: as check_pose_source() accepts it.
-  Error open(const std::string& source, PoseLines::Report report);
+  // source: as check_pose_source() accepts it. messages is borrowed.
+  Error open(const std::string& source, Messages& messages);
   int fd() const { return fd_; }  // -1: there is none, or it has ended
-  // Reads all there is, without waiting. True where place is a new pose.
+  // Reads what there is, without waiting, within a budget of bytes and time: more is left for the next call.
+  // True where place is a new pose.
   bool dispatch(CameraPlace& place);
   const PoseLines& lines() const { return lines_; }
 
  private:
-  PoseLines lines_{"", nullptr};
+  // Bytes read, 0 at the end of the input, -1 where there is nothing to read now.
+  std::ptrdiff_t read_some(char* out, std::size_t room) const;
+
+  PoseLines lines_;
   int fd_ = -1;
   bool datagrams_ = false;
 };

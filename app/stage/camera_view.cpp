@@ -83,13 +83,8 @@ Status refuse(const char* what, const char* field) {
 
 }  // namespace
 
-Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
-                  double clearance_m, ViewState& view) {
-  const double size = world.voxel_size_m;
-  const bool on_its_side = (shape.quarter_turns & 1) != 0;
-  const int upright_width = on_its_side ? shape.height : shape.width;
-  const int upright_height = on_its_side ? shape.width : shape.height;
-  const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / size;
+Status check_place(const CameraPlace& place, const WorldInfo& world) {
+  const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / double{world.voxel_size_m};
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(place.position_m[axis])) return refuse("not a finite number", "position");
     if (!(std::abs(position[axis]) <= kReach))
@@ -97,6 +92,17 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const Pictur
   }
   if (!(std::abs(place.yaw_deg) <= 1e6)) return refuse("not within -1e6..1e6 degrees", "yaw_deg");
   if (!(std::abs(place.pitch_deg) <= 90)) return refuse("not within -90..90 degrees", "pitch_deg");
+  return {};
+}
+
+Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
+                  double clearance_m, ViewState& view) {
+  if (const Status status = check_place(place, world); !status.ok()) return status;
+  const double size = world.voxel_size_m;
+  const bool on_its_side = (shape.quarter_turns & 1) != 0;
+  const int upright_width = on_its_side ? shape.height : shape.width;
+  const int upright_height = on_its_side ? shape.width : shape.height;
+  const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / size;
   const glm::dvec3 low = (vec(world.low_m) - vec(world.origin_m)) / size;
   const glm::dvec3 high = (vec(world.high_m) - vec(world.origin_m)) / size;
   const glm::dvec3 outside = glm::max(glm::max(low - position, position - high), glm::dvec3(0.0));

@@ -29,6 +29,10 @@ inline constexpr double kClearance = 0.25;
 Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
                   double clearance_m, ViewState& view);
 
+// What place_view() says of the place itself, whatever the picture's shape: for paths and poses, checked
+// before they are shown.
+Status check_place(const CameraPlace& place, const WorldInfo& world);
+
 // Looks over the world from above its south-east corner.
 CameraPlace overview(const WorldInfo& world, double fov_y_deg);
 

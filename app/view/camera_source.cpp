@@ -16,7 +16,7 @@ constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
 
 Error CameraSource::open() {
   if (!options_.poses.empty()) {
-    if (Error error = poses_.open(options_.poses, log_); !error.ok()) return error;
+    if (Error error = poses_.open(options_.poses, messages_); !error.ok()) return error;
   }
   if (options_.camera.path_file.empty()) return {};
   WholeFile file;
@@ -26,10 +26,10 @@ Error CameraSource::open() {
 }
 
 Error CameraSource::begin(World& world) {
-  const WorldInfo& info = world.info();
+  const WorldInfo& info = world_ = world.info();
   if (Error error = ground_.open(world); !error.ok()) return error;
   for (std::size_t i = 0; i < path_.size(); ++i) {
-    if (Error error = ground_.stand(path_[i]); !error.ok())
+    if (Error error = settle(path_[i]); !error.ok())
       return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error.text();
   }
   // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
@@ -39,10 +39,11 @@ Error CameraSource::begin(World& world) {
     what = path_.empty() ? "--camera" : options_.camera.path_file;
     place_ = options_.camera.has_camera ? options_.camera.camera : overview(info, options_.scene.fov_y_deg);
     if (!path_.empty()) place_ = path_.front();
-    if (const Error error = ground_.stand(place_); !error.ok()) return what + ": " + error.text();
+    if (const Error error = settle(place_); !error.ok()) return what + ": " + error.text();
   }
   posed_ = false;
-  if (const Error rock = ground_.in_rock(place_); !rock.ok()) log_(what + ": " + rock.text());
+  if (const Error rock = ground_.in_rock(place_); !rock.ok())
+    messages_.say(what + ": " + rock.text(), now_ns());
   NavigatorSettings settings;
   settings.mode = options_.navigate;
   settings.start = place_;
@@ -69,9 +70,8 @@ bool CameraSource::take_poses() {
 // A pose that counts from the ground waits for the world: begin() comes with it.
 bool CameraSource::take(CameraPlace pose) {
   if (ground_.is_open()) {
-    if (const Error error = ground_.stand(pose); !error.ok()) {
-      if (!said_no_ground_) log_("--poses: " + error.text());
-      said_no_ground_ = true;
+    if (const Error error = settle(pose); !error.ok()) {
+      if (messages_.may_say(now_ns(), Messages::About::others)) messages_.print("--poses: " + error.text());
       return false;
     }
   }
@@ -79,12 +79,26 @@ bool CameraSource::take(CameraPlace pose) {
   return true;
 }
 
+Error CameraSource::settle(CameraPlace& place) {
+  CameraPlace settled = place;
+  if (Error error = ground_.stand(settled); !error.ok()) return error;
+  if (const Status status = check_place(settled, world_); !status.ok()) return {"camera", status};
+  place = settled;
+  return {};
+}
+
 bool CameraSource::handle(const InputEvent& event, std::int64_t now) {
   if (!navigator_) return false;
   const bool was_moving = navigator_->moving();
   const bool changed = navigator_->handle(event);
   if (!was_moving && navigator_->moving()) moved_at_ = now;
-  if (changed && !posed_) place_ = navigator_->place();
+  if (changed && !posed_) {
+    if (check_place(navigator_->place(), world_).ok()) {
+      place_ = navigator_->place();
+    } else {
+      navigator_->set_place(place_);
+    }
+  }
   return changed;
 }
 
@@ -97,7 +111,12 @@ const CameraPlace& CameraSource::advance(double world_s, std::int64_t now, doubl
   if (!play_path(world_s) && navigator_->moving()) {
     navigator_->advance(fixed_s >= 0 ? fixed_s : ms_between(moved_at_, now) * 1e-3);
     moved_at_ = now;
-    place_ = navigator_->place();
+    // At the end of the reach it stands still.
+    if (check_place(navigator_->place(), world_).ok()) {
+      place_ = navigator_->place();
+    } else {
+      navigator_->set_place(place_);
+    }
   }
   posed_ = false;
   return place_;

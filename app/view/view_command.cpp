@@ -14,6 +14,7 @@
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
+#include "app/common/messages.h"
 #include "app/files/atomic_file.h"
 #include "app/files/output_place.h"
 #include "app/stage/camera_view.h"
@@ -32,12 +33,21 @@ namespace karst::app {
 namespace {
 
 constexpr int kMostPollFds = 16;
-constexpr unsigned kNoReset = 0;   // GL_NO_ERROR
+constexpr unsigned kNoReset = 0;                      // GL_NO_ERROR
+constexpr std::int64_t kStatistics_ns = 200'000'000;  // between two writings that SIGHUP asks for
 constexpr double kGenerateMs = 4;  // time a frame to make vertices, where the options say nothing
 
+// All that this program says while it runs goes through here.
+Messages& messages() {
+  static Messages all([](const std::string& line) {
+    print_error("karst view", line);
+    std::fflush(stderr);
+  });
+  return all;
+}
+
 void say(const std::string& line) {
-  print_error("karst view", line);
-  std::fflush(stderr);
+  messages().say(line, now_ns());
 }
 
 // SIGTERM, SIGINT and SIGHUP as a descriptor. They are blocked from the first line on, so that none ends the
@@ -58,10 +68,20 @@ class Signals {
     if (fd_ >= 0) close(fd_);
   }
   int fd() const { return fd_; }
-  // The next signal that came, 0: none.
-  int take() const {
-    signalfd_siginfo info{};
-    return read(fd_, &info, sizeof info) == sizeof info ? static_cast<int>(info.ssi_signo) : 0;
+  struct Taken {
+    bool end = false;         // SIGTERM or SIGINT
+    bool statistics = false;  // SIGHUP
+  };
+  // What came since the last call. Each signal is there once at most, however often it was sent, and one read
+  // takes them all: whoever sends without end is not waited for.
+  Taken take() const {
+    std::array<signalfd_siginfo, 4> infos{};
+    const ssize_t got = read(fd_, infos.data(), sizeof infos);
+    Taken taken;
+    for (std::size_t n = 0; got > 0 && n < static_cast<std::size_t>(got) / sizeof infos[0]; ++n) {
+      (infos[n].ssi_signo == SIGHUP ? taken.statistics : taken.end) = true;
+    }
+    return taken;
   }
 
  private:
@@ -71,7 +91,7 @@ class Signals {
 class View {
  public:
   View(ViewOptions options, ConsoleState& console)
-      : options_(std::move(options)), console_(console), camera_(options_, say), scheduler_(clock()) {}
+      : options_(std::move(options)), console_(console), camera_(options_, messages()), scheduler_(clock()) {}
   View(const View&) = delete;
   View& operator=(const View&) = delete;
   ~View() { detach(); }
@@ -122,6 +142,8 @@ class View {
   bool vertices_lost_ = false;  // by the driver, which happens where the screen's mode changes
   bool seat_was_active_ = true;
   bool quit_ = false;
+  bool statistics_wanted_ = false;  // by SIGHUP
+  std::int64_t statistics_at_ = 0;  // not before
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
@@ -210,6 +232,7 @@ void View::wait() {
   add(input_ != nullptr ? input_->fd() : -1);
   std::int64_t until =
       std::min(display_->deadline_ns(), scheduler_.wake_at(display_->ready(), display_->refresh_ns()));
+  if (statistics_wanted_) until = std::min(until, statistics_at_);
   const auto limit = [&](double seconds) {
     until = std::min(until, began_ + static_cast<std::int64_t>(seconds * 1e9) + 1'000'000);
   };
@@ -221,14 +244,15 @@ void View::wait() {
   ppoll(fds.data(), count, left < 0 ? nullptr : &timeout, nullptr);
 }
 
+// A flood of SIGHUP has no more written than what is asked for once in kStatistics_ns; the last is written.
 void View::take_signals() {
-  while (const int number = signals_.take()) {
-    if (number != SIGHUP) {
-      quit_ = true;
-    } else if (const Error error = write_statistics(); !error.ok()) {
-      say(error.text());
-    }
-  }
+  const Signals::Taken taken = signals_.take();
+  quit_ = quit_ || taken.end;
+  statistics_wanted_ = statistics_wanted_ || taken.statistics;
+  if (!statistics_wanted_ || quit_ || now_ns() < statistics_at_) return;
+  if (const Error error = write_statistics(); !error.ok()) say(error.text());
+  statistics_wanted_ = false;
+  statistics_at_ = now_ns() + kStatistics_ns;
 }
 
 void View::take_inputs() {
@@ -278,10 +302,7 @@ Error View::draw() {
   const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns(),
                            stage_.reversed_depth()};
   const Status placed = place_view(place, stage_.world().info(), shape, camera_.clearance_m(), view_.view);
-  if (!placed.ok()) {  // a pose far outside: the picture stays as it is
-    say(Error("camera", placed).text());
-    return {};
-  }
+  if (!placed.ok()) return {"camera", placed};
   if (Error error = draw_scene(); !error.ok()) return error;
   if (vertices_lost_) {
     detach();

@@ -3,21 +3,28 @@
 
 #include <fcntl.h>
 #include <linux/kd.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/signalfd.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 #include <xf86drm.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <new>
+#include <string>
 
 namespace karst {
 namespace {
 
 constexpr int kPassedOn[] = {SIGTERM, SIGINT, SIGHUP};
+// After SIGTERM or SIGINT; systemd and its like kill everything, the supervisor too, a little later.
+constexpr std::int64_t kPatience_ms = 3000;
 // The card of a program that was just killed is busy until the kernel has closed its files.
 constexpr int kMasterTries = 20;
 constexpr useconds_t kMasterPause_us = 50'000;
@@ -34,15 +41,38 @@ int exit_code(int status) {
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-// Waits for the child and passes signals on to it. Returns its wait status.
-int wait_for(pid_t child, const sigset_t& awaited) {
+std::int64_t clock_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+}
+
+// Waits for the child and passes signals on to it; one that does not end when it is told to is killed.
+// signals: a signalfd of SIGCHLD and kPassedOn. Returns its wait status.
+int wait_for(pid_t child, int signals, const LogLine& log) {
+  std::int64_t kill_at = 0;  // 0: it was not told to end
   for (;;) {
     int status = 0;
     const pid_t ended = waitpid(child, &status, WNOHANG);
     if (ended == child || (ended < 0 && errno == ECHILD)) return status;
-    siginfo_t info{};
-    const int signal_number = sigwaitinfo(&awaited, &info);
-    if (signal_number > 0 && signal_number != SIGCHLD) kill(child, signal_number);
+    const std::int64_t left = kill_at - clock_ms();
+    if (kill_at > 0 && left <= 0) {
+      log("does not answer " + std::to_string(kPatience_ms / 1000) + " s after it was told to end: killed");
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return status;
+    }
+    pollfd came{signals, POLLIN, 0};
+    poll(&came, 1, kill_at > 0 ? static_cast<int>(left) : -1);
+    // Each signal is there once at most, and one read takes them all: a flood of one hides no other.
+    signalfd_siginfo infos[8];
+    const ssize_t got = read(signals, infos, sizeof infos);
+    for (std::size_t n = 0; got > 0 && n < static_cast<std::size_t>(got) / sizeof infos[0]; ++n) {
+      const int number = static_cast<int>(infos[n].ssi_signo);
+      if (number == SIGCHLD) continue;
+      kill(child, number);
+      if (number != SIGHUP && kill_at == 0) kill_at = clock_ms() + kPatience_ms;
+    }
   }
 }
 
@@ -94,16 +124,20 @@ void restore_console(ConsoleState& state, const LogLine& log) {
 }
 
 int supervise(ConsoleState& state, const LogLine& log) {
+  // Whoever ignores it hands that down, and the kernel then keeps no child's end for its parent.
+  signal(SIGCHLD, SIG_DFL);
   sigset_t awaited;
   sigset_t before;
   sigemptyset(&awaited);
   sigaddset(&awaited, SIGCHLD);
   for (const int number : kPassedOn) sigaddset(&awaited, number);
   sigprocmask(SIG_BLOCK, &awaited, &before);
+  const int signals = signalfd(-1, &awaited, SFD_CLOEXEC | SFD_NONBLOCK);
   const pid_t supervisor = getpid();
-  const pid_t child = fork();
+  const pid_t child = signals < 0 ? -1 : fork();
   if (child <= 0) {
     if (child < 0) log(errno_text("runs without a supervisor", errno));
+    if (signals >= 0) close(signals);
     sigprocmask(SIG_SETMASK, &before, nullptr);
     if (child == 0) {
       prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -111,7 +145,8 @@ int supervise(ConsoleState& state, const LogLine& log) {
     }
     return -1;
   }
-  const int status = wait_for(child, awaited);
+  const int status = wait_for(child, signals, log);
+  close(signals);
   if (WIFSIGNALED(status)) {
     log("ended by signal " + std::to_string(WTERMSIG(status)) + "; giving the console back");
   }

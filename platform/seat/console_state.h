@@ -47,8 +47,8 @@ void restore_console(ConsoleState& state, const LogLine& log);
 // Runs the rest of the program in a child process and, when that ends in whatever way, gives the console
 // back. In the child: returns -1, and the child ends when its supervisor does. In the supervisor: returns
 // what the program must exit with (128 + signal where the child was killed by one). SIGTERM, SIGINT and
-// SIGHUP are passed on to the child. Where no process can be made, says so and returns -1: the program then
-// runs without a supervisor.
+// SIGHUP are passed on to the child, which is killed where it still runs 3 s after one of the first two.
+// Where no process can be made, says so and returns -1: the program then runs without a supervisor.
 int supervise(ConsoleState& state, const LogLine& log);
 
 }  // namespace karst

@@ -72,7 +72,7 @@ void FakeScreen::tell() const {
   if (write(uevent_, &byte, 1) != 1) throw std::runtime_error("the FIFO is full");
 }
 
-void FakeScreen::start(std::vector<std::string> words, const std::string& fail, bool supervise) {
+void FakeScreen::start(std::vector<std::string> words, const std::string& fail, bool supervise, int input) {
   words.insert(words.begin(), {KARST_APP_PATH, "view", world_, "--seat", "direct", "--navigate", "none"});
   if (!supervise) words.insert(words.begin() + 3, "--no-supervisor");
   std::vector<std::string> settings = {
@@ -90,7 +90,11 @@ void FakeScreen::start(std::vector<std::string> words, const std::string& fail, 
   };
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  if (input >= 0) {
+    posix_spawn_file_actions_adddup2(&actions, input, 0);
+  } else {
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  }
   posix_spawn_file_actions_addopen(&actions, 1, folder_.path("out").c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                    0600);
   posix_spawn_file_actions_addopen(&actions, 2, folder_.path("err").c_str(), O_WRONLY | O_CREAT | O_TRUNC,
@@ -122,13 +126,31 @@ int FakeScreen::wait(double seconds) {
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
+bool FakeScreen::ends_within(double seconds) const {
+  return until(seconds, [&] {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == pid_;
+  });
+}
+
+bool FakeScreen::listens() const {
+  return until(10, [&] {
+    const std::string status = read_text("/proc/" + std::to_string(pid_) + "/status");
+    const std::size_t at = status.find("SigBlk:");
+    const unsigned long blocked =
+        at == std::string::npos ? 0 : std::stoul(status.substr(at + 7), nullptr, 16);
+    return (blocked >> (SIGHUP - 1) & 1) != 0 && (blocked >> (SIGTERM - 1) & 1) != 0;
+  });
+}
+
 int FakeScreen::stop(int signal_number) {
   kill(pid_, signal_number);
   return wait();
 }
 
 void FakeScreen::send(int signal_number) const {
-  kill(pid_, signal_number);
+  if (pid_ > 0) kill(pid_, signal_number);
 }
 
 std::string FakeScreen::messages() const {

@@ -29,12 +29,18 @@ class FakeScreen {
   void set(const std::string& words);
   // The kernel's word that something has changed.
   void tell() const;
-  // Starts karst view WORLD with these words. fail: KARST_FAKE_FAIL.
-  void start(std::vector<std::string> words, const std::string& fail = "", bool supervise = false);
+  // Starts karst view WORLD with these words. fail: KARST_FAKE_FAIL. input: its standard input, below 0:
+  // none.
+  void start(std::vector<std::string> words, const std::string& fail = "", bool supervise = false,
+             int input = -1);
   // Until the messages hold the text so often; false where that takes longer.
   bool wait_for(const std::string& text, int times = 1, double seconds = 10);
   // Waits for the end; -1 where it does not come in time (the program is killed then).
   int wait(double seconds = 10);
+  // Whether it ends in this time; wait() is still to be called.
+  bool ends_within(double seconds) const;
+  // Until it takes signals instead of being ended by them.
+  bool listens() const;
   // Ends it by a signal, and waits.
   int stop(int signal_number = 15);
   void send(int signal_number) const;

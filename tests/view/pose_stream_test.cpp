@@ -3,6 +3,7 @@
 #include "app/motion/pose_stream.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -21,7 +22,8 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 
 struct Lines {
   std::vector<std::string> reports;
-  PoseLines lines{"poses", [this](const std::string& line) { reports.push_back(line); }};
+  Messages messages{[this](const std::string& line) { reports.push_back(line); }};
+  PoseLines lines{"poses", &messages};
   CameraPlace place;
 };
 
@@ -51,13 +53,41 @@ TEST(PoseLines, NonsenseIsReportedAndIgnored) {
   EXPECT_EQ(l.lines.malformed(), 7u);
 }
 
-TEST(PoseLines, ReportsAreFiveASecond) {
+TEST(PoseLines, ReportsAreABurstAndThenFiveASecond) {
   Lines l;
   for (int i = 0; i < 10'000; ++i) l.lines.feed("nonsense\n", kSecond + i, l.place);
-  EXPECT_EQ(l.reports.size(), 5u);
-  l.lines.feed("nonsense\n", 2 * kSecond + 1, l.place);
-  ASSERT_EQ(l.reports.size(), 7u);
-  EXPECT_EQ(l.reports[5], "poses: 9995 more lines were ignored");
+  EXPECT_EQ(l.reports.size(), static_cast<std::size_t>(Messages::kBurstOfOthers));
+  l.reports.clear();
+  for (int i = 0; i < 1000; ++i) l.lines.feed("nonsense\n", 2 * kSecond + i, l.place);
+  ASSERT_EQ(l.reports.size(), 6u);
+  EXPECT_EQ(l.reports[0], std::to_string(10'000 - Messages::kBurstOfOthers) + " more lines were left out");
+  EXPECT_EQ(l.lines.malformed(), 11'000u);
+}
+
+// Junk of others hides nothing of what the program says itself, which has an end too.
+TEST(Messages, JunkHidesNothing) {
+  Lines l;
+  for (int i = 0; i < 1000; ++i) l.lines.feed("nonsense\n", kSecond, l.place);
+  l.reports.clear();
+  l.messages.say("the monitor is gone", kSecond);
+  ASSERT_EQ(l.reports.size(), 2u);
+  EXPECT_EQ(l.reports[1], "the monitor is gone");
+  for (int i = 0; i < 1000; ++i) l.messages.say("again", kSecond);
+  EXPECT_EQ(l.reports.size(), std::size_t{Messages::kBurst - Messages::kBurstOfOthers} + 1);
+}
+
+// What is older than the last line of a datagram is not looked at: a flood of them costs its last lines.
+TEST(PoseLines, TheLastLineOfADatagramCounts) {
+  Lines l;
+  EXPECT_TRUE(l.lines.datagram("junk\nmore junk\n1 2 3 4 5\n 6 7 8 9 10 \r\n\n \n", 0, l.place));
+  EXPECT_EQ(l.place.position_m, glm::dvec3(6, 7, 8));
+  EXPECT_EQ(l.lines.poses(), 1u);
+  EXPECT_EQ(l.lines.malformed(), 0u);
+  EXPECT_FALSE(l.lines.datagram("1 2 3 4 5\njunk", 0, l.place));
+  EXPECT_FALSE(l.lines.datagram("", 0, l.place));
+  EXPECT_FALSE(l.lines.datagram("\n\n\n", 0, l.place));
+  EXPECT_FALSE(l.lines.datagram(std::string(600, '1'), 0, l.place));
+  EXPECT_EQ(l.lines.malformed(), 2u);
 }
 
 TEST(PoseLines, LongLinesCostNothing) {
@@ -75,6 +105,31 @@ TEST(PoseStream, SourcesAreChecked) {
   for (const char* bad : {"", "4000", "tcp:4000", "udp:", "udp:0", "udp:65536", "udp:host:1", "udp:[x]:1"}) {
     EXPECT_NE(check_pose_source(bad).text(), "") << bad;
   }
+}
+
+// What a shell's terminal or pipe is must be the same when the program is gone, however it ended.
+TEST(PoseStream, FlagsOfStandardInputStay) {
+  int ends[2];
+  ASSERT_EQ(pipe2(ends, O_CLOEXEC), 0);
+  const int before = dup(STDIN_FILENO);
+  ASSERT_EQ(dup2(ends[0], STDIN_FILENO), STDIN_FILENO);
+  Lines l;
+  {
+    PoseStream stream;
+    ASSERT_TRUE(stream.open("-", l.messages).ok());
+    EXPECT_EQ(fcntl(ends[0], F_GETFL) & O_NONBLOCK, 0);
+    CameraPlace place;
+    EXPECT_FALSE(stream.dispatch(place));  // and does not wait
+    ASSERT_EQ(write(ends[1], "1 2 3 4 5\n", 10), 10);
+    EXPECT_TRUE(stream.dispatch(place));
+    EXPECT_EQ(place.pitch_deg, 5);
+    close(ends[1]);
+    EXPECT_FALSE(stream.dispatch(place));
+    EXPECT_EQ(stream.fd(), -1);
+  }
+  dup2(before, STDIN_FILENO);
+  close(before);
+  close(ends[0]);
 }
 
 // A datagram of a line moves the camera; the port is open on this machine only.
