@@ -77,6 +77,7 @@ void write_flags(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   if ((flags & kLimitDrawItems) != 0) json.value("max_draw_items");
   if ((flags & kLimitVertexMemory) != 0) json.value("gpu_vertex_pages");
   if ((flags & kLimitWork) != 0) json.value("generate_ms");
+  if ((flags & kLimitFile) != 0) json.value("file");
   json.end_array();
 }
 

@@ -35,6 +35,7 @@ namespace {
 constexpr int kMostPollFds = 16;
 constexpr unsigned kNoReset = 0;                      // GL_NO_ERROR
 constexpr std::int64_t kStatistics_ns = 200'000'000;  // between two writings that SIGHUP asks for
+constexpr std::int64_t kRetry_ns = 250'000'000;       // between two frames that hope for a file
 constexpr double kGenerateMs = 4;  // time a frame to make vertices, where the options say nothing
 
 // All that this program says while it runs goes through here.
@@ -142,8 +143,10 @@ class View {
   bool vertices_lost_ = false;  // by the driver, which happens where the screen's mode changes
   bool seat_was_active_ = true;
   bool quit_ = false;
-  bool statistics_wanted_ = false;  // by SIGHUP
-  std::int64_t statistics_at_ = 0;  // not before
+  bool unread_ = false;                      // the file, in the last frame
+  std::int64_t retry_at_ = Display::kNever;  // to draw again for it
+  bool statistics_wanted_ = false;           // by SIGHUP
+  std::int64_t statistics_at_ = 0;           // not before
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
@@ -200,6 +203,10 @@ Error View::loop() {
     if (changes.rebuild) detach();
     if (changes.redraw || changes.rebuild) scheduler_.changed();
     take_inputs();
+    if (now_ns() >= retry_at_) {
+      scheduler_.changed();
+      retry_at_ = Display::kNever;
+    }
     if (!stage_.attached() && display_->ready()) {
       if (Error error = attach(); !error.ok()) return error;
     }
@@ -233,6 +240,7 @@ void View::wait() {
   std::int64_t until =
       std::min(display_->deadline_ns(), scheduler_.wake_at(display_->ready(), display_->refresh_ns()));
   if (statistics_wanted_) until = std::min(until, statistics_at_);
+  if (stage_.attached() && display_->ready()) until = std::min(until, retry_at_);
   const auto limit = [&](double seconds) {
     until = std::min(until, began_ + static_cast<std::int64_t>(seconds * 1e9) + 1'000'000);
   };
@@ -324,8 +332,17 @@ Error View::draw_scene() {
   FrameRecord record;
   const Error error = stage_.draw(view_, record);
   vertices_lost_ = record.costs.vertices_lost;
-  // Drawn coarser than wanted, or more was made meanwhile: the next picture is better.
-  if ((record.result.limits & kLimitWork) != 0) scheduler_.changed();
+  const bool unread = (record.result.limits & kLimitFile) != 0;
+  if (unread && !unread_) say(options_.world + ": heights cannot be read; drawn coarser, and tried again");
+  if (!unread && unread_) say(options_.world + ": heights can be read again");
+  unread_ = unread;
+  // Drawn coarser than wanted, or more was made meanwhile: the next picture is better. A file that cannot be
+  // read is given time.
+  if (unread) {
+    retry_at_ = now_ns() + kRetry_ns;
+  } else if ((record.result.limits & kLimitWork) != 0) {
+    scheduler_.changed();
+  }
   return error;
 }
 

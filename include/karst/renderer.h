@@ -67,7 +67,9 @@ struct FrameInput {
   // 1..Needs::views; a view keeps its place in the list from frame to frame.
   std::span<const ViewState> views{};
   Sun sun{};
-  double work_ms = 3;  // for making vertices, at the frame's end; 0: the frame waits until nothing lacks
+  // For making vertices, at the frame's end; 0: the frame waits until nothing lacks, and ends with io where
+  // heights cannot be read.
+  double work_ms = 3;
   std::uint32_t shadow_view = 0;  // whose place the shadow maps are around
   // Draws the simulator's own casters into a shadow map that is bound, with viewport and depth test set and
   // all else initial. clip_from_world: for places less `eye`. May be null. What is nearer to the sun than all
@@ -81,7 +83,8 @@ struct FrameInput {
 enum FrameLimit : std::uint32_t {
   kLimitVertexMemory = 1,  // Needs::vertex_bytes: the picture or what casts shadows is coarser
   kLimitWork = 2,          // FrameInput::work_ms: coarser until more vertices are made
-  kLimitDrawItems = 4      // more patches in view than the plan draws: distant parts are missing
+  kLimitDrawItems = 4,     // more patches in view than the plan draws: distant parts are missing
+  kLimitFile = 8           // heights could not be read: coarser until they can; asked again 4 times a second
 };
 
 struct FrameResult {

@@ -207,6 +207,7 @@ Status RendererObject::complete(bool cuts) {
     if (const Status status = work_.make(VertexWork::kNoLimit, false, costs, made); !status.ok())
       return status;
     if (!cuts && residency.complete_selection()) return {};
+    if (work_.rests()) return select(true);
     std::uint32_t capped = 0;
     for (const ViewState& view : world.terrain.views_of(view_count_)) capped += view.selection().lod.capped;
     const Governor::State& governor = residency.governor();
@@ -264,10 +265,15 @@ void RendererObject::fill_result(FrameResult& result) {
     result.triangles += view.selection().list.triangles;
   }
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
-  if (result.lacking > 0 && !governor.pool_full) limits_ |= kLimitWork;
+  if (work_.failing() && (result.lacking > 0 || costs.patches_missing > 0)) {
+    limits_ |= kLimitFile;
+  } else if (result.lacking > 0 && !governor.pool_full) {
+    limits_ |= kLimitWork;
+  }
   result.made = costs.generated + made_;
   result.limits = limits_;
-  result.complete = result.lacking == 0 || (governor.pool_full && result.made == 0);
+  const bool unread = (limits_ & kLimitFile) != 0;
+  result.complete = !unread && (result.lacking == 0 || (governor.pool_full && result.made == 0));
   costs.error_scale = governor.error_scale;
   costs.wanted_pages = governor.wanted_pages;
   costs.resident = world.terrain.residency.pool().resident();
@@ -284,6 +290,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   skips.cave = inspection.skip_cave;
   if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
   residency.begin_frame();
+  work_.begin_frame(input.work_ms > 0);
   const bool waits = first_frame_ || input.work_ms == 0;
   work_ms_ = input.work_ms;
   // Where memory suffices, what lacks is made before anything is drawn, and need not be cut before.

@@ -123,12 +123,13 @@ bool ShadowFrame::is_current(const Input& input, const Map& map, const Cascade& 
 Status ShadowFrame::make_casters(const Input& input, std::int64_t start, FrameCosts& costs) {
   PatchUpload upload;
   Status status;
+  if (work_->rests()) return {};
   while (status.ok() && (input.wait || ms_since(start) < input.work_ms) &&
          terrain_->casters.generate_next(terrain_->residency, upload, status)) {
     status = work_->upload(upload);
     ++costs.generated;
   }
-  return status;
+  return status.ok() ? status : work_->judge(status);
 }
 
 // Makes what casters lack. Where there is no room for it they may stray further: twice as far until there is.
@@ -154,7 +155,7 @@ Status ShadowFrame::complete_casters(const Input& input, Map& map, const Cascade
     if (!status.ok()) break;
     has_time = input.wait || ms_since(start) < input.work_ms;
     status = select();
-    if (!status.ok() || casters.lacking == 0 || !has_time) break;
+    if (!status.ok() || casters.lacking == 0 || !has_time || work_->rests()) break;
     limits |= kLimitVertexMemory;
     if (map.error_texels >= kMostErrorTexels) break;
     map.error_texels *= 2;

@@ -43,6 +43,16 @@ class VertexWork {
     inspection_ = &inspection;
   }
 
+  // A frame begins. tolerant: heights that cannot be read do not end it; it draws what there is, and they are
+  // asked for again after a while.
+  void begin_frame(bool tolerant) { tolerant_ = tolerant; }
+  // Whether it is too soon to ask again: nothing is made then.
+  bool rests() const;
+  // Whether the last heights that were asked for could not be read.
+  bool failing() const { return failing_; }
+  // Takes note of how an attempt to make vertices ended. Returns what the frame is to make of it.
+  Status judge(const Status& status);
+
   // What the frame's views lack, for so many milliseconds; with `ahead` also what is about to be needed.
   // made: patches.
   Status make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made);
@@ -62,6 +72,9 @@ class VertexWork {
   const Inspection* inspection_ = nullptr;
   TerrainParts* terrain_ = nullptr;
   Renderer* renderer_ = nullptr;
+  bool tolerant_ = false;
+  bool failing_ = false;
+  std::int64_t retry_at_ns_ = 0;
 };
 
 }  // namespace karst::core

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Frames through the public headers: several views under one governor, cameras of any kind, placements.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -109,6 +111,74 @@ TEST_F(Frames, TwoViewsThatDoNotFitShareOneBoundAndSettle) {
   EXPECT_GT(result.error_px[0], 0.05);
   EXPECT_LE(result.error_px[0], 0.05 * static_cast<double>(costs(*renderer_).error_scale) * 1.001);
   EXPECT_LE(result.error_px[1], 0.05 * static_cast<double>(costs(*renderer_).error_scale) * 1.001);
+}
+
+// Heights that are not in memory: the least that the world can do with.
+Needs few_heights(std::uint32_t shadow_maps = 0) {
+  Needs needs;
+  needs.vertex_bytes = 16 << 20;  // as much as is wanted
+  needs.shadow_maps = shadow_maps;
+  needs.max_cpu_bytes = 0;
+  Plan plan;
+  plan.needs = needs;
+  test::MemoryFile file(test::cave_world_file());
+  needs.max_cpu_bytes = make_plan(file.source(), plan).value();
+  return needs;
+}
+
+// A frame with time for all of its work.
+constexpr double kPatientMs = 1e4;
+
+TEST_F(Frames, AFileThatCannotBeReadMakesThePictureCoarserUntilItCan) {
+  open(few_heights());
+  ASSERT_FALSE(host_->plan.holds_all_heights);
+  ViewState near = view(2.5);
+  near.error_px = 1;
+  const Pixels right = shot(near);
+  close();
+
+  open(few_heights());
+  test::draw_frame(*renderer_, picture_, {view(0.3)}, kPatientMs);
+  host_->file.fails = true;
+  FrameResult result;
+  for (int n = 0; n < 10; ++n) result = test::draw_frame(*renderer_, picture_, {near}, kPatientMs);
+  EXPECT_NE(result.limits & kLimitFile, 0u);
+  EXPECT_FALSE(result.complete);
+  EXPECT_NE(picture_.read().rgba, right.rgba);
+  // It is asked for now and then, not by each frame.
+  const std::uint64_t reads = host_->file.reads();
+  for (int n = 0; n < 10; ++n) test::draw_frame(*renderer_, picture_, {near}, kPatientMs);
+  EXPECT_LE(host_->file.reads(), reads + 10);
+
+  host_->file.fails = false;
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  for (int n = 0; n < 10; ++n) result = test::draw_frame(*renderer_, picture_, {near}, kPatientMs);
+  EXPECT_EQ(result.limits, 0u);
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(picture_.read().rgba, right.rgba);
+}
+
+TEST_F(Frames, AFirstFrameWithoutAFileIsDrawnToo) {
+  open(few_heights(2));
+  host_->file.fails = true;
+  FrameResult result = test::draw_frame(*renderer_, picture_, {view(0.3)}, kPatientMs);
+  EXPECT_NE(result.limits & kLimitFile, 0u);
+  host_->file.fails = false;
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  for (int n = 0; n < 10; ++n) result = test::draw_frame(*renderer_, picture_, {view(0.3)}, kPatientMs);
+  EXPECT_TRUE(result.complete);
+}
+
+// Who waits for all of a picture does not get a part of it for the whole.
+TEST_F(Frames, APictureThatIsToBeCompleteFailsWithoutItsFile) {
+  open(few_heights());
+  host_->file.fails = true;
+  const ViewState one = view(0.3);
+  FrameInput input;
+  input.views = {&one, 1};
+  input.work_ms = 0;
+  FrameResult result;
+  EXPECT_EQ(renderer_->begin_frame(input, result).code(), StatusCode::io);
 }
 
 TEST_F(Frames, AViewIsTheSameBesideAnother) {
