@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/stage/resource_counts.h"
 
+#include <dirent.h>
+
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -56,20 +58,30 @@ using MakeNames = void (*)(std::int32_t count, std::uint32_t* names);
 using MakeProgram = std::uint32_t (*)();
 using MakeShader = std::uint32_t (*)(std::uint32_t kind);
 
+using DeleteNames = void (*)(std::int32_t count, const std::uint32_t* names);
+using DeleteOne = void (*)(std::uint32_t name);
+
 GlLoader driver;
 std::uint64_t objects = 0;
+std::uint64_t alive = 0;
 
 // GL's functions have no context pointer, so what they count is global.
 constexpr const char* kMakers[] = {"glGenBuffers",  "glGenFramebuffers", "glGenRenderbuffers",
                                    "glGenTextures", "glGenVertexArrays", "glGenQueriesEXT"};
 constexpr std::size_t kMakerCount = sizeof kMakers / sizeof *kMakers;
 MakeNames makers[kMakerCount] = {};
+constexpr const char* kDeleters[] = {"glDeleteBuffers",  "glDeleteFramebuffers", "glDeleteRenderbuffers",
+                                     "glDeleteTextures", "glDeleteVertexArrays", "glDeleteQueriesEXT"};
+DeleteNames deleters[kMakerCount] = {};
+DeleteOne delete_program = nullptr;
+DeleteOne delete_shader = nullptr;
 MakeProgram make_program = nullptr;
 MakeShader make_shader = nullptr;
 
 template <std::size_t kMaker>
 void count_names(std::int32_t count, std::uint32_t* names) {
   objects += static_cast<std::uint64_t>(count);
+  alive += static_cast<std::uint64_t>(count);
   makers[kMaker](count, names);
 }
 
@@ -79,13 +91,38 @@ constexpr MakeNames counting_maker(std::size_t n, std::index_sequence<kMaker...>
   return kCounting[n];
 }
 
+// GL ignores the name 0.
+template <std::size_t kDeleter>
+void count_deleted(std::int32_t count, const std::uint32_t* names) {
+  for (std::int32_t n = 0; n < count; ++n) alive -= names[n] != 0 ? 1 : 0;
+  deleters[kDeleter](count, names);
+}
+
+template <std::size_t... kDeleter>
+constexpr DeleteNames counting_deleter(std::size_t n, std::index_sequence<kDeleter...>) {
+  constexpr DeleteNames kCounting[] = {count_deleted<kDeleter>...};
+  return kCounting[n];
+}
+
+void count_deleted_program(std::uint32_t name) {
+  alive -= name != 0 ? 1 : 0;
+  delete_program(name);
+}
+
+void count_deleted_shader(std::uint32_t name) {
+  alive -= name != 0 ? 1 : 0;
+  delete_shader(name);
+}
+
 std::uint32_t count_program() {
   ++objects;
+  ++alive;
   return make_program();
 }
 
 std::uint32_t count_shader(std::uint32_t kind) {
   ++objects;
+  ++alive;
   return make_shader(kind);
 }
 
@@ -96,6 +133,19 @@ Function load_counting(void*, const char* name) {
     if (std::strcmp(name, kMakers[n]) != 0) continue;
     makers[n] = reinterpret_cast<MakeNames>(found);
     return reinterpret_cast<Function>(counting_maker(n, std::make_index_sequence<kMakerCount>()));
+  }
+  for (std::size_t n = 0; n < kMakerCount; ++n) {
+    if (std::strcmp(name, kDeleters[n]) != 0) continue;
+    deleters[n] = reinterpret_cast<DeleteNames>(found);
+    return reinterpret_cast<Function>(counting_deleter(n, std::make_index_sequence<kMakerCount>()));
+  }
+  if (std::strcmp(name, "glDeleteProgram") == 0) {
+    delete_program = reinterpret_cast<DeleteOne>(found);
+    return reinterpret_cast<Function>(count_deleted_program);
+  }
+  if (std::strcmp(name, "glDeleteShader") == 0) {
+    delete_shader = reinterpret_cast<DeleteOne>(found);
+    return reinterpret_cast<Function>(count_deleted_shader);
   }
   if (std::strcmp(name, "glCreateProgram") == 0) {
     make_program = reinterpret_cast<MakeProgram>(found);
@@ -121,6 +171,23 @@ GlLoader counting_loader(const GlLoader& loader) {
 
 std::uint64_t gl_objects_made() {
   return objects;
+}
+
+std::uint64_t gl_objects_alive() {
+  return alive;
+}
+
+void gl_objects_lost() {
+  alive = 0;
+}
+
+std::uint64_t open_descriptors() {
+  DIR* const folder = opendir("/proc/self/fd");
+  if (folder == nullptr) return 0;
+  std::uint64_t count = 0;
+  while (const dirent* entry = readdir(folder)) count += entry->d_name[0] != '.' ? 1 : 0;
+  closedir(folder);
+  return count - 1;  // the folder itself
 }
 
 }  // namespace karst::app

@@ -172,6 +172,7 @@ void Stage::detach(bool lost) {
   if (lost) {
     renderer_->context_lost();
     target_.forget();
+    gl_objects_lost();
   } else {
     target_.destroy();
     renderer_->destroy();

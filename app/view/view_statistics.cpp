@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include "app/common/json_writer.h"
+#include "app/stage/resource_counts.h"
 
 namespace karst::app {
 namespace {
@@ -47,6 +48,8 @@ std::string ViewStatistics::json(const Display& display, const Stage& stage, con
       .field("taken", poses.poses())
       .field("malformed", poses.malformed())
       .end_object();
+  // What must not grow in months.
+  json.field("descriptors", open_descriptors()).field("gl_objects", gl_objects_alive());
   json.key("bytes").begin_object();
   json.field("cpu_budget", stage.cpu_bytes());
   json.field("gpu_budget", stage.gpu_bytes()).field("gpu_used", stage.gpu_used()).end_object();

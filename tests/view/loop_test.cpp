@@ -153,6 +153,28 @@ TEST(Loop, CamerasOutOfReachAreRefusedAtTheStart) {
       << screen.messages();
 }
 
+// What must not grow in months is counted, and is the same after everything was made anew.
+TEST(Loop, DescriptorsAndObjectsAreCountedAndStay) {
+  FakeScreen screen;
+  screen.start({"--stats", screen.folder().path("stats.json")});
+  ASSERT_TRUE(screen.wait_for("showing on")) << screen.messages();
+  const std::string first = screen.statistics();
+  EXPECT_GT(number_of(first, "descriptors"), 3);
+  EXPECT_GT(number_of(first, "gl_objects"), 10);
+  for (int n = 1; n <= 3; ++n) {
+    screen.set("card connected master atomic flips modes=200x100");
+    screen.tell();
+    ASSERT_TRUE(screen.wait_for("HDMI-A-1 200x100@60.00", n)) << screen.messages();
+    screen.set("card connected master atomic flips modes=320x240");
+    screen.tell();
+    ASSERT_TRUE(screen.wait_for("HDMI-A-1 320x240@60.00", n + 1)) << screen.messages();
+  }
+  const std::string last = screen.statistics();
+  EXPECT_EQ(number_of(last, "descriptors"), number_of(first, "descriptors"));
+  EXPECT_EQ(number_of(last, "gl_objects"), number_of(first, "gl_objects"));
+  EXPECT_EQ(screen.stop(), 0);
+}
+
 // --- the supervisor
 
 pid_t child_of(pid_t parent) {
