@@ -57,6 +57,22 @@ TEST_F(BakeCli, BakesAndReports) {
   EXPECT_EQ(test::read_text(world_).substr(0, 5), "KARST") << "the file's magic";
 }
 
+// A pool with room for little more than the coarsest version: the error that is aimed at grew to 65,536 times
+// what was asked for, where a few times is as coarse as anything gets.
+TEST_F(BakeCli, AFullPoolDoesNotWindUp) {
+  ASSERT_EQ(run({"--sample", "canyon", "--materials", "none", "--quiet", "-o", world_}).code, 0);
+  const test::ProcessResult drawn = test::run_process(
+      KARST_APP_PATH, {"render", world_, "--vertex-memory", "2.2754", "--fov", "99.3", "--size", "734x734",
+                       "--camera", "60,60,0,40,-12", "--shadows", "0", "--stats", "-"});
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  const std::string name = "\"error_scale\": ";
+  const std::size_t at = drawn.out.find(name);
+  ASSERT_NE(at, std::string::npos) << drawn.out;
+  const double scale = std::stod(drawn.out.substr(at + name.size()));
+  EXPECT_GT(scale, 1);
+  EXPECT_LT(scale, 100);
+}
+
 TEST_F(BakeCli, JsonAndStatsAreTheSame) {
   const std::string stats = folder_.path("stats.json");
   const auto result = run({dem_, "-o", world_, "--json", "--stats", stats, "--material-side", "16"});
