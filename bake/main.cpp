@@ -55,8 +55,10 @@ Error run(const BakeOptions& options) {
   }
   Bake::Report report;
   std::vector<std::byte> world;
-  if (Error error = options.job.run(report, progress, world); !error.ok()) return error;
-  if (bar != nullptr) bar->finish();
+  const Error failed = options.job.run(report, progress, world);
+  if (bar != nullptr && failed.ok()) bar->finish();
+  for (const std::string& warning : report.warnings) app::print_error("karst-bake", "warning: " + warning);
+  if (!failed.ok()) return failed;
   if (Error error = app::write_file_atomic(options.output, world); !error.ok()) return error;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 

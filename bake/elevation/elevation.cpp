@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -29,7 +30,9 @@ namespace {
 constexpr int kBandRows = 64;                     // rows read at a time; 8 MiB of float at the widest
 constexpr int kMaxTileSide = 4'096;               // samples; a tile is read whole
 constexpr std::size_t kMaxHeaderBytes = 1 << 16;  // of an ENVI header; real ones have a few hundred
-constexpr double kSrtmVoid = -32'768;             // SRTM marks voids so, and seldom says it in a tag
+constexpr double kMostRelief = 30'000;            // metres; of Mars, the most of all that is mapped
+constexpr double kUsualVoids[] = {999, 9'999, 99'999, 32'767, 32'768, 65'535};  // with either sign
+constexpr double kSrtmVoid = -32'768;  // SRTM marks voids so, and seldom says it in a tag
 
 Error failure(const std::string& path, const std::string& what) {
   return path + ": " + what;
@@ -42,6 +45,7 @@ struct Format {
   bool is_8bit = false;
   bool is_signed_16bit = false;
   bool is_float = false;
+  bool is_unsigned = false;  // and whole
   double metres_per_unit = 1;
   std::optional<double> spacing_x_m, spacing_z_m;
   std::optional<double> nodata;
@@ -100,12 +104,13 @@ class SampleSink {
         push(0, false);
         continue;
       }
-      const double height_m = raw * format_.metres_per_unit * settings_.z_scale;
+      const double height_m = raw * format_.metres_per_unit * settings_.z_scale.value_or(1);
       if (!(std::abs(height_m) <= kMaxElevationM)) {
         return failure(settings_.path, "height " + std::to_string(raw) + " at column " + std::to_string(i) +
                                            ", row " + std::to_string(row) +
                                            " is not within 100000 m; is it a void (--nodata V)?");
       }
+      note_extreme(raw);
       push(static_cast<float>(height_m), true);
     }
     return {};
@@ -116,10 +121,49 @@ class SampleSink {
       return failure(settings_.path, "no sample is valid: all are void");
     }
     result_.source = format_.kind;
+    // The finer end of 16-bit height maps: counts of a range that only their author knows.
+    if (format_.is_unsigned && !settings_.z_scale && (high_ - low_) * format_.metres_per_unit > kMostRelief) {
+      return failure(settings_.path, "heights from " + whole(low_) + " to " + whole(high_) +
+                                         " would be more relief than any planet has; give --z-scale S, the "
+                                         "metres of a count (1: they are metres)");
+    }
+    for (const bool at_low : {true, false}) warn_of_void(at_low);
     return set_spacing();
   }
 
  private:
+  static std::string whole(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return text;
+  }
+
+  // Keeps the two least and the two greatest of the values that differ.
+  void note_extreme(double raw) {
+    if (raw < low_)
+      next_low_ = low_, low_ = raw;
+    else if (raw > low_ && raw < next_low_)
+      next_low_ = raw;
+    if (raw > high_)
+      next_high_ = high_, high_ = raw;
+    else if (raw < high_ && raw > next_high_)
+      next_high_ = raw;
+  }
+
+  // An extreme that is far from all other heights, and is a value that voids are often marked with.
+  void warn_of_void(bool at_low) {
+    const double value = at_low ? low_ : high_;
+    if (std::find(std::begin(kUsualVoids), std::end(kUsualVoids), std::abs(value)) == std::end(kUsualVoids))
+      return;
+    const double gap = at_low ? next_low_ - low_ : high_ - next_high_;
+    const double rest = at_low ? high_ - next_low_ : next_high_ - low_;
+    if (!std::isfinite(gap) || !(gap > rest)) return;
+    result_.warnings.push_back(
+        failure(settings_.path, "heights of " + whole(value) +
+                                    " are far from all others and may mark voids: --nodata " + whole(value))
+            .text());
+  }
+
   void push(float height_m, bool valid) {
     result_.heights_m.push_back(height_m);
     result_.valid.push_back(valid ? 1 : 0);
@@ -147,6 +191,8 @@ class SampleSink {
   const Format& format_;
   std::vector<double> nodata_;
   int first_column_ = 0, first_row_ = 0;
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double low_ = kInfinity, next_low_ = kInfinity, high_ = -kInfinity, next_high_ = -kInfinity;
   Elevation& result_;
 };
 
@@ -257,6 +303,7 @@ Error read_image(const ReadElevation& settings, const char* reader, Elevation& r
   format.is_8bit = spec.format.size() == 1;
   format.is_signed_16bit = spec.format.basetype == OIIO::TypeDesc::INT16;
   format.is_float = spec.format.is_floating_point() && spec.format.basetype != OIIO::TypeDesc::DOUBLE;
+  format.is_unsigned = spec.format.basetype == OIIO::TypeDesc::UINT16;
   format.kind =
       std::string(std::string_view(reader) == "openexr" ? "EXR" : reader) + " " + spec.format.c_str();
   if (Error error = check_8bit(settings, format); !error.ok()) return error;
@@ -330,6 +377,7 @@ Error read_envi(const ReadElevation& settings, std::istream& file, const std::st
   format.is_8bit = header.type == EnviType::u8;
   format.is_signed_16bit = header.type == EnviType::i16;
   format.is_float = header.type == EnviType::f32;
+  format.is_unsigned = header.type == EnviType::u16;
   format.spacing_x_m = header.spacing_x_m;
   format.spacing_z_m = header.spacing_z_m;
   format.nodata = header.nodata;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,14 +24,15 @@ inline constexpr double kMaxSpacingM = 1e6;    // a planet in 40 samples
 inline constexpr double kMaxElevationM = 1e5;  // |height|; four times Olympus Mons
 
 struct Elevation {
-  int width = 0;                    // samples from west to east, 2..kMaxElevationSide
-  int height = 0;                   // samples from north to south, 2..kMaxElevationSide
-  std::vector<float> heights_m;     // width x height, row by row; 0 where void
-  std::vector<std::uint8_t> valid;  // 1 where the sample is known, 0 where it is void
-  double spacing_x_m = 1.0;         // between columns, in [kMinSpacingM, kMaxSpacingM]
-  double spacing_z_m = 1.0;         // between rows
-  std::uint64_t voids = 0;          // samples that were void in the file
-  std::string source;               // for reports: "GeoTIFF int16, geographic"
+  int width = 0;                      // samples from west to east, 2..kMaxElevationSide
+  int height = 0;                     // samples from north to south, 2..kMaxElevationSide
+  std::vector<float> heights_m;       // width x height, row by row; 0 where void
+  std::vector<std::uint8_t> valid;    // 1 where the sample is known, 0 where it is void
+  double spacing_x_m = 1.0;           // between columns, in [kMinSpacingM, kMaxSpacingM]
+  double spacing_z_m = 1.0;           // between rows
+  std::uint64_t voids = 0;            // samples that were void in the file
+  std::vector<std::string> warnings;  // what may be read wrongly, a line each
+  std::string source;                 // for reports: "GeoTIFF int16, geographic"
 
   std::size_t samples() const { return heights_m.size(); }
   std::size_t at(int column, int row) const {
@@ -40,8 +42,8 @@ struct Elevation {
 
 struct ReadElevation {
   std::string path{};
-  double pixel_size_m = 0;  // > 0 overrides what the file says; 0: the file must say
-  double z_scale = 1;       // heights are multiplied by this after nodata is taken out
+  double pixel_size_m = 0;          // > 0 overrides what the file says; 0: the file must say
+  std::optional<double> z_scale{};  // heights are multiplied by this after nodata is taken out
   bool allow_8bit = false;
   std::vector<double> nodata{};  // values that mark voids, besides those the file names
   int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image

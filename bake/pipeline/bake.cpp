@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -35,6 +36,10 @@ constexpr double kVoxelsAcross = 128;  // of the longer side, by default: as det
 constexpr double kSamplesPerVertex = 0.75;
 constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's memory
 constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
+// rms of the fit, from where it is told, and from where there is no world.
+constexpr double kWarnRmsVoxels = 0.1, kMostRmsVoxels = 1;
+constexpr const char* kSmoother =
+    "try a larger --voxel, --nodata V for voids, --z-scale for heights that are not metres";
 constexpr double kNearHoleVoxels = 2;  // patches bend towards a hole's side within this distance
 
 class Stopwatch {
@@ -97,6 +102,7 @@ class Baker {
     fit();
     report_.seconds_fit = watch.lap();
     measure();
+    if (Error error = judge_fit(); !error.ok()) return error;
     report_.seconds_measure = watch.lap();
     return write(file);
   }
@@ -136,6 +142,7 @@ class Baker {
     report_.spacing_z_m = elevation_.spacing_z_m;
     report_.void_share = static_cast<double>(elevation_.voids) / static_cast<double>(elevation_.samples());
     report_.source = elevation_.source;
+    report_.warnings = elevation_.warnings;
     // Heights are filled in any case: near a hole the surface is fitted to them.
     const std::vector<std::uint8_t> known = elevation_.valid;
     const bool holes = job_.leave_holes && elevation_.voids > 0;
@@ -147,6 +154,8 @@ class Baker {
     base_ = std::move(solid);
 
     const auto [low, high] = std::minmax_element(elevation_.heights_m.begin(), elevation_.heights_m.end());
+    report_.lowest_m = double{*low};
+    report_.highest_m = double{*high};
     const ElevationSurface& surface = ground_->surface();
     const Box content = {{-surface.half_width_m(), double{*low}, -surface.half_height_m()},
                          {surface.half_width_m(), double{*high}, surface.half_height_m()}};
@@ -353,6 +362,25 @@ class Baker {
       };
     }
     report_.fit = measure.run();
+  }
+
+  // Tells where the ground is not that of the image.
+  Error judge_fit() {
+    if (report_.folds_left > 0) {
+      report_.warnings.push_back(std::to_string(report_.folds_left) + " folded triangles are left; " +
+                                 kSmoother);
+    }
+    if (!report_.fit) return {};
+    const double rms_voxels = report_.fit->rms_m / grid_.voxel_m;
+    if (rms_voxels <= kWarnRmsVoxels) return {};
+    char line[128];
+    std::snprintf(line, sizeof line, "the ground misses the elevation by %.3g m rms, %.2g voxels; ",
+                  report_.fit->rms_m, rms_voxels);
+    if (rms_voxels > kMostRmsVoxels && !job_.accept_fit) {
+      return job_.read.path + ": " + line + kSmoother + ", --accept-fit writes it all the same";
+    }
+    report_.warnings.push_back(line + std::string(kSmoother));
+    return {};
   }
 
   struct Measures {

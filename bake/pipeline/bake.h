@@ -26,6 +26,7 @@ struct Bake {
   // What: either an elevation image (read.path) or a sample by name.
   ReadElevation read;
   std::string sample{};
+  bool accept_fit = false;   // a world that misses its elevation by more than a voxel is none, else
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 
   double voxel_m = 0;  // 0: the sample's, or so that about 128 voxels span the image
@@ -40,6 +41,8 @@ struct Bake {
     int width = 0, height = 0;
     double spacing_x_m = 0, spacing_z_m = 0;
     double void_share = 0;
+    double lowest_m = 0, highest_m = 0;  // of the heights, voids filled
+    std::vector<std::string> warnings;   // a line each, without a full stop
     std::string source;
 
     WorldInfo info;

@@ -41,14 +41,16 @@ class Repair {
     std::vector<PatchId> work(patches_.size());
     for (PatchId p = 0; p < work.size(); ++p) work[p] = p;
     std::vector<std::uint64_t> moved;
+    std::uint64_t visits_left = job_.least_visits + job_.visits_per_patch * patches_.size();
     for (;; ++result.passes) {
       std::vector<std::uint64_t> marked;
       std::uint64_t folded = 0;
       for (const PatchId p : work) folded += find_folds(p, result.passes, marked);
       if (result.passes == 0) result.folded_before = folded;
       result.folded_after = folded;
-      if (folded == 0 || result.passes == job_.max_passes) break;
+      if (folded == 0 || result.passes == job_.max_passes || visits_left == 0) break;
       work = move(marked, result.passes);
+      visits_left -= std::min<std::uint64_t>(visits_left, work.size());
       moved.insert(moved.end(), marked.begin(), marked.end());
     }
     std::sort(moved.begin(), moved.end());

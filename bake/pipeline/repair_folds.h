@@ -12,15 +12,19 @@ namespace karst::bake {
 using namespace core;
 
 // Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle
-// is folded or max_passes are used. Shared vertices stay equal. A triangle is folded when its normal is
-// turned both against W at its vertices and against its undisplaced normal; in a height field (height_field =
-// true), when it does not face upwards.
+// is folded or max_passes or the visits are used up. Shared vertices stay equal. A triangle is folded when
+// its normal is turned both against W at its vertices and against its undisplaced normal; in a height field
+// (height_field = true), when it does not face upwards.
 struct RepairFolds {
   Surface surface;
   int level = 0;
   std::span<std::int16_t> heights;  // in and out, layout as in FitHeights
   bool height_field = false;
   int max_passes = 200;
+  // Patches that all passes after the first may look at: so many a patch of the surface, and so many besides,
+  // so that small surfaces may use all passes. Bounds the time on ground that keeps folding.
+  std::uint64_t visits_per_patch = 8;
+  std::uint64_t least_visits = 20'000;
 
   struct Result {
     std::uint64_t folded_before = 0;  // triangles

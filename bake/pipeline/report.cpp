@@ -134,6 +134,8 @@ std::string report_text(const Bake& job, const Bake::Report& report, std::size_t
     print(out, "input         %s, %d x %d samples of %.6g x %.6g m, %.3f %% void%s\n", report.source.c_str(),
           report.width, report.height, report.spacing_x_m, report.spacing_z_m, 100 * report.void_share,
           report.void_share > 0 ? (job.leave_holes ? " (left out)" : " (filled)") : "");
+    print(out, "heights       %.6g to %.6g m, over %.6g x %.6g m\n", report.lowest_m, report.highest_m,
+          report.spacing_x_m * (report.width - 1), report.spacing_z_m * (report.height - 1));
   } else {
     print(out, "input         sample %s\n", job.sample.c_str());
   }
@@ -143,7 +145,7 @@ std::string report_text(const Bake& job, const Bake::Report& report, std::size_t
         info.origin_m[2]);
   print(out, "voxels        %llu filled, %u octets\n", number(report.filled_voxels), info.octets);
   print(out, "patches       %u in %u volumes, level %d\n", info.patches, info.volumes, info.level);
-  print(out, "heights       %llu, %llu without a surface in reach; folds: %llu repaired, %llu left\n",
+  print(out, "fitted        %llu heights, %llu without a surface in reach; folds: %llu repaired, %llu left\n",
         number(report.vertices), number(report.misses), number(report.folds_repaired),
         number(report.folds_left));
   if (report.fit) {
@@ -171,6 +173,9 @@ std::string report_json(const Bake& job, const Bake::Report& report, std::size_t
     json.field("path", std::string_view(job.read.path)).field("kind", std::string_view(report.source));
     json.key("size").begin_array().value(report.width).value(report.height).end_array();
     json.key("spacing_m").begin_array().value(report.spacing_x_m).value(report.spacing_z_m).end_array();
+    json.key("size_m").begin_array().value(report.spacing_x_m * (report.width - 1));
+    json.value(report.spacing_z_m * (report.height - 1)).end_array();
+    json.key("height_range_m").begin_array().value(report.lowest_m).value(report.highest_m).end_array();
     json.field("void_share", report.void_share).field("voids", job.leave_holes ? "hole" : "fill");
   } else {
     json.field("sample", std::string_view(job.sample));

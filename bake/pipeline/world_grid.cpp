@@ -30,8 +30,8 @@ Error WorldGrid::around(const Box& content_m, double voxel_m, WorldGrid& grid) {
   const glm::dvec3 size = (content_m.max - content_m.min) / voxel_m;
   const double bottom = std::floor(content_m.min.y / voxel_m + kRoundingVoxels);
   const double top = std::ceil(content_m.max.y / voxel_m - kRoundingVoxels);
-  if (!(size.x + 1 <= kMostVoxels)) return too_many("x", size.x, voxel_m);
-  if (!(size.z + 1 <= kMostVoxels)) return too_many("z", size.z, voxel_m);
+  if (!(std::floor(size.x + kRoundingVoxels) + 1 <= kMostVoxels)) return too_many("x", size.x, voxel_m);
+  if (!(std::floor(size.z + kRoundingVoxels) + 1 <= kMostVoxels)) return too_many("z", size.z, voxel_m);
   const double layers = top - bottom + kLayersBelow + 1;
   if (!(layers <= kMostVoxels - 1)) return too_many("y", layers, voxel_m);
 

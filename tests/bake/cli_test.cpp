@@ -51,7 +51,8 @@ TEST_F(BakeCli, BakesAndReports) {
       run({dem_, "-o", world_, "--voxel", "20", "--levels", "2", "--threads", "2", "--material-side", "16"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  for (const char* word : {"40 x 30 samples", "voxels", "patches", "rms", "quantisation", "written"}) {
+  for (const char* word : {"40 x 30 samples", "voxels", "patches", "rms",
+                           "heights       100 to 197 m, over 195 x 145 m", "quantisation", "written"}) {
     EXPECT_NE(result.out.find(word), std::string::npos) << result.out;
   }
   EXPECT_EQ(test::read_text(world_).substr(0, 5), "KARST") << "the file's magic";
@@ -174,6 +175,50 @@ TEST_F(BakeCli, AFailedBakeKeepsTheOldFile) {
   EXPECT_EQ(test::read_text(world_), "what was there");
   EXPECT_EQ(run({dem_, "-o", world_, "--materials", "none"}).code, 0);
   EXPECT_NE(test::read_text(world_), "what was there");
+}
+
+TEST_F(BakeCli, AWorldThatIsNotItsElevationIsNone) {
+  // Noise of 20 km between samples 30 m apart: no surface of voxels follows it.
+  std::vector<float> heights;
+  std::uint32_t state = 1;
+  for (int k = 0; k < 32 * 32; ++k) {
+    state = state * 1664525u + 1013904223u;
+    heights.push_back(static_cast<float>(state >> 8) / (1 << 24) * 40'000 - 20'000);
+  }
+  const std::string steep = folder_.write(
+      "steep.tif", TiffBuilder(32, 32, 32, 3, std::string(bytes_of(heights))).pixel_scale(30, 30).bytes());
+  const Words words = {steep, "-o", world_, "--materials", "none"};
+  const auto failed = run(words);
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_NE(failed.err.find("--accept-fit"), std::string::npos) << failed.err;
+  EXPECT_NE(::access(world_.c_str(), F_OK), 0) << "no world";
+  Words accepting = words;
+  accepting.emplace_back("--accept-fit");
+  const auto accepted = run(accepting);
+  EXPECT_EQ(accepted.code, 0) << accepted.err;
+  EXPECT_NE(accepted.err.find("warning: the ground misses the elevation"), std::string::npos) << accepted.err;
+  EXPECT_EQ(::access(world_.c_str(), F_OK), 0);
+}
+
+TEST_F(BakeCli, VoidsWithoutATagAndCountsWithoutAScaleAreTold) {
+  std::vector<float> heights;
+  for (int k = 0; k < 40 * 30; ++k) heights.push_back(static_cast<float>(100 + k % 40));
+  heights[300] = heights[301] = -9999;
+  const std::string pit = folder_.write(
+      "pit.tif", TiffBuilder(40, 30, 32, 3, std::string(bytes_of(heights))).pixel_scale(5, 5).bytes());
+  const Words words = {pit, "-o", world_, "--materials", "none", "--accept-fit"};
+  EXPECT_NE(run(words).err.find("--nodata -9999"), std::string::npos);
+  Words told = words;
+  told.insert(told.end(), {"--nodata", "-9999"});
+  EXPECT_EQ(run(told).err, "");
+
+  std::vector<std::uint16_t> counts;
+  for (int k = 0; k < 40 * 30; ++k) counts.push_back(static_cast<std::uint16_t>(k % 40 * 1680));
+  const std::string map = folder_.write(
+      "map.tif", TiffBuilder(40, 30, 16, 1, std::string(bytes_of(counts))).pixel_scale(5, 5).bytes());
+  before_ = folder_.names();
+  expect_failure(1, {map, "-o", folder_.path("none.karst")}, "--z-scale");
+  EXPECT_EQ(run({map, "-o", world_, "--materials", "none", "--z-scale", "0.001"}).err, "");
 }
 
 TEST_F(BakeCli, DamagedImagesGiveOneLine) {

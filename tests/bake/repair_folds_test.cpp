@@ -84,5 +84,23 @@ TEST(RepairFolds, TakesFoldsOut) {
   EXPECT_EQ(repair_job(world, heights).run().folded_before, 0u);
 }
 
+TEST(RepairFolds, IsBoundedWhereFoldsDoNotEnd) {
+  // Steps of heights that no averaging takes out in a few passes; the surface is larger than the least
+  // visits.
+  test::TestWorld world = test::TestWorld::noise(8, {40, 20, 40}, 0.5, 2.0, false);
+  world.roughen(kLevel, 3, 28000);
+  std::vector<std::int16_t> heights = world.height_samples();
+  RepairFolds repair = repair_job(world, heights);
+  const auto patches = static_cast<std::uint64_t>(repair.surface.patches.size());
+  repair.visits_per_patch = 1;
+  repair.least_visits = 0;
+  const RepairFolds::Result few = repair.run();
+  EXPECT_GT(few.folded_after, 0u);
+  EXPECT_LE(few.passes, 8) << patches;
+  EXPECT_EQ(disagreements(world.surface(), heights), 0u);
+  // What is told to be left is what is there.
+  EXPECT_EQ(repair_job(world, heights).run().folded_before, few.folded_after);
+}
+
 }  // namespace
 }  // namespace karst::bake

@@ -40,6 +40,7 @@ TEST(WorldGrid, NamesTheVoxelSizeThatIsWrong) {
   EXPECT_NE(error_of({{-1e9, 0, -1e9}, {1e9, 1, 1e9}}, 1e-6).find("--voxel"), std::string::npos);
   // 512 voxels are the most there are: 511 of content.
   EXPECT_EQ(error_of({{0, 0, 0}, {511, 1, 511}}, 1), "");
+  EXPECT_EQ(error_of({{0, 0, 0}, {511.9, 1, 511.9}}, 1), "") << "what is left of a voxel is cut away";
   EXPECT_NE(error_of({{0, 0, 0}, {512, 1, 511}}, 1), "");
 }
 
