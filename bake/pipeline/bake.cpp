@@ -104,7 +104,9 @@ class Baker {
     measure();
     if (Error error = judge_fit(); !error.ok()) return error;
     report_.seconds_measure = watch.lap();
-    return write(file);
+    Error error = write(file);
+    report_.seconds_write = watch.lap();
+    return error;
   }
 
  private:

@@ -58,6 +58,7 @@ struct Bake {
     bool fit_is_partial = false;            // holes and carved places are left out of fit
     BakedMaterials materials;
     double seconds_read = 0, seconds_voxels = 0, seconds_fit = 0, seconds_measure = 0;
+    double seconds_write = 0;  // levels, materials, and the bytes of the file
   };
 
   // file: the bytes of the world file; nothing is written.

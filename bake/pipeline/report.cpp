@@ -158,9 +158,11 @@ std::string report_text(const Bake& job, const Bake::Report& report, std::size_t
   print_water(out, report);
   print_materials(out, report.materials);
   print(out, "quantisation  %.6g m\n", report.quantisation_m);
-  print(out, "written       %zu bytes in %.2f s (read %.2f, voxels %.2f, heights %.2f, measure %.2f)\n",
-        bytes, seconds, report.seconds_read, report.seconds_voxels, report.seconds_fit,
-        report.seconds_measure);
+  print(
+      out,
+      "written       %zu bytes in %.2f s (read %.2f, voxels %.2f, heights %.2f, measure %.2f, world %.2f)\n",
+      bytes, seconds, report.seconds_read, report.seconds_voxels, report.seconds_fit, report.seconds_measure,
+      report.seconds_write);
   return out;
 }
 
@@ -199,7 +201,8 @@ std::string report_json(const Bake& job, const Bake::Report& report, std::size_t
   json.field("bytes", std::uint64_t{bytes}).field("seconds", seconds);
   json.key("stage_seconds").begin_object();
   json.field("read", report.seconds_read).field("voxels", report.seconds_voxels);
-  json.field("heights", report.seconds_fit).field("measure", report.seconds_measure).end_object();
+  json.field("heights", report.seconds_fit).field("measure", report.seconds_measure);
+  json.field("world", report.seconds_write).end_object();
   json.end_object();
   return json.text();
 }

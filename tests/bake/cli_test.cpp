@@ -87,6 +87,20 @@ TEST_F(BakeCli, JsonAndStatsAreTheSame) {
   EXPECT_EQ(result.out.find("nan"), std::string::npos);
 }
 
+TEST_F(BakeCli, StagesSumToTheWhole) {
+  const auto result = run({"--sample", "hills", "-o", world_, "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto number = [&](const std::string& field) {
+    const std::size_t at = result.out.rfind("\"" + field + "\":");
+    EXPECT_NE(at, std::string::npos) << field;
+    return std::stod(result.out.substr(at + field.size() + 3));
+  };
+  double sum = 0;
+  for (const char* stage : {"read", "voxels", "heights", "measure", "world"}) sum += number(stage);
+  EXPECT_LE(sum, number("seconds"));
+  EXPECT_GT(sum, 0.8 * number("seconds")) << "but for writing the file";
+}
+
 TEST_F(BakeCli, QuietSaysNothing) {
   const auto result = run({dem_, "-o", world_, "--quiet", "--materials", "none"});
   EXPECT_EQ(result.code, 0);
