@@ -262,7 +262,9 @@ Error read_pixels(const ReadElevation& settings, OIIO::ImageInput& input, Sample
     case OIIO::TypeDesc::INT16:
       return read_bands<std::int16_t>(settings.path, input, type, sink);
     case OIIO::TypeDesc::DOUBLE:
-      return read_bands<double>(settings.path, input, type, sink);
+      // OpenImageIO 2.4 says that it read them and leaves the buffer as it was: a plain at height 0.
+      return failure(settings.path,
+                     "sample type: double is not read; gdal_translate -ot Float32 makes float");
     case OIIO::TypeDesc::HALF:
     case OIIO::TypeDesc::FLOAT:
       return read_bands<float>(settings.path, input, OIIO::TypeDesc::FLOAT, sink);
@@ -274,6 +276,12 @@ Error read_pixels(const ReadElevation& settings, OIIO::ImageInput& input, Sample
 // What an image must be before any of its pixels is looked at.
 Error check_spec(const std::string& path, const OIIO::ImageSpec& spec) {
   if (Error error = check_size(path, spec.width, spec.height); !error.ok()) return error;
+  const int bits = spec.get_int_attribute("oiio:BitsPerSample", 0);
+  if (bits > 8 && bits != 8 * static_cast<int>(spec.format.size())) {
+    // They would come stretched over the range of the type.
+    return failure(path, "sample type: " + std::to_string(bits) +
+                             " bits are not read; gdal_translate -co NBITS=16 makes whole ones");
+  }
   if (spec.depth > 1) return failure(path, "depth: a volume, not an image");
   if (spec.nchannels != 1) {
     return failure(path, "channels: " + std::to_string(spec.nchannels) + "; elevation has one");

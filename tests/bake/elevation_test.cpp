@@ -255,6 +255,16 @@ TEST_F(ElevationTest, RefusesEightBitsUnlessAsked) {
   }
 }
 
+TEST_F(ElevationTest, RefusesSamplesThatWouldComeWrong) {
+  const auto doubles =
+      write("d.tif", TiffBuilder(kWidth, kHeight, 64, 3, ramp_bytes<double>()).pixel_scale(1, 1).bytes());
+  expect_error({.path = doubles}, "double");
+  // 5 samples of 12 bits are 8 bytes a row.
+  const auto bits12 = write(
+      "b.tif", TiffBuilder(kWidth, kHeight, 12, 1, std::string(8 * kHeight, '\1')).pixel_scale(1, 1).bytes());
+  expect_error({.path = bits12}, "12 bits");
+}
+
 TEST_F(ElevationTest, RefusesSeveralChannels) {
   std::vector<float> rgb(kWidth * kHeight * 3, 7);
   write_image(folder_.path("a.png"), kWidth, kHeight, rgb, "uint16", 0, 3);
