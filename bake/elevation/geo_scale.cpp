@@ -21,16 +21,20 @@ constexpr std::uint32_t kModelTiepointTag = 33922;
 constexpr std::uint32_t kModelTransformationTag = 34264;
 constexpr std::uint32_t kGeoKeyDirectoryTag = 34735;
 constexpr std::uint32_t kGeoDoubleParamsTag = 34736;
+constexpr std::uint32_t kGdalMetadataTag = 42112;  // XML; the scale and offset of samples are items of it
 constexpr std::uint32_t kGdalNodataTag = 42113;
 
 constexpr int kModelTypeKey = 1024;  // 1 projected, 2 geographic, 3 geocentric
 constexpr int kGeogAngularUnitsKey = 2054;
+constexpr int kProjectedTypeKey = 3072;
+constexpr int kWebMercator = 3857;  // EPSG: metres of the equator, whatever the latitude
 constexpr int kProjLinearUnitsKey = 3076;
 constexpr int kProjLinearUnitSizeKey = 3077;
 constexpr int kVerticalUnitsKey = 4099;
 
 // EPSG unit codes.
-constexpr int kMetre = 9001, kFoot = 9002, kUsSurveyFoot = 9003, kDegree = 9102, kUserDefined = 32767;
+constexpr int kMetre = 9001, kFoot = 9002, kUsSurveyFoot = 9003, kDegree = 9102, kDegreeOfEpsg = 9122,
+              kUserDefined = 32767;
 
 // What libtiff may take for one tag or strip list: a header that asks for more is hostile.
 constexpr tmsize_t kMaxTagBytes = 64 << 20;
@@ -154,7 +158,8 @@ Error apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, cons
   const int model = keys.number(kModelTypeKey).value_or(0);
   tags.geographic = model == 2;
   if (tags.geographic) {
-    if (const int unit = keys.number(kGeogAngularUnitsKey).value_or(kDegree); unit != kDegree) {
+    if (const int unit = keys.number(kGeogAngularUnitsKey).value_or(kDegree);
+        unit != kDegree && unit != kDegreeOfEpsg) {
       return failure(path, "GeogAngularUnitsGeoKey: unit " + std::to_string(unit) +
                                " is not degrees; use --pixel-size M");
     }
@@ -169,6 +174,12 @@ Error apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, cons
     return {};
   }
   if (model == 3) return failure(path, "GTModelTypeGeoKey: geocentric coordinates; use --pixel-size M");
+  if (keys.number(kProjectedTypeKey) == kWebMercator) {
+    return failure(
+        path,
+        "ProjectedCSTypeGeoKey: Web Mercator stretches the ground with latitude; use --pixel-size M "
+        "(its metres times the cosine of the latitude) or gdalwarp -t_srs to UTM");
+  }
   const int unit = keys.number(kProjLinearUnitsKey).value_or(kMetre);
   double metres = keys.real(kProjLinearUnitSizeKey).value_or(0);
   if (unit != kUserDefined) {
@@ -192,6 +203,28 @@ Error read_nodata(TIFF* tiff, const std::string& path, std::optional<double>& no
   if (error != std::errc() || end != digits.data() + digits.size())
     return failure(path, "GDAL_NODATA: not a number");
   nodata = value;
+  return {};
+}
+
+// What would be read wrongly without a word.
+Error check_samples(TIFF* tiff, const std::string& path) {
+  const auto text = tag_values<char>(tiff, kGdalMetadataTag, TIFF_ASCII);
+  const std::string_view metadata(text.data(), text.size());
+  for (const std::string_view role : {"role=\"scale\"", "role=\"offset\""}) {
+    if (metadata.find(role) != std::string_view::npos) {
+      return failure(path,
+                     "GDAL_METADATA: scaled samples are not read; gdal_translate -unscale -ot Float32 "
+                     "makes heights of them");
+    }
+  }
+  while (TIFFReadDirectory(tiff) != 0) {
+    std::uint32_t kind = 0;
+    if (TIFFGetField(tiff, TIFFTAG_SUBFILETYPE, &kind) == 1 && (kind & FILETYPE_MASK) != 0) {
+      return failure(path,
+                     "a mask inside the file is not read; gdal_calc.py or gdalwarp -dstnodata -9999 puts "
+                     "its voids into the samples");
+    }
+  }
   return {};
 }
 
@@ -222,10 +255,14 @@ Error read_geotiff_tags(const std::string& path, int height, bool need_scale, Ge
     if (!error.ok()) return error;
   }
   tags.geographic = keys.number(kModelTypeKey) == 2;
-  if (!need_scale) return {};
-  std::optional<ModelScale> scale;
-  if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
-  return scale ? apply_scale(*scale, keys, height, path, tags) : Error();
+  const auto scale_of_file = [&]() -> Error {
+    if (!need_scale) return {};
+    std::optional<ModelScale> scale;
+    if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
+    return scale ? apply_scale(*scale, keys, height, path, tags) : Error();
+  };
+  if (Error error = scale_of_file(); !error.ok()) return error;
+  return check_samples(tiff.get(), path);  // leaves the first directory
 }
 
 }  // namespace karst::bake

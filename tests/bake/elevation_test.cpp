@@ -265,6 +265,23 @@ TEST_F(ElevationTest, RefusesSamplesThatWouldComeWrong) {
   expect_error({.path = bits12}, "12 bits");
 }
 
+TEST_F(ElevationTest, RefusesTagsThatWouldBeIgnored) {
+  const auto tiff = [&] {
+    return TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(60, 60);
+  };
+  const std::string scaled = "<GDALMetadata><Item name=\"SCALE\" sample=\"0\" role=\"scale\">0.05</Item>";
+  expect_error({.path = write("s.tif", tiff().ascii(42112, scaled).bytes())}, "GDAL_METADATA");
+  expect_error({.path = write("m.tif", tiff().geo_keys({1024, 1, 3072, 3857, 3076, 9001}).bytes())},
+               "Web Mercator");
+  // EPSG's own degree is one.
+  const auto degrees = write("d.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                          .pixel_scale(0.001, 0.002)
+                                          .tie_point(138, 60.004)
+                                          .geo_keys({1024, 2, 2054, 9122})
+                                          .bytes());
+  EXPECT_NEAR(elevation_of(ReadElevation{.path = degrees}).spacing_x_m, 55.800, 0.005);
+}
+
 TEST_F(ElevationTest, RefusesSeveralChannels) {
   std::vector<float> rgb(kWidth * kHeight * 3, 7);
   write_image(folder_.path("a.png"), kWidth, kHeight, rgb, "uint16", 0, 3);
