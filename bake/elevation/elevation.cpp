@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -27,10 +28,12 @@
 namespace karst::bake {
 namespace {
 
-constexpr int kBandRows = 64;                     // rows read at a time; 8 MiB of float at the widest
-constexpr int kMaxTileSide = 4'096;               // samples; a tile is read whole
-constexpr std::size_t kMaxHeaderBytes = 1 << 16;  // of an ENVI header; real ones have a few hundred
-constexpr double kMostRelief = 30'000;            // metres; of Mars, the most of all that is mapped
+constexpr int kBandRows = 64;                         // rows read at a time; 8 MiB of float at the widest
+constexpr std::uintmax_t kLargeTileBytes = 16 << 20;  // from here on a tile needs bytes in the file
+constexpr std::uintmax_t kMostUnpacked = 64;          // bytes of a large tile a byte of file
+constexpr int kMaxTileSide = 4'096;                   // samples; a tile is read whole
+constexpr std::size_t kMaxHeaderBytes = 1 << 16;      // of an ENVI header; real ones have a few hundred
+constexpr double kMostRelief = 30'000;                // metres; of Mars, the most of all that is mapped
 constexpr double kUsualVoids[] = {999, 9'999, 99'999, 32'767, 32'768, 65'535};  // with either sign
 constexpr double kSrtmVoid = -32'768;  // SRTM marks voids so, and seldom says it in a tag
 
@@ -305,6 +308,13 @@ Error read_image(const ReadElevation& settings, const char* reader, Elevation& r
   OIIO::ImageSpec spec;
   if (!input->open(settings.path, spec)) return reading_failure(settings.path, *input);
   if (Error error = check_spec(settings.path, spec); !error.ok()) return error;
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(settings.path, unknown);
+  const std::uintmax_t block = spec.tile_width > 0 ? spec.tile_bytes() : spec.scanline_bytes();
+  if (block > kLargeTileBytes && (unknown || block / kMostUnpacked > bytes)) {
+    return failure(settings.path, "tiles: one of " + std::to_string(block) + " bytes in a file of " +
+                                      std::to_string(bytes) + "; gdal_translate makes smaller ones");
+  }
   Format format;
   format.width = spec.width;
   format.height = spec.height;
@@ -317,7 +327,10 @@ Error read_image(const ReadElevation& settings, const char* reader, Elevation& r
   if (Error error = check_8bit(settings, format); !error.ok()) return error;
   if (std::string_view(reader) == "tiff") {
     GeoTiffTags tags;
-    Error error = read_geotiff_tags(settings.path, spec.height, settings.pixel_size_m <= 0, tags);
+    const bool whole = settings.crop[3] == 0;
+    const std::int64_t twice_middle =
+        whole ? spec.height : 2 * std::int64_t{settings.crop[1]} + settings.crop[3];
+    Error error = read_geotiff_tags(settings.path, twice_middle, settings.pixel_size_m <= 0, tags);
     if (!error.ok()) return error;
     format.spacing_x_m = tags.spacing_x_m;
     format.spacing_z_m = tags.spacing_z_m;

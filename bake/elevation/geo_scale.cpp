@@ -153,8 +153,8 @@ Error model_scale(TIFF* tiff, const std::string& path, std::optional<ModelScale>
   return {};
 }
 
-Error apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, const std::string& path,
-                  GeoTiffTags& tags) {
+Error apply_scale(const ModelScale& scale, const GeoKeys& keys, std::int64_t twice_middle,
+                  const std::string& path, GeoTiffTags& tags) {
   const int model = keys.number(kModelTypeKey).value_or(0);
   tags.geographic = model == 2;
   if (tags.geographic) {
@@ -165,7 +165,7 @@ Error apply_scale(const ModelScale& scale, const GeoKeys& keys, int height, cons
     }
     if (!scale.north)
       return failure(path, "ModelTiepointTag: absent, so the latitude is not known; use --pixel-size M");
-    const double latitude = *scale.north - 0.5 * scale.y * height;
+    const double latitude = *scale.north - 0.5 * scale.y * static_cast<double>(twice_middle);
     if (!(std::abs(latitude) <= 89))
       return failure(path, "ModelTiepointTag: the mean latitude is not within 89 degrees");
     const DegreeM degree = metres_per_degree(latitude);
@@ -242,7 +242,8 @@ DegreeM metres_per_degree(double latitude_deg) {
   return {prime_vertical_m * std::cos(latitude_deg * kRadians) * kRadians, meridian_m * kRadians};
 }
 
-Error read_geotiff_tags(const std::string& path, int height, bool need_scale, GeoTiffTags& tags) {
+Error read_geotiff_tags(const std::string& path, std::int64_t twice_middle, bool need_scale,
+                        GeoTiffTags& tags) {
   tags = {};
   bool truncated = false;
   const TiffFile tiff = open_tiff(path, truncated);
@@ -259,7 +260,7 @@ Error read_geotiff_tags(const std::string& path, int height, bool need_scale, Ge
     if (!need_scale) return {};
     std::optional<ModelScale> scale;
     if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
-    return scale ? apply_scale(*scale, keys, height, path, tags) : Error();
+    return scale ? apply_scale(*scale, keys, twice_middle, path, tags) : Error();
   };
   if (Error error = scale_of_file(); !error.ok()) return error;
   return check_samples(tiff.get(), path);  // leaves the first directory

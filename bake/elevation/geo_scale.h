@@ -2,6 +2,7 @@
 // How large a sample of an elevation image is on the ground.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -26,9 +27,10 @@ struct GeoTiffTags {
   bool geographic = false;
 };
 
-// height: rows of the image, for the mean latitude of a geographic one. The error names path and tag;
-// spacings are not range-checked here. need_scale false: tags that say nothing usable about the scale are no
-// error.
-Error read_geotiff_tags(const std::string& path, int height, bool need_scale, GeoTiffTags& tags);
+// twice_middle: twice the row in the middle of what is taken, for the latitude of a geographic image. The
+// error names path and tag; spacings are not range-checked here. need_scale false: tags that say nothing
+// usable about the scale are no error.
+Error read_geotiff_tags(const std::string& path, std::int64_t twice_middle, bool need_scale,
+                        GeoTiffTags& tags);
 
 }  // namespace karst::bake

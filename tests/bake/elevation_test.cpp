@@ -282,6 +282,30 @@ TEST_F(ElevationTest, RefusesTagsThatWouldBeIgnored) {
   EXPECT_NEAR(elevation_of(ReadElevation{.path = degrees}).spacing_x_m, 55.800, 0.005);
 }
 
+TEST_F(ElevationTest, ACropHasTheSizeOfItsOwnLatitude) {
+  // Rows of a degree from 62 to 58 north; the crop's middle is at 61.
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                       .pixel_scale(1, 1)
+                                       .tie_point(10, 62)
+                                       .geo_keys({1024, 2, 2054, 9102})
+                                       .bytes());
+  EXPECT_NEAR(elevation_of(ReadElevation{.path = path}).spacing_x_m, metres_per_degree(60).x, 0.01);
+  const Elevation crop = elevation_of(ReadElevation{.path = path, .crop = {0, 0, 5, 2}});
+  EXPECT_NEAR(crop.spacing_x_m, metres_per_degree(61).x, 0.01);
+  EXPECT_NEAR(crop.spacing_z_m, metres_per_degree(61).y, 0.01);
+}
+
+TEST_F(ElevationTest, RefusesTilesThatTheFileCannotHold) {
+  const auto path = write("a.tif", TiffBuilder(4096, 4096, 32, 3, ramp_bytes<float>())
+                                       .shorts(322, {4096})
+                                       .shorts(323, {4096})
+                                       .shorts(324, {8})
+                                       .shorts(325, {80})
+                                       .pixel_scale(1, 1)
+                                       .bytes());
+  expect_error({.path = path}, "tiles");
+}
+
 TEST_F(ElevationTest, RefusesSeveralChannels) {
   std::vector<float> rgb(kWidth * kHeight * 3, 7);
   write_image(folder_.path("a.png"), kWidth, kHeight, rgb, "uint16", 0, 3);
