@@ -34,7 +34,7 @@ struct CarveShape {
 
 // text: the JSON; name: the file, for messages. The error names file, shape and field.
 Error parse_carve(std::string_view text, const std::string& name, std::vector<CarveShape>& shapes);
-// Reads at most 64 MiB.
+// Reads at most 16 MiB.
 Error read_carve(const std::string& path, std::vector<CarveShape>& shapes);
 
 // A solid with shapes applied. Shapes are looked up in a grid of columns: far from all of them the value is

@@ -49,7 +49,7 @@ CarveShape parse_shape(const JsonFields& fields, std::size_t& points) {
 Error parse_carve(std::string_view text, const std::string& name, std::vector<CarveShape>& shapes) {
   shapes.clear();
   nlohmann::json root;
-  if (Error error = parse_json(text, name, 8, "a list of shapes", root); !error.ok()) return error;
+  if (Error error = parse_json(text, name, {}, "a list of shapes", root); !error.ok()) return error;
   if (!root.is_array()) return name + ": not a list of shapes";
   if (root.size() > CarveShape::kMostShapes) {
     return name + ": " + std::to_string(root.size()) + " shapes; the most is 10000";

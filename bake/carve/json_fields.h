@@ -50,11 +50,19 @@ class JsonFields {
   mutable Error error_;  // the first
 };
 
-// Parses text that is nested at most `depth` deep. what: of what it should be, for messages.
-Error parse_json(std::string_view text, const std::string& name, int depth, const char* what,
+// Lists and objects in each other, and values of all kinds together: a value takes up to 100 bytes.
+struct JsonLimits {
+  int depth = 8;
+  std::size_t values = 500'000;
+};
+
+// Stops where the text is not JSON, goes beyond a limit or has a field twice, and names line and byte; takes
+// time in proportion to the bytes read. what: of what it should be, for messages. A byte order mark is
+// skipped.
+Error parse_json(std::string_view text, const std::string& name, const JsonLimits& limits, const char* what,
                  nlohmann::json& root);
 
-// The whole file, at most 64 MiB.
+// The whole file, at most 16 MiB.
 Error read_json_text(const std::string& path, std::string& text);
 
 }  // namespace karst::bake

@@ -124,7 +124,7 @@ Error check_names(const std::vector<MaterialSpec>& materials, const std::string&
 Error parse_material_file(std::string_view text, const std::string& name, MaterialFile& file) {
   file = {};
   json root;
-  if (Error error = parse_json(text, name, 8, "a material file", root); !error.ok()) return error;
+  if (Error error = parse_json(text, name, {}, "a material file", root); !error.ok()) return error;
   const JsonFields fields(root, name);
   fields.only({"side", "format", "repeat", "materials", "paint", "lights"});
   if (fields.has("side")) {

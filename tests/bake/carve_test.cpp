@@ -102,6 +102,20 @@ TEST(CarveJson, NamesFileShapeAndField) {
   }
 }
 
+// Reading stops there: what follows is not looked at.
+TEST(CarveJson, StopsAtTheFirstByteThatIsTooMuch) {
+  EXPECT_EQ(error_of("[1,\n 2,]"), "shapes.json: line 2, byte 7: not JSON");
+  EXPECT_EQ(error_of("[{\"op\": 1,\n\"op\": 2}, ?"), "shapes.json: line 2, byte 14: 'op' is given twice");
+  EXPECT_EQ(error_of("[[[[[[[[[[[[ ?"),
+            "shapes.json: line 1, byte 8: nested too deeply for a list of shapes");
+  std::string values = "[";
+  for (int k = 0; k < 500'000; ++k) values += "{},";
+  EXPECT_EQ(error_of(values + " ?"),
+            "shapes.json: line 1, byte 1499998: more than 500000 values, too many for a list of shapes");
+  std::vector<CarveShape> shapes;
+  EXPECT_EQ(parse_carve("\xef\xbb\xbf[]", "shapes.json", shapes).text(), "");
+}
+
 TEST(CarveJson, RefusesWhatIsNoListOfShapes) {
   EXPECT_NE(error_of("").find("not JSON"), std::string::npos);
   EXPECT_NE(error_of("[").find("not JSON"), std::string::npos);
