@@ -30,14 +30,18 @@ struct Axis {
     return axis;
   }
   std::int64_t at(std::int64_t k) const { return std::llround(first + static_cast<double>(k) * step); }
-  // Points that can lie in [low, high]; the range may be one too wide on either side.
+  // Points that can lie in [low, high]; the range may be one too wide on either side. One point may be an
+  // axis without a length, whose step is 0.
   std::int64_t from(std::int64_t low) const {
-    return std::clamp<std::int64_t>(
-        static_cast<std::int64_t>(std::floor((static_cast<double>(low) - first) / step)), 0, count - 1);
+    return count == 1 ? 0 : inside(std::floor((static_cast<double>(low) - first) / step));
   }
   std::int64_t to(std::int64_t high) const {
-    return std::clamp<std::int64_t>(
-        static_cast<std::int64_t>(std::ceil((static_cast<double>(high) - first) / step)), 0, count - 1);
+    return count == 1 ? 0 : inside(std::ceil((static_cast<double>(high) - first) / step));
+  }
+
+ private:
+  std::int64_t inside(double point) const {
+    return static_cast<std::int64_t>(std::clamp(point, 0.0, static_cast<double>(count - 1)));
   }
 };
 

@@ -99,7 +99,7 @@ void measure_own_errors(const Surface& surface, const Heights& heights, PatchId 
   grid.side = patch_side(level);
   displaced_positions(surface, heights, level, patch, grid.position);
   std::uint16_t* const error = values.data();
-  std::uint16_t* const reach = error + level - 1;
+  std::uint16_t* const reach = error + (level - 1);
   own = {};
   for (int m = 2; m <= level; ++m) {
     const int size = 1 << (level - m);
@@ -125,7 +125,7 @@ void measure_own_errors(const Surface& surface, const Heights& heights, PatchId 
 void join_errors(const Surface& surface, int level, PatchId patch, const BorderErrors& own,
                  const BorderErrors* const (&theirs)[4], std::span<std::uint16_t> values) {
   std::uint16_t* const error = values.data();
-  std::uint16_t* const reach = error + level - 1;
+  std::uint16_t* const reach = error + (level - 1);
   for (int e = 0; e < 4; ++e) {
     const PatchEdge other = surface.patches[patch].neighbour[e];
     if (!other.exists()) continue;

@@ -1,8 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# kill_bake.sh KARST KARST-BAKE COUNT: ends bakes that overwrite a world until COUNT of them were killed, at times
-# all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and SIGKILL in turn. Each time the old world or the new one must be there, whole; after
-# SIGINT and SIGTERM nothing else; what SIGKILL leaves must be gone after the next whole bake.
+# kill_bake.sh KARST KARST-BAKE COUNT: ends bakes that overwrite a world until COUNT of them were killed, at
+# times all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and SIGKILL
+# in turn. Each time the old world or the new one must be there, whole; after SIGINT and SIGTERM nothing else;
+# what SIGKILL leaves must be gone after the next whole bake.
 set -euo pipefail
 karst=$1 bake=$2 count=$3
 work=$(mktemp -d)
@@ -50,6 +51,9 @@ done
 bake_world 79
 rest=$(find worlds -mindepth 1 ! -name w.karst | wc -l)
 "$karst" info worlds/w.karst >/dev/null
-printf '%d killed, %d of them while the new file was there, %d done: %d torn, %d leftovers after SIGINT and SIGTERM, %d after the next bake\n' \
+text='%d killed, %d of them while the new file was there, %d done: %d torn, '
+text+='%d leftovers after SIGINT and SIGTERM, %d after the next bake\n'
+# shellcheck disable=SC2059  # it is the format
+printf "$text" \
   "$killed" "$writing" "$replaced" "$torn" "$leftovers" "$rest"
 ((torn == 0 && leftovers == 0 && rest == 0 && killed > 0))
