@@ -1,9 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # kill_bake.sh KARST KARST-BAKE COUNT: ends bakes that overwrite a world until COUNT of them were killed, at
-# times all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and SIGKILL
-# in turn. Each time the old world or the new one must be there, whole; after SIGINT and SIGTERM nothing else;
-# what SIGKILL leaves must be gone after the next whole bake.
+# times all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and
+# SIGKILL in turn. Each time the old world or the new one must be there, whole; after SIGINT and SIGTERM
+# nothing else; what SIGKILL leaves must be gone after the next whole bake.
 set -euo pipefail
 karst=$1 bake=$2 count=$3
 work=$(mktemp -d)

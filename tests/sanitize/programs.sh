@@ -1,14 +1,14 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# programs.sh KARST KARST-BAKE: every command of the programs once, on the smallest inputs that there are and on
-# coarse samples. Built with sanitizers, which end a program with a code that no command has.
+# programs.sh KARST KARST-BAKE: every command of the programs once, on the smallest inputs that there are and
+# on coarse samples. Built with sanitizers, which end a program with a code that no command has.
 set -euo pipefail
 karst=$1 bake=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-# Drivers keep what they have until the process ends, and free with the C library what karst's counting operator
-# new gave them.
+# Drivers keep what they have until the process ends, and free with the C library what karst's counting
+# operator new gave them.
 export ASAN_OPTIONS=detect_leaks=0:alloc_dealloc_mismatch=0:exitcode=99
 export UBSAN_OPTIONS=print_stacktrace=1:exitcode=99
 
