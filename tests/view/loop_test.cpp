@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,7 +23,12 @@
 namespace karst::test {
 namespace {
 
-constexpr double kAnswer_s = 0.5;  // from SIGTERM to the end
+// From SIGTERM to the end. Here it tells an answer from none, whatever else the machine does; long.answers
+// asks for half a second, by KARST_ANSWER_S, on a machine that does nothing else.
+double answer_s() {
+  const char* const given = std::getenv("KARST_ANSWER_S");
+  return given == nullptr ? 10 : std::strtod(given, nullptr);
+}
 constexpr useconds_t kFlood_us = 1'500'000;
 
 // Calls `step` again and again until it is gone.
@@ -55,7 +61,7 @@ void expect_answer(FakeScreen& screen) {
   usleep(kFlood_us);
   const double asked = seconds_now();
   EXPECT_EQ(screen.stop(SIGTERM), 0) << screen.messages();
-  EXPECT_LT(seconds_now() - asked, kAnswer_s);
+  EXPECT_LT(seconds_now() - asked, answer_s());
   const std::string said = screen.messages();
   EXPECT_LT(std::count(said.begin(), said.end(), '\n'), 50) << said.substr(0, 2000);
   EXPECT_GE(number_of(read_text(screen.folder().path("stats.json")), "frames"), 1);
@@ -131,7 +137,7 @@ TEST(Loop, AnswersUnderFloodsOfSignals) {
   usleep(kFlood_us);
   const double asked = seconds_now();
   screen.send(SIGTERM);
-  EXPECT_TRUE(screen.ends_within(kAnswer_s)) << seconds_now() - asked;
+  EXPECT_TRUE(screen.ends_within(answer_s())) << seconds_now() - asked;
 }
 
 // Checked before the first frame, as karst render does.
@@ -206,7 +212,7 @@ TEST(Supervisor, FloodsOfSighupHideNoSigterm) {
   const Flood two(hang_up);
   usleep(kFlood_us);
   screen.send(SIGTERM);
-  EXPECT_TRUE(screen.ends_within(kAnswer_s));
+  EXPECT_TRUE(screen.ends_within(answer_s()));
 }
 
 // A parent that ignores SIGCHLD hands that down.
