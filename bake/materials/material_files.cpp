@@ -2,8 +2,8 @@
 #include "bake/materials/material_files.h"
 
 #include "app/files/regular_file.h"
+#include "bake/base/child.h"
 #include "bake/elevation/exr_header.h"
-#include "bake/elevation/quiet_stderr.h"
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -11,31 +11,110 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
 namespace karst::bake {
 namespace {
 
-constexpr int kMostChannels = 16;
+constexpr int kMostChannels = 4;
+// A file may hold this many texels whatever its length, and more for each of its bytes: pictures of ground in
+// JPEG have 1 to 10 texels a byte, and one colour in PNG has a thousand.
+constexpr std::uint64_t kFreeTexels = 4'096 * 4'096;
+constexpr std::uint64_t kTexelsAByte = 16;
+constexpr std::uint64_t kMostBandBytes = 64u << 20;  // of rows that are decoded together, as floats
+constexpr std::uint64_t kMemoryAByte = 32;           // for readers that hold all of a file decoded
+constexpr int kMostScans = 64;                       // of a JPEG; each may go over all of the image
 
 Error failure(const std::string& path, const std::string& what) {
   return path + ": " + what;
 }
 
-// Texels of a file, three channels (of one: three times the same), row 0 at the image's top.
+// What an image is made of, three channels (of one: three times the same), row 0 at the top.
 struct Pixels {
   int width = 0, height = 0;
   std::vector<float> rgb;
-  bool linear = false;  // floats
+};
+
+// What is done with texels as they are read. linear: they are floats.
+using ChangeRow = void (*)(std::span<float> rgb, bool linear);
+
+// Along one axis: how much of each texel goes into a texel of the result and how much into the next one.
+class Shares {
+ public:
+  Shares(int from, int to) : shares_(static_cast<std::size_t>(from)) {
+    const double scale = static_cast<double>(to) / from;
+    for (int k = 0; k < from; ++k) {
+      Share& share = shares_[static_cast<std::size_t>(k)];
+      const double start = k * scale, end = k + 1 == from ? to : (k + 1) * scale;
+      share.into = std::min(static_cast<int>(start), to - 1);
+      const double here = std::min(end, share.into + 1.0) - start;
+      share.here = static_cast<float>(here);
+      share.next = share.into + 1 < to ? static_cast<float>(end - start - here) : 0.0f;
+    }
+  }
+  struct Share {
+    int into = 0;
+    float here = 1, next = 0;
+  };
+  const Share& operator[](int k) const { return shares_[static_cast<std::size_t>(k)]; }
+
+ private:
+  std::vector<Share> shares_;
+};
+
+void add_scaled(std::span<const float> row, float weight, float* out) {
+  if (weight == 0) return;
+  for (std::size_t k = 0; k < row.size(); ++k) out[k] += weight * row[k];
+}
+
+// Takes rows from the top. What is more than twice as wide or high as `side` is averaged to twice, so that
+// memory depends on the texture and not on the image.
+class ReduceRows {
+ public:
+  ReduceRows(int width, int height, int side, Pixels& pixels)
+      : width_(width),
+        pixels_(pixels),
+        across_(width, std::min(width, 2 * side)),
+        down_(height, std::min(height, 2 * side)) {
+    pixels = {std::min(width, 2 * side), std::min(height, 2 * side), {}};
+    pixels.rgb.assign(stride() * static_cast<std::size_t>(pixels.height), 0.0f);
+  }
+
+  void take(int row, std::span<const float> rgb) {
+    if (pixels_.width < width_) {
+      narrow_.assign(stride() + 3, 0.0f);
+      for (int x = 0; x < width_; ++x) {
+        const Shares::Share& share = across_[x];
+        const float* texel = rgb.data() + 3 * static_cast<std::size_t>(x);
+        float* out = narrow_.data() + 3 * static_cast<std::size_t>(share.into);
+        for (int c = 0; c < 3; ++c) out[c] += share.here * texel[c];
+        for (int c = 0; c < 3; ++c) out[c + 3] += share.next * texel[c];
+      }
+      rgb = std::span<const float>(narrow_).first(stride());
+    }
+    const Shares::Share& share = down_[row];
+    float* out = pixels_.rgb.data() + stride() * static_cast<std::size_t>(share.into);
+    add_scaled(rgb, share.here, out);
+    add_scaled(rgb, share.next, out + (share.next > 0 ? stride() : 0));
+  }
+
+ private:
+  std::size_t stride() const { return 3 * static_cast<std::size_t>(pixels_.width); }
+
+  int width_;
+  Pixels& pixels_;
+  Shares across_, down_;
+  std::vector<float> narrow_;
 };
 
 // The OpenImageIO reader for a file, by its first bytes: a file is never handed to any other.
-Error reader_for(const std::string& path, const char*& reader) {
+Error reader_for(const std::string& path, const char*& reader, std::uint64_t& bytes) {
   int descriptor = -1;
-  std::uint64_t bytes = 0;
   if (Error error = app::open_regular_file(path, descriptor, bytes); !error.ok()) return error;
   close(descriptor);
   char first[8] = {};
@@ -52,17 +131,44 @@ Error reader_for(const std::string& path, const char*& reader) {
   return {};
 }
 
-Error check_spec(const std::string& path, const OIIO::ImageSpec& spec) {
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMostImageSide || spec.height > kMostImageSide) {
-    return failure(path, "size: " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                             " texels; the most is " + std::to_string(kMostImageSide) + " a side");
+// A JPEG of many scans over a large image takes long in few bytes. Inside of scans FF is followed by 0.
+Error check_scans(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  int scans = 0;
+  bool marker = false;
+  char block[1 << 16];
+  while (file.read(block, sizeof block), file.gcount() > 0) {
+    for (const char c : std::string_view(block, static_cast<std::size_t>(file.gcount()))) {
+      if (marker && c == '\xda') ++scans;
+      marker = c == '\xff';
+    }
   }
+  if (scans <= kMostScans) return {};
+  return failure(path, std::to_string(scans) + " scans; the most is " + std::to_string(kMostScans));
+}
+
+Error check_spec(const std::string& path, const OIIO::ImageSpec& spec, std::uint64_t bytes) {
+  const std::string size = std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels";
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMostImageSide || spec.height > kMostImageSide)
+    return failure(path, "size: " + size + "; the most is " + std::to_string(kMostImageSide) + " a side");
   if (spec.depth > 1) return failure(path, "depth: a volume, not an image");
   if (spec.nchannels < 1 || spec.nchannels > kMostChannels)
     return failure(path, "channels: " + std::to_string(spec.nchannels) + "; an image has 1 to 4");
-  if (spec.tile_width < 0 || spec.tile_height < 0 || spec.tile_width > kMostImageSide ||
-      spec.tile_height > kMostImageSide)
-    return failure(path, "tiles: larger than any image");
+  const std::uint64_t texels =
+      static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+  if (texels > kFreeTexels + kTexelsAByte * bytes) {
+    return failure(path, "size: " + size + " in " + std::to_string(bytes) +
+                             " bytes; save it without compression, or with 4096 texels a side or less");
+  }
+  if (spec.tile_width <= 0) return {};
+  const std::uint64_t band = static_cast<std::uint64_t>(std::max(spec.width, spec.tile_width)) *
+                             static_cast<std::uint64_t>(std::max(spec.tile_height, 0)) *
+                             static_cast<std::uint64_t>(spec.nchannels) * sizeof(float);
+  if (spec.tile_width > kMostImageSide || spec.tile_height < 1 || spec.tile_height > kMostImageSide ||
+      band > kMostBandBytes) {
+    return failure(path, "tiles: " + std::to_string(spec.tile_width) + " x " +
+                             std::to_string(spec.tile_height) + " texels; save it with tiles of 256 a side");
+  }
   return {};
 }
 
@@ -88,45 +194,49 @@ bool read_rows(OIIO::ImageInput& input, int row, int last, std::vector<float>& r
   return true;
 }
 
-Error read_pixels(const std::string& path, Pixels& pixels) {
-  const char* reader = nullptr;
-  if (Error error = reader_for(path, reader); !error.ok()) return error;
+Error read_pixels(const std::string& path, const char* reader, std::uint64_t bytes, int side,
+                  ChangeRow change, Pixels& pixels) {
   if (std::string_view(reader) == "openexr") {
     if (Error error = check_exr_header(path, kMostImageSide); !error.ok()) return error;
   }
-  const QuietStderr quiet;
+  if (std::string_view(reader) == "jpeg") {
+    if (Error error = check_scans(path); !error.ok()) return error;
+  }
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
   if (input == nullptr) return failure(path, std::string("OpenImageIO has no reader for ") + reader);
   OIIO::ImageSpec spec;
   if (!input->open(path, spec)) return reading_failure(path, *input);
-  if (Error error = check_spec(path, spec); !error.ok()) return error;
-  pixels = {spec.width, spec.height, {}, spec.format.is_floating_point()};
+  if (Error error = check_spec(path, spec, bytes); !error.ok()) return error;
   const int band = spec.tile_width > 0 ? spec.tile_height : 64;
   const auto channels = static_cast<std::size_t>(spec.nchannels);
-  std::vector<float> rows;
-  // Memory grows with what was read: a short file that claims to be large fails early.
+  const auto width = static_cast<std::size_t>(spec.width);
+  ReduceRows reduce(spec.width, spec.height, side, pixels);
+  std::vector<float> rows, rgb(3 * width);
   for (int row = 0; row < spec.height; row += band) {
-    if (!read_rows(*input, row, std::min(row + band, spec.height), rows))
-      return reading_failure(path, *input);
-    for (std::size_t k = 0; k < rows.size(); k += channels) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float value = rows[k + (channels < 3 ? 0 : c)];
-        if (!std::isfinite(value)) return failure(path, "a texel is not a number");
-        pixels.rgb.push_back(value);
+    const int last = std::min(row + band, spec.height);
+    if (!read_rows(*input, row, last, rows)) return reading_failure(path, *input);
+    for (int k = row; k < last; ++k) {
+      const float* from = rows.data() + static_cast<std::size_t>(k - row) * width * channels;
+      for (std::size_t x = 0; x < width; ++x) {
+        for (std::size_t c = 0; c < 3; ++c) rgb[3 * x + c] = from[channels * x + (channels < 3 ? 0 : c)];
       }
+      const bool finite = std::all_of(rgb.begin(), rgb.end(), [](float v) { return std::isfinite(v); });
+      if (!finite) return failure(path, "a texel is not a number");
+      change(rgb, spec.format.is_floating_point());
+      reduce.take(k, rgb);
     }
   }
   return {};
 }
 
-void make_linear(Pixels& pixels) {
-  if (pixels.linear) return;
-  for (float& value : pixels.rgb) value = srgb_fraction_to_linear(value);
+void make_linear(std::span<float> rgb, bool linear) {
+  if (linear) return;
+  for (float& value : rgb) value = srgb_fraction_to_linear(value);
 }
 
 // To side x side texels. The image is repeated around its borders, so that the filter sees what tiling shows
 // there. Row 0 of the result is the image's lowest.
-Error resize(const Pixels& pixels, const std::string& path, int side, std::vector<float>& texels) {
+Error resize(Pixels& pixels, const std::string& path, int side, std::vector<float>& texels) {
   const auto reach = [side](int size) { return 4 * std::max(1, (size + side - 1) / side) + 4; };
   const int pad_x = reach(pixels.width), pad_y = reach(pixels.height);
   OIIO::ImageSpec spec(pixels.width + 2 * pad_x, pixels.height + 2 * pad_y, 3, OIIO::TypeDesc::FLOAT);
@@ -145,6 +255,7 @@ Error resize(const Pixels& pixels, const std::string& path, int side, std::vecto
       padded.insert(padded.end(), texel, texel + 3);
     }
   }
+  pixels.rgb = {};
   const OIIO::ImageBuf source(spec, padded.data());
   OIIO::ImageBuf target(OIIO::ImageSpec(side, side, 3, OIIO::TypeDesc::FLOAT));
   if (!OIIO::ImageBufAlgo::resize(target, source))
@@ -159,15 +270,44 @@ Error resize(const Pixels& pixels, const std::string& path, int side, std::vecto
   return {};
 }
 
-// Normals of the image as slopes, in place.
-void make_slopes(Pixels& pixels) {
-  for (std::size_t k = 0; k < pixels.rgb.size(); k += 3) {
-    float* n = pixels.rgb.data() + k;
+// Normals as slopes.
+void make_slopes(std::span<float> rgb, bool) {
+  for (std::size_t k = 0; k < rgb.size(); k += 3) {
+    float* n = rgb.data() + k;
     const float up = std::max(n[2] * 2 - 1, 0.05f);
     n[0] = -(n[0] * 2 - 1) / up;
     n[1] = -(n[1] * 2 - 1) / up;
     n[2] = 0;
   }
+}
+
+// An image's texels at the texture's side; all of OpenImageIO's work on it is done in a process of its own.
+Error read_texels(const std::string& path, int side, ChangeRow change, std::vector<float>& texels) {
+  const char* reader = nullptr;
+  std::uint64_t bytes = 0;
+  if (Error error = reader_for(path, reader, bytes); !error.ok()) return error;
+  const std::size_t count = 3 * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  ChildLimits limits;
+  limits.memory_bytes += kMemoryAByte * bytes;
+  limits.result_bytes = count * sizeof(float);
+  const auto work = [&](std::vector<std::byte>& result) -> Error {
+    // A thread has a stack and a heap of its own, which are not in the limits.
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
+    Pixels pixels;
+    if (Error error = read_pixels(path, reader, bytes, side, change, pixels); !error.ok()) return error;
+    std::vector<float> resized;
+    if (Error error = resize(pixels, path, side, resized); !error.ok()) return error;
+    const auto sent = std::as_bytes(std::span(resized));
+    result.assign(sent.begin(), sent.end());
+    return {};
+  };
+  std::vector<std::byte> result;
+  if (Error error = run_in_child(path, limits, work, result); !error.ok()) return error;
+  if (result.size() != limits.result_bytes) return failure(path, "its reader stopped early");
+  texels.resize(count);
+  std::memcpy(texels.data(), result.data(), result.size());
+  return {};
 }
 
 float brightness(const float* rgb) {
@@ -191,14 +331,10 @@ Error read_material_image(const MaterialSpec& spec, const std::string& folder, i
                           MaterialImage& image) {
   image = MaterialImage(side);
   std::vector<float> texels;
-  const auto read = [&](const std::string& name, auto&& change) -> Error {
-    const std::string path = path_in(folder, name);
-    Pixels pixels;
-    if (Error error = read_pixels(path, pixels); !error.ok()) return error;
-    change(pixels);
-    return resize(pixels, path, side, texels);
+  const auto read = [&](const std::string& name, ChangeRow change) {
+    return read_texels(path_in(folder, name), side, change, texels);
   };
-  const auto as_it_is = [](Pixels&) {};
+  const auto as_it_is = [](std::span<float>, bool) {};
   const auto clamped = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
 
   if (Error error = read(spec.albedo, make_linear); !error.ok()) return error;

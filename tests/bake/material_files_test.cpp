@@ -136,6 +136,21 @@ TEST_F(MaterialFiles, MistakesNameTheFile) {
   EXPECT_NE(error_of(spec("nan.tif")).find("not a number"), std::string::npos);
 }
 
+// What a file states is held against what it can hold before anything is read.
+TEST_F(MaterialFiles, WhatIsLargeForItsBytesIsRefused) {
+  const std::string few(100, 'x');
+  folder_.write("wide.tif", TiffBuilder(8'192, 8'192, 8, 1, few).bytes());
+  EXPECT_NE(error_of(spec("wide.tif")).find("wide.tif: size: 8192 x 8192 texels in "), std::string::npos);
+  folder_.write("tile.tif", TiffBuilder(64, 64, 8, 1, few).shorts(322, {8'192}).shorts(323, {8'192}).bytes());
+  EXPECT_NE(error_of(spec("tile.tif")).find("tile.tif: tiles: 8192 x 8192"), std::string::npos);
+  write("five.tif", 4, 4, 5, [](int, int, int) { return 0.5; });
+  EXPECT_NE(error_of(spec("five.tif")).find("five.tif: channels: 5"), std::string::npos);
+  std::string scans("\xff\xd8\xff\xe0", 4);
+  for (int k = 0; k < 65; ++k) scans += "\xff\xda";
+  folder_.write("scans.jpg", scans);
+  EXPECT_NE(error_of(spec("scans.jpg")).find("scans.jpg: 65 scans; the most is 64"), std::string::npos);
+}
+
 TEST_F(MaterialFiles, EveryTruncationIsRefused) {
   const IgnoreLeaks ignore;
   for (const char* name : {"t.png", "t.tif", "t.exr"}) {
