@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "karst/plan.h"
+#include "platform/base/text.h"
 
 namespace karst {
 namespace {
@@ -179,6 +180,7 @@ std::uint64_t BoardProfile::scan_out_bytes() const {
 
 Error parse_board(std::string_view text, const std::string& source, BoardProfile& profile) {
   profile = {};
+  text = without_byte_order_mark(text);
   bool given[kKeyCount] = {};
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = text.find('\n');

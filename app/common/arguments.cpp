@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "platform/base/text.h"
+
 namespace karst::app {
 namespace {
 
@@ -111,11 +113,7 @@ Error flush_output() {
 }
 
 void print_error(std::string_view program, std::string_view message) {
-  std::string line = std::string(program) + ": " + std::string(message);
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  line += '\n';
+  const std::string line = std::string(program) + ": " + printable(message) + "\n";
   std::fputs(line.c_str(), stderr);
 }
 

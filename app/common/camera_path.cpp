@@ -4,6 +4,7 @@
 #include <span>
 
 #include "app/common/arguments.h"
+#include "platform/base/text.h"
 
 namespace karst::app {
 namespace {
@@ -45,6 +46,7 @@ bool read_camera_line(std::string_view line, CameraPlace& place) {
 
 Error parse_camera_path(std::string_view text, const std::string& file, std::vector<CameraPlace>& path) {
   path.clear();
+  text = without_byte_order_mark(text);
   std::size_t line_number = 0;
   while (!text.empty()) {
     ++line_number;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "platform/base/text.h"
+
 namespace karst::app {
 namespace {
 
@@ -95,19 +97,23 @@ void JsonWriter::new_line() {
   text_.append(static_cast<std::size_t>(depth_) * 2, ' ');
 }
 
+// What is no UTF-8 becomes the replacement character.
 void JsonWriter::quote(std::string_view text) {
   text_ += '"';
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      text_ += '\\';
-      text_ += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
+  while (!text.empty()) {
+    char32_t code = 0xFFFD;
+    const std::size_t bytes = utf8_character(text, code);
+    if (bytes == 0) {
+      text_ += "\\ufffd";
+    } else if (!is_printable(code)) {  // all of these have four digits
       char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(c));
+      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(code));
       text_ += escape;
     } else {
-      text_ += c;
+      if (code == '"' || code == '\\') text_ += '\\';
+      text_ += text.substr(0, bytes);
     }
+    text.remove_prefix(bytes == 0 ? 1 : bytes);
   }
   text_ += '"';
 }

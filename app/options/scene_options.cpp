@@ -309,6 +309,12 @@ std::vector<NamedFile> files_read(const std::string& world, const SceneArguments
 }
 
 Error check_scene(const SceneArguments& scene, bool has_drape_repeat) {
+  // A camera's aspect, CameraSettings.
+  constexpr int kMostAspect = 64;
+  if (scene.width > kMostAspect * scene.height || scene.height > kMostAspect * scene.width) {
+    return "--size: " + std::to_string(scene.width) + "x" + std::to_string(scene.height) +
+           ": one side is more than 64 times the other";
+  }
   if (has_drape_repeat && scene.drape.empty()) return "--drape-repeat needs a --drape";
   return {};
 }

@@ -229,7 +229,7 @@ Status World::check_shared_heights() const {
     if (p.collapsed != 0) {
       for (int j = 1; j <= n; ++j) same = same && value(p, 0, j) == value(p, 0, 0);
     }
-    if (!same) return {StatusCode::corrupt, "heights of a vertex that patches share differ", "heights", id};
+    if (!same) return {StatusCode::corrupt, "heights of a vertex that patches share differ", "heights"};
   }
   return {};
 }

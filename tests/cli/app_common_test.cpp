@@ -18,7 +18,9 @@
 #include "app/common/json_writer.h"
 #include "app/files/atomic_file.h"
 #include "app/files/output_place.h"
+#include "app/files/png_file.h"
 #include "app/files/whole_file.h"
+#include "platform/base/text.h"
 #include "tests/support/process.h"
 
 namespace karst::app {
@@ -54,6 +56,40 @@ TEST(JsonWriter, NumbersReadBackAsTheyWere) {
     json.begin_array().value(number).end_array();
     EXPECT_EQ(std::stod(json.text().substr(json.text().find_first_of("-0123456789"))), number);
   }
+}
+
+TEST(JsonWriter, TextIsUtf8WhateverItWas) {
+  JsonWriter json;
+  json.value(std::string_view("a\xC3\xA9\xFF\xC2\x9B\xE2\x80\xAE\"\n"));
+  EXPECT_EQ(json.text(), "\"a\xC3\xA9\\ufffd\\u009b\\u202e\\\"\\u000a\"");
+}
+
+TEST(Text, CharactersAreThoseOfRfc3629) {
+  char32_t code = 0;
+  EXPECT_EQ(utf8_character("\xF0\x9F\x8F\x94x", code), 4u);
+  EXPECT_EQ(code, 0x1F3D4u);
+  // Cut, a lone continuation, too long for what it says, half of a pair, beyond the last.
+  for (const char* bad :
+       {"", "\xC3", "\x80", "\xC0\x80", "\xE0\x80\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xFF"}) {
+    EXPECT_EQ(utf8_character(bad, code), 0u) << bad;
+  }
+}
+
+TEST(Text, NothingThatATerminalObeysIsPrinted) {
+  EXPECT_EQ(printable("H\xC3\xBCgel 5 m"), "H\xC3\xBCgel 5 m");
+  // ESC, DEL, CSI of C1 in UTF-8 and as a byte, right-to-left override, end of line.
+  EXPECT_EQ(printable("a\x1b[2J\x7f\xC2\x9B\x9B\xE2\x80\xAE\n"), "a?[2J?????");
+}
+
+TEST(Png, LargePicturesAreRefusedBeforeTheyAreRead) {
+  std::vector<std::byte> png;
+  ASSERT_TRUE(encode_png(std::vector<std::uint8_t>(64 * 32 * 4), 64, 32, png).ok());
+  PngPicture picture;
+  EXPECT_TRUE(decode_png(png, 64, 64 * 32 * 4, picture).ok());
+  EXPECT_NE(decode_png(png, 64, 64 * 32 * 4 - 1, picture).text().find("64 x 32 pixels, which take"),
+            std::string::npos);
+  EXPECT_NE(decode_png(png, 63, 1 << 20, picture).text().find("more than 63 a side"), std::string::npos);
+  EXPECT_TRUE(picture.rgba.empty());
 }
 
 TEST(Arguments, NumbersAreWholeWords) {

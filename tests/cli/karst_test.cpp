@@ -23,9 +23,7 @@ using test::read_text;
 using Names = std::vector<std::string>;
 
 std::vector<std::byte> small_world(int level = 2, glm::ivec3 extent = {16, 12, 14}) {
-  test::TestWorld world(extent, [](glm::ivec3 v) {
-    return v.y + 0.5 < 5 + 3 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
-  });
+  test::TestWorld world = test::TestWorld::hills(extent);
   world.roughen(level, 9, 500);
   return world.file();
 }
@@ -166,6 +164,8 @@ TEST_F(Karst, UsageErrors) {
       {{"render", world_, "-o", out, "--lod", "near"}, "--lod: 'near' is not one of error distance full"},
       {{"render", world_, "-o", out, "--error-px", "0"}, "--error-px: 0 is not in 0.01 to 1000"},
       {{"render", world_, "-o", out, "--drape", ""}, "--drape: the file name is empty"},
+      {{"render", world_, "-o", out, "--size", "1x65"},
+       "--size: 1x65: one side is more than 64 times the other"},
       {{"render", world_, "-o", out, "--drape-repeat", "2"}, "--drape-repeat needs a --drape"},
       {{"render", world_, "-o", out, "--drape", "a.png", "--drape-repeat", "0"},
        "--drape-repeat: 0 is not in"},
@@ -378,6 +378,23 @@ TEST_F(Karst, BadPathsNameFileAndLine) {
   expect_error(render({"--path", file("none.txt"), "-o", file("a.png")}), 1,
                {"none.txt: cannot read: No such file"});
   EXPECT_EQ(folder_.names(), (Names{"path.txt", "world.karst"}));
+}
+
+TEST_F(Karst, PathsMayBeginWithAByteOrderMark) {
+  const std::string path = folder_.write("path.txt",
+                                         "\xEF\xBB\xBF"
+                                         "8 9 7 0 -10\r\n8 9 7 5 -10\r\n");
+  EXPECT_EQ(render({"--path", path, "-o", file("bom.png")}).code, 0);
+}
+
+TEST_F(Karst, WhatComesFromOutsideCannotSteerTerminals) {
+  const std::string path = folder_.write("path.txt",
+                                         "\xC2\x9B"
+                                         "31m\xE2\x80\xAE 9 7 0 -10\n");
+  const ProcessResult result = render({"--path", path, "-o", file("a.png")});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err.find('\xC2'), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find('\xE2'), std::string::npos) << result.err;
 }
 
 TEST_F(Karst, ImpossibleCameras) {

@@ -47,6 +47,7 @@ TEST(Board, WrongProfilesAreTold) {
     return parse_board(text, "x.board", profile).text();
   };
   EXPECT_EQ(error(text_of("tiny")), "");
+  EXPECT_EQ(error("\xEF\xBB\xBF" + text_of("tiny")), "") << "a byte order mark";
   EXPECT_NE(error(""), "");
   EXPECT_EQ(error(with("level", "")), "x.board: level is missing");
   EXPECT_NE(error(with("level", "level = 7  # more\n")).find("level is not 1..6"), std::string::npos);
