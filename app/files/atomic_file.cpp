@@ -17,6 +17,7 @@
 #include <string_view>
 
 #include "app/files/output_place.h"
+#include "app/files/regular_file.h"
 
 namespace karst::app {
 namespace {
@@ -133,7 +134,7 @@ class Temporary {
     return fchmod(file_, target.st_mode & 0777u) == 0 ? 0 : errno;
   }
 
-  int write(std::span<const std::byte> bytes);
+  int write(std::span<const std::byte> bytes) const { return write_all(file_, bytes); }
 
   // Before the file is closed, which ends its lock.
   int rename_to(const char* name) {
@@ -155,20 +156,6 @@ class Temporary {
   int folder_;
   int file_ = -1;
 };
-
-int write_all(int file, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-  return 0;
-}
-
-int Temporary::write(std::span<const std::byte> bytes) {
-  return write_all(file_, bytes);
-}
 
 // Removes temporary files of this user whose writers are gone: their locks are to be had.
 void sweep(const std::string& folder) {

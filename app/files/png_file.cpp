@@ -66,7 +66,8 @@ Error encode_png(std::span<const std::uint8_t> rgba, int width, int height, std:
   return "libpng: " + (sink.error.empty() ? std::string("no memory") : sink.error);
 }
 
-Error decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture) {
+Error decode_png(std::span<const std::byte> png, int most_side, std::uint64_t most_bytes,
+                 PngPicture& picture) {
   picture = {};
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -74,12 +75,19 @@ Error decode_png(std::span<const std::byte> png, int most_side, PngPicture& pict
     return std::string("not a PNG picture: ") + image.message;
   }
   const auto most = static_cast<png_uint_32>(most_side);
-  if (image.width > most || image.height > most) {
-    const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
-    png_image_free(&image);
-    return size + " pixels, more than " + std::to_string(most_side) + " a side";
-  }
   image.format = PNG_FORMAT_RGBA;
+  const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels";
+  const std::uint64_t bytes = std::uint64_t{image.width} * image.height * 4;
+  Error error;
+  if (image.width > most || image.height > most) {
+    error = size + ", more than " + std::to_string(most_side) + " a side";
+  } else if (bytes > most_bytes) {
+    error = size + ", which take " + std::to_string(bytes >> 20) + " MiB of memory";
+  }
+  if (!error.ok()) {
+    png_image_free(&image);
+    return error;
+  }
   picture.rgba.resize(PNG_IMAGE_SIZE(image));
   if (png_image_finish_read(&image, nullptr, picture.rgba.data(), 0, nullptr) == 0) {
     picture = {};

@@ -21,8 +21,9 @@ struct PngPicture {
   int height = 0;
   std::vector<std::uint8_t> rgba;  // row 0 at the top
 };
-// Any PNG as 8 bits a channel, sRGB. most_side: larger pictures are refused before memory is taken for them.
-// The error tells what is wrong with the bytes; picture is then empty.
-Error decode_png(std::span<const std::byte> png, int most_side, PngPicture& picture);
+// Any PNG as 8 bits a channel, sRGB. most_side, pixels, and most_bytes, of rgba: larger pictures are refused
+// before memory is taken for them. The error tells what is wrong with the bytes; picture is then empty.
+Error decode_png(std::span<const std::byte> png, int most_side, std::uint64_t most_bytes,
+                 PngPicture& picture);
 
 }  // namespace karst::app

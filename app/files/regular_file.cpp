@@ -38,4 +38,14 @@ Error open_regular_file(const std::string& path, int& file, std::uint64_t& bytes
   return {};
 }
 
+int write_all(int file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return 0;
+}
+
 }  // namespace karst::app

@@ -2,7 +2,9 @@
 // Opening files that are there to be read as a whole or in pieces.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "platform/base/error.h"
@@ -15,5 +17,8 @@ Error open_regular_file(const std::string& path, int& file, std::uint64_t& bytes
 
 // path: cannot read: what errno says.
 std::string read_failure(const std::string& path, int error);
+
+// Writes all of it, whatever interrupts. 0, or an errno.
+int write_all(int file, std::span<const std::byte> bytes);
 
 }  // namespace karst::app

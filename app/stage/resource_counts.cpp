@@ -73,10 +73,10 @@ MakeNames makers[kMakerCount] = {};
 constexpr const char* kDeleters[] = {"glDeleteBuffers",  "glDeleteFramebuffers", "glDeleteRenderbuffers",
                                      "glDeleteTextures", "glDeleteVertexArrays", "glDeleteQueriesEXT"};
 DeleteNames deleters[kMakerCount] = {};
-DeleteOne delete_program = nullptr;
-DeleteOne delete_shader = nullptr;
 MakeProgram make_program = nullptr;
 MakeShader make_shader = nullptr;
+DeleteOne delete_program = nullptr;
+DeleteOne delete_shader = nullptr;
 
 template <std::size_t kMaker>
 void count_names(std::int32_t count, std::uint32_t* names) {
@@ -126,35 +126,26 @@ std::uint32_t count_shader(std::uint32_t kind) {
   return make_shader(kind);
 }
 
+// Keeps the driver's function, and returns the one that counts and calls it.
+template <class T>
+Function count_with(Function found, T& kept, T counting) {
+  kept = reinterpret_cast<T>(found);
+  return reinterpret_cast<Function>(counting);
+}
+
 Function load_counting(void*, const char* name) {
   const Function found = driver.load(driver.user, name);
   if (found == nullptr) return nullptr;
+  const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
+  constexpr auto kEach = std::make_index_sequence<kMakerCount>();
   for (std::size_t n = 0; n < kMakerCount; ++n) {
-    if (std::strcmp(name, kMakers[n]) != 0) continue;
-    makers[n] = reinterpret_cast<MakeNames>(found);
-    return reinterpret_cast<Function>(counting_maker(n, std::make_index_sequence<kMakerCount>()));
+    if (is(kMakers[n])) return count_with(found, makers[n], counting_maker(n, kEach));
+    if (is(kDeleters[n])) return count_with(found, deleters[n], counting_deleter(n, kEach));
   }
-  for (std::size_t n = 0; n < kMakerCount; ++n) {
-    if (std::strcmp(name, kDeleters[n]) != 0) continue;
-    deleters[n] = reinterpret_cast<DeleteNames>(found);
-    return reinterpret_cast<Function>(counting_deleter(n, std::make_index_sequence<kMakerCount>()));
-  }
-  if (std::strcmp(name, "glDeleteProgram") == 0) {
-    delete_program = reinterpret_cast<DeleteOne>(found);
-    return reinterpret_cast<Function>(count_deleted_program);
-  }
-  if (std::strcmp(name, "glDeleteShader") == 0) {
-    delete_shader = reinterpret_cast<DeleteOne>(found);
-    return reinterpret_cast<Function>(count_deleted_shader);
-  }
-  if (std::strcmp(name, "glCreateProgram") == 0) {
-    make_program = reinterpret_cast<MakeProgram>(found);
-    return reinterpret_cast<Function>(count_program);
-  }
-  if (std::strcmp(name, "glCreateShader") == 0) {
-    make_shader = reinterpret_cast<MakeShader>(found);
-    return reinterpret_cast<Function>(count_shader);
-  }
+  if (is("glCreateProgram")) return count_with(found, make_program, &count_program);
+  if (is("glCreateShader")) return count_with(found, make_shader, &count_shader);
+  if (is("glDeleteProgram")) return count_with(found, delete_program, &count_deleted_program);
+  if (is("glDeleteShader")) return count_with(found, delete_shader, &count_deleted_shader);
   return found;
 }
 

@@ -74,8 +74,11 @@ Error Stage::load_drape() {
   WholeFile file;
   if (Error error = file.open(scene_.drape, WholeFile::kMostBytes); !error.ok()) return error;
   constexpr int kMostPixels = 16'384;
-  const Error error = decode_png(file.bytes(), kMostPixels, drape_);
-  return error.ok() ? error : Error(scene_.drape + ": " + error.text());
+  // Half: the pixels are held for a lost context, and the GPU takes more than as much.
+  if (const Error error = decode_png(file.bytes(), kMostPixels, scene_.max_memory / 2, drape_); !error.ok()) {
+    return scene_.drape + ": " + error.text() + "; --max-memory is " + format_mebibytes(scene_.max_memory);
+  }
+  return {};
 }
 
 std::uint64_t Stage::target_bytes() const {
@@ -109,7 +112,8 @@ Error Stage::make_plan_for(const Source& file) {
   needs.drape_height = static_cast<std::uint32_t>(drape_.height);
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   if (const Status status = make_plan(file, plan_); !status.ok()) return {path_, status};
-  std::uint64_t max_cpu = scene_.max_memory - std::min(scene_.max_memory, gpu_bytes());
+  const std::uint64_t others = gpu_bytes() + drape_.rgba.size();
+  std::uint64_t max_cpu = scene_.max_memory - std::min(scene_.max_memory, others);
   if (scene_.max_cpu > 0) max_cpu = std::min(max_cpu, scene_.max_cpu);
   needs.max_cpu_bytes = max_cpu;
   const Status status = make_plan(file, plan_);

@@ -85,7 +85,7 @@ class Stage {
   bool keep_depth = false;  // for target().read_depth(); before attach()
 
   // Of karst and of the picture together.
-  std::uint64_t cpu_bytes() const { return plan_.cpu_bytes; }
+  std::uint64_t cpu_bytes() const { return plan_.cpu_bytes + drape_.rgba.size(); }
   std::uint64_t gpu_bytes() const { return plan_.gpu_bytes + target_bytes(); }
   // Of the GL objects that are there.
   std::uint64_t gpu_used() const;

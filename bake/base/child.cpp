@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/base/child.h"
 
+#include "app/files/regular_file.h"
 #include "platform/base/log.h"
 
 #include <fcntl.h>
@@ -58,16 +59,6 @@ bool set_limit(decltype(RLIMIT_AS) what, std::uint64_t value) {
   return setrlimit(what, &limit) == 0;
 }
 
-bool write_all(int file, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = write(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
-  return true;
-}
-
 Error limited_work(const std::string& subject, const ChildLimits& limits, const ChildWork& work,
                    std::vector<std::byte>& result) {
   const std::uint64_t before = address_bytes();
@@ -97,9 +88,9 @@ Error limited_work(const std::string& subject, const ChildLimits& limits, const 
   const Error error = limited_work(subject, limits, work, result);
   const std::string message = error.text().substr(0, kMostMessage);
   const std::byte first = error.ok() ? kDone : kFailed;
-  const bool sent = write_all(out, {&first, 1}) &&
-                    write_all(out, error.ok() ? std::span<const std::byte>(result)
-                                              : std::as_bytes(std::span(message.data(), message.size())));
+  const bool sent = app::write_all(out, {&first, 1}) == 0 &&
+                    app::write_all(out, error.ok() ? std::span<const std::byte>(result)
+                                                   : std::as_bytes(std::span(message))) == 0;
   _exit(sent ? 0 : 1);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "bake/base/json_fields.h"
 #include "bake/carve/carve.h"
-#include "bake/carve/json_fields.h"
 
 #include <algorithm>
 

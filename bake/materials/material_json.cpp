@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/materials/material_json.h"
 
-#include "bake/carve/json_fields.h"
+#include "bake/base/json_fields.h"
 #include "bake/procedural/sample_materials.h"
 
 #include <algorithm>

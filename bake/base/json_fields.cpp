@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/carve/json_fields.h"
+#include "bake/base/json_fields.h"
 
 #include <algorithm>
 #include <cmath>
