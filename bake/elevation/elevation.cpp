@@ -5,6 +5,8 @@
 // fails before it costs anything.
 #include "bake/elevation/elevation.h"
 
+#include "bake/base/image_threads.h"
+
 #include "bake/elevation/envi.h"
 #include "bake/elevation/exr_header.h"
 #include "bake/elevation/geo_scale.h"
@@ -24,6 +26,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 namespace karst::bake {
 namespace {
@@ -143,14 +146,16 @@ class SampleSink {
 
   // Keeps the two least and the two greatest of the values that differ.
   void note_extreme(double raw) {
-    if (raw < low_)
-      next_low_ = low_, low_ = raw;
-    else if (raw > low_ && raw < next_low_)
-      next_low_ = raw;
-    if (raw > high_)
-      next_high_ = high_, high_ = raw;
-    else if (raw < high_ && raw > next_high_)
-      next_high_ = raw;
+    if (raw < low_) {
+      next_low_ = std::exchange(low_, raw);
+    } else if (raw > low_) {
+      next_low_ = std::min(next_low_, raw);
+    }
+    if (raw > high_) {
+      next_high_ = std::exchange(high_, raw);
+    } else if (raw < high_) {
+      next_high_ = std::max(next_high_, raw);
+    }
   }
 
   // An extreme that is far from all other heights, and is a value that voids are often marked with.
@@ -301,6 +306,7 @@ Error read_image(const ReadElevation& settings, const char* reader, Elevation& r
     if (Error error = check_exr_header(settings.path, kMaxTileSide); !error.ok()) return error;
   }
   const QuietStderr quiet;
+  keep_image_threads_away();
   InputFile input = OIIO::ImageInput::create(reader);
   if (input == nullptr) {
     return failure(settings.path, std::string("OpenImageIO has no reader for ") + reader);
@@ -330,7 +336,8 @@ Error read_image(const ReadElevation& settings, const char* reader, Elevation& r
     const bool whole = settings.crop[3] == 0;
     const std::int64_t twice_middle =
         whole ? spec.height : 2 * std::int64_t{settings.crop[1]} + settings.crop[3];
-    Error error = read_geotiff_tags(settings.path, twice_middle, settings.pixel_size_m <= 0, tags);
+    const GeoTiffNeeds needs{twice_middle, settings.pixel_size_m <= 0, !settings.z_scale};
+    Error error = read_geotiff_tags(settings.path, needs, tags);
     if (!error.ok()) return error;
     format.spacing_x_m = tags.spacing_x_m;
     format.spacing_z_m = tags.spacing_z_m;

@@ -30,11 +30,47 @@ constexpr int kProjectedTypeKey = 3072;
 constexpr int kWebMercator = 3857;  // EPSG: metres of the equator, whatever the latitude
 constexpr int kProjLinearUnitsKey = 3076;
 constexpr int kProjLinearUnitSizeKey = 3077;
+constexpr int kVerticalTypeKey = 4096;
 constexpr int kVerticalUnitsKey = 4099;
 
 // EPSG unit codes.
 constexpr int kMetre = 9001, kFoot = 9002, kUsSurveyFoot = 9003, kDegree = 9102, kDegreeOfEpsg = 9122,
               kUserDefined = 32767;
+
+// Units that files leave to the code of their system: a file may name it and no unit. EPSG dataset 10.
+struct UnitOfCodes {
+  int first, last;
+  int unit;
+};
+constexpr UnitOfCodes kProjectedUnits[] = {
+    {2056, 2056, kMetre},   {2154, 2154, kMetre},   {3031, 3031, kMetre},
+    {3035, 3035, kMetre},   {3413, 3413, kMetre},   {3976, 3976, kMetre},
+    {3995, 3996, kMetre},   {5070, 5070, kMetre},   {23028, 23038, kMetre},  // UTM on ED50
+    {25828, 25838, kMetre},                                                  // ETRS89
+    {26701, 26722, kMetre}, {26901, 26923, kMetre},                          // NAD27, NAD83
+    {27700, 27700, kMetre}, {28992, 28992, kMetre}, {32201, 32260, kMetre},
+    {32301, 32360, kMetre}, {32601, 32660, kMetre}, {32701, 32760, kMetre},  // WGS 84
+};
+constexpr UnitOfCodes kVerticalUnits[] = {
+    {3855, 3855, kMetre},  // EGM2008
+    {5001, 5033, kMetre},  // ellipsoids, as GeoTIFF 1.0 numbers them
+    {5621, 5621, kMetre}, {5701, 5701, kMetre}, {5702, 5702, kUsSurveyFoot},  // EVRF2007, ODN, NGVD29
+    {5703, 5703, kMetre}, {5709, 5711, kMetre}, {5714, 5714, kMetre},
+    {5720, 5720, kMetre}, {5728, 5728, kMetre}, {5773, 5773, kMetre},
+    {5783, 5783, kMetre}, {5798, 5798, kMetre}, {6360, 6360, kUsSurveyFoot},  // 6360: NAVD88
+    {7837, 7837, kMetre}, {8228, 8228, kFoot},
+};
+
+std::optional<int> unit_of_code(std::span<const UnitOfCodes> table, int code) {
+  for (const UnitOfCodes& codes : table) {
+    if (code >= codes.first && code <= codes.last) return codes.unit;
+  }
+  return {};
+}
+
+// Without a system, numbers like these are degrees, whatever they may be meant for.
+constexpr double kSurelyDegrees = 0.02;  // a column
+constexpr double kMostLongitude = 360, kMostLatitude = 90;
 
 // What libtiff may take for one tag or strip list: a header that asks for more is hostile.
 constexpr tmsize_t kMaxTagBytes = 64 << 20;
@@ -132,25 +168,37 @@ Error metres_of_unit(const std::string& path, const char* field, int unit, doubl
 // Model units of a column and a row, and the model y of row 0 where it is known.
 struct ModelScale {
   double x = 0, y = 0;
-  std::optional<double> north;
+  std::optional<double> west, north;  // of column 0, row 0
 };
+
+// Rows go from north to south here; a size given on the command line does not turn them.
+Error check_orientation(const std::string& path, const ModelScale& scale) {
+  if (scale.x >= 0 && scale.y >= 0) return {};
+  return failure(path, std::string("pixel size: below 0, ") +
+                           (scale.y < 0 ? "rows run from south to north" : "columns run from east to west") +
+                           "; gdalwarp IN OUT turns the image");
+}
 
 // result stays empty where the file says nothing.
 Error model_scale(TIFF* tiff, const std::string& path, std::optional<ModelScale>& result) {
   const auto scale = tag_values<double>(tiff, kModelPixelScaleTag, TIFF_DOUBLE);
   if (!scale.empty()) {
     if (scale.size() < 2) return failure(path, "ModelPixelScaleTag: fewer than two values");
-    result = ModelScale{scale[0], scale[1], {}};
+    result = ModelScale{scale[0], scale[1], {}, {}};
     const auto tie = tag_values<double>(tiff, kModelTiepointTag, TIFF_DOUBLE);
-    if (tie.size() >= 6) result->north = tie[4] + tie[1] * scale[1];
-    return {};
+    if (tie.size() >= 6) {
+      result->west = tie[3] - tie[0] * scale[0];
+      result->north = tie[4] + tie[1] * scale[1];
+    }
+    return check_orientation(path, *result);
   }
   const auto matrix = tag_values<double>(tiff, kModelTransformationTag, TIFF_DOUBLE);
   if (matrix.empty()) return {};
   if (matrix.size() != 16) return failure(path, "ModelTransformationTag: not 16 values");
-  if (matrix[1] != 0 || matrix[4] != 0) return failure(path, "ModelTransformationTag: the image is rotated");
-  result = ModelScale{matrix[0], -matrix[5], matrix[7]};
-  return {};
+  if (matrix[1] != 0 || matrix[4] != 0)
+    return failure(path, "ModelTransformationTag: the image is rotated; gdalwarp IN OUT turns it");
+  result = ModelScale{matrix[0], -matrix[5], matrix[3], matrix[7]};
+  return check_orientation(path, *result);
 }
 
 Error apply_scale(const ModelScale& scale, const GeoKeys& keys, std::int64_t twice_middle,
@@ -180,7 +228,21 @@ Error apply_scale(const ModelScale& scale, const GeoKeys& keys, std::int64_t twi
         "ProjectedCSTypeGeoKey: Web Mercator stretches the ground with latitude; use --pixel-size M "
         "(its metres times the cosine of the latitude) or gdalwarp -t_srs to UTM");
   }
-  const int unit = keys.number(kProjLinearUnitsKey).value_or(kMetre);
+  const int code = keys.number(kProjectedTypeKey).value_or(kUserDefined);
+  std::optional<int> stated = keys.number(kProjLinearUnitsKey);
+  if (!stated) stated = code == kUserDefined ? kMetre : unit_of_code(kProjectedUnits, code);
+  if (!stated) {
+    return failure(path, "ProjectedCSTypeGeoKey: the file names EPSG:" + std::to_string(code) +
+                             " and no unit; give --pixel-size M, or gdalwarp -t_srs to UTM");
+  }
+  if (model == 0 && code == kUserDefined && scale.x < kSurelyDegrees && scale.west && scale.north &&
+      std::abs(*scale.west) <= kMostLongitude && std::abs(*scale.north) <= kMostLatitude) {
+    return failure(path,
+                   "pixel size: " + std::to_string(scale.x) +
+                       " of a system that the file does not name: degrees? gdal_translate -a_srs EPSG:4326 "
+                       "says so, or give --pixel-size M");
+  }
+  const int unit = *stated;
   double metres = keys.real(kProjLinearUnitSizeKey).value_or(0);
   if (unit != kUserDefined) {
     if (Error error = metres_of_unit(path, "ProjLinearUnitsGeoKey", unit, metres); !error.ok()) return error;
@@ -188,6 +250,19 @@ Error apply_scale(const ModelScale& scale, const GeoKeys& keys, std::int64_t twi
   tags.spacing_x_m = scale.x * metres;
   tags.spacing_z_m = scale.y * metres;
   return {};
+}
+
+// needed: nobody says how many metres a unit is.
+Error read_height_unit(const GeoKeys& keys, const std::string& path, bool needed, double& metres) {
+  if (const auto unit = keys.number(kVerticalUnitsKey))
+    return *unit == kUserDefined ? Error() : metres_of_unit(path, "VerticalUnitsGeoKey", *unit, metres);
+  const int code = keys.number(kVerticalTypeKey).value_or(kUserDefined);
+  if (code == kUserDefined) return {};
+  if (const auto unit = unit_of_code(kVerticalUnits, code))
+    return metres_of_unit(path, "VerticalCSTypeGeoKey", *unit, metres);
+  if (!needed) return {};
+  return failure(path, "VerticalCSTypeGeoKey: the file names EPSG:" + std::to_string(code) +
+                           " and no unit; give --z-scale S, the metres of a unit");
 }
 
 Error read_nodata(TIFF* tiff, const std::string& path, std::optional<double>& nodata) {
@@ -242,8 +317,7 @@ DegreeM metres_per_degree(double latitude_deg) {
   return {prime_vertical_m * std::cos(latitude_deg * kRadians) * kRadians, meridian_m * kRadians};
 }
 
-Error read_geotiff_tags(const std::string& path, std::int64_t twice_middle, bool need_scale,
-                        GeoTiffTags& tags) {
+Error read_geotiff_tags(const std::string& path, const GeoTiffNeeds& needs, GeoTiffTags& tags) {
   tags = {};
   bool truncated = false;
   const TiffFile tiff = open_tiff(path, truncated);
@@ -251,18 +325,14 @@ Error read_geotiff_tags(const std::string& path, std::int64_t twice_middle, bool
   if (tiff == nullptr) return failure(path, "not a readable TIFF file");
   const GeoKeys keys(tiff.get());
   if (Error error = read_nodata(tiff.get(), path, tags.nodata); !error.ok()) return error;
-  if (const auto unit = keys.number(kVerticalUnitsKey); unit && *unit != kUserDefined) {
-    Error error = metres_of_unit(path, "VerticalUnitsGeoKey", *unit, tags.metres_per_unit);
-    if (!error.ok()) return error;
-  }
+  if (Error error = read_height_unit(keys, path, needs.height_unit, tags.metres_per_unit); !error.ok())
+    return error;
   tags.geographic = keys.number(kModelTypeKey) == 2;
-  const auto scale_of_file = [&]() -> Error {
-    if (!need_scale) return {};
-    std::optional<ModelScale> scale;
-    if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
-    return scale ? apply_scale(*scale, keys, twice_middle, path, tags) : Error();
-  };
-  if (Error error = scale_of_file(); !error.ok()) return error;
+  std::optional<ModelScale> scale;
+  if (Error error = model_scale(tiff.get(), path, scale); !error.ok()) return error;
+  if (needs.scale && scale) {
+    if (Error error = apply_scale(*scale, keys, needs.twice_middle, path, tags); !error.ok()) return error;
+  }
   return check_samples(tiff.get(), path);  // leaves the first directory
 }
 

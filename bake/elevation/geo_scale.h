@@ -23,14 +23,19 @@ DegreeM metres_per_degree(double latitude_deg);
 struct GeoTiffTags {
   std::optional<double> spacing_x_m, spacing_z_m;  // absent where the file has no pixel scale
   std::optional<double> nodata;                    // GDAL_NODATA
-  double metres_per_unit = 1;                      // of the heights, VerticalUnitsGeoKey
+  double metres_per_unit = 1;                      // of the heights
   bool geographic = false;
 };
 
-// twice_middle: twice the row in the middle of what is taken, for the latitude of a geographic image. The
-// error names path and tag; spacings are not range-checked here. need_scale false: tags that say nothing
-// usable about the scale are no error.
-Error read_geotiff_tags(const std::string& path, std::int64_t twice_middle, bool need_scale,
-                        GeoTiffTags& tags);
+// What nobody has given, so that the file has to say it.
+struct GeoTiffNeeds {
+  std::int64_t twice_middle = 0;  // twice the row in the middle of what is taken, for its latitude
+  bool scale = true;              // false: tags that say nothing usable about the scale are no error
+  bool height_unit = true;        // the same for heights
+};
+
+// The error names path and tag: among them are rotated and mirrored images and units that cannot be known,
+// which would be read wrongly. Spacings are not range-checked here.
+Error read_geotiff_tags(const std::string& path, const GeoTiffNeeds& needs, GeoTiffTags& tags);
 
 }  // namespace karst::bake

@@ -3,6 +3,7 @@
 
 #include "app/files/regular_file.h"
 #include "bake/base/child.h"
+#include "bake/base/image_threads.h"
 #include "bake/elevation/exr_header.h"
 
 #include <OpenImageIO/imagebuf.h>
@@ -291,9 +292,7 @@ Error read_texels(const std::string& path, int side, ChangeRow change, std::vect
   limits.memory_bytes += kMemoryAByte * bytes;
   limits.result_bytes = count * sizeof(float);
   const auto work = [&](std::vector<std::byte>& result) -> Error {
-    // A thread has a stack and a heap of its own, which are not in the limits.
-    OIIO::attribute("threads", 1);
-    OIIO::attribute("exr_threads", -1);
+    keep_image_threads_away();
     Pixels pixels;
     if (Error error = read_pixels(path, reader, bytes, side, change, pixels); !error.ok()) return error;
     std::vector<float> resized;

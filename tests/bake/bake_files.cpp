@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/bake/bake_files.h"
 
-#include "bake/base/child.h"
+#include "bake/base/image_threads.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -119,15 +119,15 @@ std::string TiffBuilder::bytes() const {
   return out + directory + extra;
 }
 
-namespace {
-
-Error write_here(const std::string& path, int width, int height, std::span<const float> samples,
+void write_image(const std::string& path, int width, int height, std::span<const float> samples,
                  const std::string& type, int tile, int channels) {
+  keep_image_threads_away();
   OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc(type));
   spec.tile_width = spec.tile_height = tile;
   if (path.ends_with(".tif")) spec.attribute("compression", "none");
   const auto out = OIIO::ImageOutput::create(path);
-  if (out == nullptr || !out->open(path, spec)) return path + ": cannot be written";
+  ASSERT_NE(out, nullptr) << path;
+  ASSERT_TRUE(out->open(path, spec)) << out->geterror();
   // Integers go out as they are: OpenImageIO would stretch floats over the integer's range.
   bool ok = false;
   if (type == "uint16") {
@@ -142,23 +142,7 @@ Error write_here(const std::string& path, int width, int height, std::span<const
   } else {
     ok = out->write_image(OIIO::TypeDesc::FLOAT, samples.data());
   }
-  return ok && out->close() ? Error() : Error(path + ": " + out->geterror());
-}
-
-}  // namespace
-
-// In a process of its own: OpenImageIO's threads may not be in one that reads images in copies of itself.
-void write_image(const std::string& path, int width, int height, std::span<const float> samples,
-                 const std::string& type, int tile, int channels) {
-  std::vector<std::byte> none;
-  const auto write = [&](std::vector<std::byte>& done) {
-    done.push_back(std::byte{1});
-    return write_here(path, width, height, samples, type, tile, channels);
-  };
-  ChildLimits limits;
-  limits.memory_bytes = std::uint64_t{8} << 30;
-  limits.result_bytes = 1;
-  ASSERT_EQ(run_in_child(path, limits, write, none).text(), "");
+  ASSERT_TRUE(ok && out->close()) << out->geterror();
 }
 
 }  // namespace karst::bake

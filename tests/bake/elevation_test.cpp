@@ -7,6 +7,7 @@
 #include "tests/support/process.h"
 
 #include <gtest/gtest.h>
+#include <tiffio.h>
 
 #include <cmath>
 #include <limits>
@@ -280,6 +281,77 @@ TEST_F(ElevationTest, RefusesTagsThatWouldBeIgnored) {
                                           .geo_keys({1024, 2, 2054, 9122})
                                           .bytes());
   EXPECT_NEAR(elevation_of(ReadElevation{.path = degrees}).spacing_x_m, 55.800, 0.005);
+}
+
+// GDAL's masks inside a file are an image of their own behind the first.
+TEST_F(ElevationTest, RefusesMasksInsideTheFile) {
+  const auto path = write(
+      "a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).pixel_scale(30, 30).bytes());
+  EXPECT_EQ(error_of({.path = path}), "");
+  TIFF* const tiff = TIFFOpen(path.c_str(), "a");
+  ASSERT_NE(tiff, nullptr);
+  for (const auto& [tag, value] : {std::pair{TIFFTAG_IMAGEWIDTH, kWidth},
+                                   {TIFFTAG_IMAGELENGTH, kHeight},
+                                   {TIFFTAG_BITSPERSAMPLE, 8},
+                                   {TIFFTAG_SAMPLESPERPIXEL, 1},
+                                   {TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MASK},
+                                   {TIFFTAG_SUBFILETYPE, FILETYPE_MASK},
+                                   {TIFFTAG_ROWSPERSTRIP, kHeight}}) {
+    ASSERT_EQ(TIFFSetField(tiff, static_cast<std::uint32_t>(tag), value), 1);
+  }
+  std::string mask(static_cast<std::size_t>(kWidth * kHeight), '\xff');
+  ASSERT_GT(TIFFWriteEncodedStrip(tiff, 0, mask.data(), static_cast<tmsize_t>(mask.size())), 0);
+  TIFFClose(tiff);
+  expect_error({.path = path}, "a mask inside the file");
+}
+
+// A size on the command line turns no image.
+TEST_F(ElevationTest, RefusesImagesThatAreTurned) {
+  const auto tiff = [&](double column, double row) {
+    std::vector<double> matrix(16);
+    matrix[0] = column;
+    matrix[5] = row;
+    matrix[15] = 1;
+    return TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>()).doubles(34264, matrix).bytes();
+  };
+  EXPECT_EQ(elevation_of(ReadElevation{.path = write("n.tif", tiff(30, -30))}).spacing_z_m, 30);
+  for (const double given : {0.0, 30.0}) {
+    expect_error({.path = write("s.tif", tiff(30, 30)), .pixel_size_m = given}, "from south to north");
+    expect_error({.path = write("e.tif", tiff(-30, -30)), .pixel_size_m = given}, "from east to west");
+  }
+}
+
+TEST_F(ElevationTest, RefusesUnitsThatNobodySays) {
+  const auto tiff = [&](std::vector<std::uint16_t> keys) {
+    return TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+        .pixel_scale(30, 30)
+        .geo_keys(keys)
+        .bytes();
+  };
+  // California zone 3 in feet; UTM, which is in metres whatever the zone.
+  const auto feet = write("f.tif", tiff({1024, 1, 3072, 2227}));
+  expect_error({.path = feet}, "EPSG:2227");
+  EXPECT_EQ(elevation_of(ReadElevation{.path = feet, .pixel_size_m = 9}).spacing_x_m, 9);
+  const auto utm = write("u.tif", tiff({1024, 1, 3072, 32611}));
+  EXPECT_EQ(elevation_of(ReadElevation{.path = utm}).spacing_x_m, 30);
+  // NAVD88 in US survey feet, NAVD88 in metres, and a system that is not known here.
+  const auto height = [&](std::uint16_t system, std::optional<double> z_scale) {
+    return elevation_of(ReadElevation{.path = write("v.tif", tiff({1024, 1, 3072, 32611, 4096, system})),
+                                      .z_scale = z_scale})
+        .heights_m[1];
+  };
+  EXPECT_NEAR(height(6360, {}), height(5703, {}) * 1200 / 3937, 1e-6);
+  expect_error({.path = write("v.tif", tiff({1024, 1, 3072, 32611, 4096, 9999}))}, "EPSG:9999");
+  EXPECT_NEAR(height(9999, 2), 2 * height(5703, {}), 1e-6);
+}
+
+TEST_F(ElevationTest, RefusesDegreesOfNoSystem) {
+  const auto path = write("a.tif", TiffBuilder(kWidth, kHeight, 16, 2, ramp_bytes<std::int16_t>())
+                                       .pixel_scale(0.0003, 0.0003)
+                                       .tie_point(-122, 47)
+                                       .bytes());
+  expect_error({.path = path}, "degrees?");
+  expect_ramp(elevation_of(ReadElevation{.path = path, .pixel_size_m = 2}));
 }
 
 TEST_F(ElevationTest, ACropHasTheSizeOfItsOwnLatitude) {
