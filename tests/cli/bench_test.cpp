@@ -20,9 +20,7 @@ using test::ProcessResult;
 class Bench : public testing::Test {
  protected:
   void SetUp() override {
-    test::TestWorld world({24, 12, 20}, [](glm::ivec3 v) {
-      return v.y + 0.5 < 5 + 3 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
-    });
+    test::TestWorld world = test::TestWorld::hills({24, 12, 20});
     world.roughen(3, 9, 700);
     world_ = folder_.write("world.karst", world.file());
   }

@@ -8,9 +8,7 @@
 int main(int argc, char** argv) {
   using namespace karst::test;
   if (argc != 2) return 2;
-  TestWorld world({16, 12, 14}, [](glm::ivec3 v) {
-    return v.y + 0.5 < 5 + 3 * value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
-  });
+  TestWorld world = TestWorld::hills();
   world.roughen(2, 9, 500);
   const std::vector<std::byte> bytes = world.file();
   std::ofstream file(argv[1], std::ios::binary);

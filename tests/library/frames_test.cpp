@@ -118,12 +118,7 @@ Needs few_heights(std::uint32_t shadow_maps = 0) {
   Needs needs;
   needs.vertex_bytes = 16 << 20;  // as much as is wanted
   needs.shadow_maps = shadow_maps;
-  needs.max_cpu_bytes = 0;
-  Plan plan;
-  plan.needs = needs;
-  test::MemoryFile file(test::cave_world_file());
-  needs.max_cpu_bytes = make_plan(file.source(), plan).value();
-  return needs;
+  return test::without_heights(needs);
 }
 
 // A frame with time for all of its work.

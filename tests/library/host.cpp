@@ -38,6 +38,15 @@ std::vector<std::byte> cave_world_file() {
   return kFile;
 }
 
+Needs without_heights(Needs needs) {
+  needs.max_cpu_bytes = 0;
+  Plan plan;
+  plan.needs = needs;
+  MemoryFile file(cave_world_file());
+  needs.max_cpu_bytes = make_plan(file.source(), plan).value();
+  return needs;
+}
+
 int largest_difference(const Pixels& a, const Pixels& b) {
   int most = 0;
   for (std::size_t n = 0; n < a.rgba.size(); ++n) {

@@ -35,6 +35,8 @@ class MemoryFile {
 
 // Hills with a cave through them, roughened: 40 x 24 x 36 voxels of 1 m.
 std::vector<std::byte> cave_world_file();
+// The same needs with the least memory that this world can do with: heights are read when they are wanted.
+Needs without_heights(Needs needs);
 
 struct Pixels {
   int width = 0;

@@ -358,12 +358,7 @@ TEST(Queries, PlacesThatAreNotFiniteFindNothing) {
 // Heights that are not in memory: the least that the world can do with.
 Needs few_heights(std::uint32_t patches = 4096) {
   Needs needs = query_needs(2, patches);
-  needs.max_cpu_bytes = 0;
-  Plan plan;
-  plan.needs = needs;
-  test::MemoryFile file(test::cave_world_file());
-  needs.max_cpu_bytes = make_plan(file.source(), plan).value();
-  return needs;
+  return test::without_heights(needs);
 }
 
 TEST(QueryFiles, NeverReadsNothing) {

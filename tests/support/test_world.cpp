@@ -92,6 +92,11 @@ TestWorld TestWorld::noise(std::uint64_t seed, glm::ivec3 extent, double density
   });
 }
 
+TestWorld TestWorld::hills(glm::ivec3 extent) {
+  return TestWorld(
+      extent, [](glm::ivec3 v) { return v.y + 0.5 < 5 + 3 * value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0); });
+}
+
 void TestWorld::set_heights(int level, const std::function<double(glm::dvec3)>& height_steps) {
   level_ = level;
   const int side = patch_side(level);

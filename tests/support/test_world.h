@@ -43,6 +43,9 @@ class TestWorld {
   static TestWorld noise(std::uint64_t seed, glm::ivec3 extent, double density, double wavelength,
                          bool closed);
 
+  // Gentle hills, 5 voxels high in the mean; enough for tests of programs. Without heights.
+  static TestWorld hills(glm::ivec3 extent = {16, 12, 14});
+
   // Gives every patch heights at `level`: a hash of the undisplaced position, within +-amplitude steps.
   void roughen(int level, std::uint64_t seed, int amplitude);
   void set_heights(int level, const std::function<double(glm::dvec3 base_voxels)>& height_steps);

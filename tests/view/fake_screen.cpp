@@ -26,9 +26,7 @@ namespace {
 constexpr useconds_t kPoll_us = 2000;
 
 std::vector<std::byte> small_world() {
-  TestWorld world({16, 12, 14}, [](glm::ivec3 v) {
-    return v.y + 0.5 < 5 + 3 * value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
-  });
+  TestWorld world = TestWorld::hills();
   world.roughen(2, 9, 500);
   return world.file();
 }

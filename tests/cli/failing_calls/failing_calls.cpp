@@ -120,6 +120,15 @@ void* allocate_or_throw(std::size_t bytes, const void* from) {
   return memory;
 }
 
+int open_at(int folder, const char* path, int flags, va_list rest, const void* from) {
+  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, unsigned) : 0;
+  if (fails("open", from)) {
+    errno = EMFILE;
+    return -1;
+  }
+  return static_cast<int>(syscall(SYS_openat, folder, path, flags, mode));
+}
+
 }  // namespace
 
 #define FROM __builtin_extract_return_addr(__builtin_return_address(0))
@@ -143,35 +152,17 @@ void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
 int open(const char* path, int flags, ...) {
   va_list rest;
   va_start(rest, flags);
-  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, unsigned) : 0;
+  const int file = open_at(AT_FDCWD, path, flags, rest, FROM);
   va_end(rest);
-  if (fails("open", FROM)) {
-    errno = EMFILE;
-    return -1;
-  }
-  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
+  return file;
 }
-int open64(const char* path, int flags, ...) {
-  va_list rest;
-  va_start(rest, flags);
-  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, unsigned) : 0;
-  va_end(rest);
-  if (fails("open", FROM)) {
-    errno = EMFILE;
-    return -1;
-  }
-  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
-}
+int open64(const char* path, int flags, ...) __attribute__((alias("open")));
 int openat(int folder, const char* path, int flags, ...) {
   va_list rest;
   va_start(rest, flags);
-  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, unsigned) : 0;
+  const int file = open_at(folder, path, flags, rest, FROM);
   va_end(rest);
-  if (fails("open", FROM)) {
-    errno = EMFILE;
-    return -1;
-  }
-  return static_cast<int>(syscall(SYS_openat, folder, path, flags, mode));
+  return file;
 }
 
 ssize_t read(int file, void* out, std::size_t bytes) {

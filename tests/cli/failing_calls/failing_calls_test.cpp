@@ -42,9 +42,7 @@ const Job kJobs[] = {{"bake",
 class FailingCalls : public testing::TestWithParam<Job> {
  protected:
   void SetUp() override {
-    test::TestWorld world({16, 12, 14}, [](glm::ivec3 v) {
-      return v.y + 0.5 < 5 + 3 * test::value_noise(3, glm::dvec3(v.x, 0, v.z) / 6.0);
-    });
+    test::TestWorld world = test::TestWorld::hills();
     world.roughen(2, 9, 500);
     world_ = inputs_.write("world.karst", world.file());
   }
