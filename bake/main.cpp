@@ -7,13 +7,16 @@
 #include "app/files/atomic_file.h"
 #include "app/files/output_place.h"
 #include "bake/bake_options.h"
+#include "bake/base/child.h"
 #include "bake/elevation/envi.h"
+#include "bake/pipeline/child_tasks.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -110,6 +113,8 @@ int run_main(std::span<const char* const> words) {
 
 int main(int count, char** words) {
   const std::span<char* const> all(words, static_cast<std::size_t>(count));
+  if (const std::optional<int> code = karst::bake::serve_as_child(all, karst::bake::child_tasks()))
+    return *code;
   const int code = karst::bake::run_main({all.data() + 1, all.empty() ? 0 : all.size() - 1});
   if (code != karst::app::kExitOk) return code;
   const karst::Error error = karst::app::flush_output();

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "bake/base/child.h"
 
-#include "app/files/regular_file.h"
 #include "platform/base/log.h"
 
 #include <fcntl.h>
+#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,8 +16,8 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <iterator>
 #include <new>
-#include <span>
 
 namespace karst::bake {
 namespace {
@@ -34,11 +35,51 @@ constexpr bool kLimitsMemory = false;
 constexpr bool kLimitsMemory = true;
 #endif
 
-constexpr std::byte kDone{1}, kFailed{2};  // the first byte that comes back
+constexpr char kWord[] = "--as-child";  // the one argument of a child
+constexpr int kChannel = STDIN_FILENO;  // a child's socket to its parent
 constexpr std::size_t kMostMessage = 4'096;
+
+// Both sides are the same program, so numbers are sent as they lie in memory.
+struct Asked {  // followed by the task's name and the request
+  std::uint64_t memory_bytes = 0;
+  std::uint64_t request_bytes = 0;
+  std::uint32_t cpu_seconds = 0;
+  std::uint32_t name_bytes = 0;
+};
+enum class Outcome : std::uint64_t { done, failed, broken, no_memory };  // broken: its message has no subject
+struct Answer {  // followed by the result, or by a message
+  Outcome outcome = Outcome::failed;
+  std::uint64_t bytes = 0;
+};
 
 std::string mebibytes(std::uint64_t bytes) {
   return std::to_string(bytes >> 20) + " MiB";
+}
+
+// All of it; false where the other side is gone.
+bool send_all(int socket, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+bool receive_all(int socket, std::span<std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = recv(socket, bytes.data(), bytes.size(), 0);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+  return std::as_bytes(std::span(&value, 1));
 }
 
 // Of the address space that this process has now.
@@ -51,60 +92,127 @@ std::uint64_t address_bytes() {
   return std::uint64_t{pages} * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
+// The seconds that this process has run, rounded up.
+std::uint64_t cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 2;
+}
+
+// The soft limit, which the next task may raise again.
 bool set_limit(decltype(RLIMIT_AS) what, std::uint64_t value) {
   rlimit limit{};
   if (getrlimit(what, &limit) != 0) return false;
   limit.rlim_cur = std::min<rlim_t>(static_cast<rlim_t>(value), limit.rlim_max);
-  limit.rlim_max = limit.rlim_cur;
   return setrlimit(what, &limit) == 0;
 }
 
-Error limited_work(const std::string& subject, const ChildLimits& limits, const ChildWork& work,
+Answer message(Outcome outcome, std::string_view text, std::vector<std::byte>& result) {
+  const auto bytes = std::as_bytes(std::span(text.substr(0, kMostMessage)));
+  result.assign(bytes.begin(), bytes.end());
+  return {outcome, result.size()};
+}
+
+Answer work_within(const Asked& asked, const ChildTask& task, std::span<const std::byte> request,
                    std::vector<std::byte>& result) {
   const std::uint64_t before = address_bytes();
-  if (before == 0 || !set_limit(RLIMIT_CORE, 0) || !set_limit(RLIMIT_CPU, limits.cpu_seconds) ||
-      (kLimitsMemory && !set_limit(RLIMIT_AS, before + limits.memory_bytes)))
-    return errno_text(subject + ": cannot limit what reading takes", errno);
+  if (before == 0 || !set_limit(RLIMIT_CPU, cpu_seconds() + asked.cpu_seconds) ||
+      (kLimitsMemory && !set_limit(RLIMIT_AS, before + asked.memory_bytes)))
+    return message(Outcome::broken, errno_text("what reading takes cannot be limited", errno), result);
+  alarm(4 * asked.cpu_seconds);
   try {
-    return work(result);
+    const Error error = task.work(request, result);
+    alarm(0);
+    return error.ok() ? Answer{Outcome::done, result.size()} : message(Outcome::failed, error.text(), result);
   } catch (const std::bad_alloc&) {
-    return subject + ": reading takes more than " + mebibytes(limits.memory_bytes) +
-           " of memory; make it smaller or save it without compression";
+    result = {};
+    return {Outcome::no_memory, 0};
   } catch (const std::exception& e) {
-    return subject + ": cannot be read: " + e.what();
+    alarm(0);
+    return message(Outcome::broken, std::string("cannot be read: ") + e.what(), result);
   }
 }
 
-[[noreturn]] void run_child(const std::string& subject, const ChildLimits& limits, const ChildWork& work,
-                            int out) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  alarm(4 * limits.cpu_seconds);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGALRM, SIGSEGV, SIGABRT, SIGBUS, SIGFPE})
-    std::signal(signal, SIG_DFL);
-  std::signal(SIGPIPE, SIG_IGN);
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
-  std::vector<std::byte> result;
-  const Error error = limited_work(subject, limits, work, result);
-  const std::string message = error.text().substr(0, kMostMessage);
-  const std::byte first = error.ok() ? kDone : kFailed;
-  const bool sent = app::write_all(out, {&first, 1}) == 0 &&
-                    app::write_all(out, error.ok() ? std::span<const std::byte>(result)
-                                                   : std::as_bytes(std::span(message))) == 0;
-  _exit(sent ? 0 : 1);
-}
-
-// Up to the end, at most `most` bytes.
-bool read_all(int file, std::size_t most, std::vector<std::byte>& bytes) {
-  std::byte block[1 << 16];
+// Until the parent closes its end.
+int serve(std::span<const ChildTask> tasks) {
   for (;;) {
-    const ssize_t count = read(file, block, sizeof block);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return count == 0;
-    if (static_cast<std::size_t>(count) > most - bytes.size()) return false;
-    bytes.insert(bytes.end(), block, block + count);
+    Asked asked;
+    if (!receive_all(kChannel, std::as_writable_bytes(std::span(&asked, 1)))) return 0;
+    std::string name(asked.name_bytes, '\0');
+    std::vector<std::byte> request(asked.request_bytes), result;
+    if (!receive_all(kChannel, std::as_writable_bytes(std::span(name))) || !receive_all(kChannel, request))
+      return 1;
+    const auto task =
+        std::find_if(tasks.begin(), tasks.end(), [&](const ChildTask& t) { return t.name == name; });
+    if (task == tasks.end()) return 1;
+    const Answer answer = work_within(asked, *task, request, result);
+    if (!send_all(kChannel, bytes_of(answer)) || !send_all(kChannel, result)) return 1;
   }
 }
+
+// The process that works, and this side's end of the channel to it.
+class Child {
+ public:
+  Child() = default;
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() { end(); }
+
+  Error start() {
+    if (process_ > 0) return {};
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return errno_text("socketpair", errno);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, ends[1], kChannel);
+    for (const int output : {STDOUT_FILENO, STDERR_FILENO})
+      posix_spawn_file_actions_addopen(&files, output, "/dev/null", O_WRONLY, 0);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t all, none;
+    sigfillset(&all);
+    sigemptyset(&none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+    char program[] = "karst-bake", word[sizeof kWord];
+    std::copy(std::begin(kWord), std::end(kWord), word);
+    char* words[] = {program, word, nullptr};
+    const int failed = posix_spawn(&process_, "/proc/self/exe", &files, &attributes, words, environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    close(ends[1]);
+    channel_ = ends[0];
+    if (failed == 0) return {};
+    process_ = -1;
+    end();
+    return errno_text("posix_spawn", failed);
+  }
+
+  // The exit status of waitpid.
+  int end() {
+    int status = 0;
+    if (channel_ >= 0) close(channel_);
+    if (process_ > 0) {
+      while (waitpid(process_, &status, 0) < 0 && errno == EINTR) continue;
+    }
+    channel_ = -1;
+    process_ = -1;
+    return status;
+  }
+
+  // For one that is not to go on, whatever it does.
+  int kill_and_end() {
+    if (process_ > 0) kill(process_, SIGKILL);
+    return end();
+  }
+
+  int channel() const { return channel_; }
+
+ private:
+  pid_t process_ = -1;
+  int channel_ = -1;
+};
 
 Error death(const std::string& subject, const ChildLimits& limits, int status) {
   const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
@@ -118,36 +226,51 @@ Error death(const std::string& subject, const ChildLimits& limits, int status) {
 
 }  // namespace
 
-Error run_in_child(const std::string& subject, const ChildLimits& limits, const ChildWork& work,
-                   std::vector<std::byte>& result) {
+std::optional<int> serve_as_child(std::span<const char* const> words, std::span<const ChildTask> tasks) {
+  if (words.size() != 2 || std::string_view(words[1]) != kWord) return {};
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  set_limit(RLIMIT_CORE, 0);
+  int type = 0;
+  socklen_t size = sizeof type;
+  if (getsockopt(kChannel, SOL_SOCKET, SO_TYPE, &type, &size) != 0) {
+    std::fprintf(stderr, "karst-bake: %s: started by karst-bake itself, to read images\n", kWord);
+    return 2;
+  }
+  _exit(serve(tasks));  // destructors of libraries are nobody's wish here
+}
+
+Error run_in_child(const std::string& subject, const ChildLimits& limits, const ChildTask& task,
+                   std::span<const std::byte> request, std::vector<std::byte>& result) {
+  static Child child;
   result.clear();
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) return errno_text(subject + ": cannot be read: pipe", errno);
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[0]);
-    run_child(subject, limits, work, ends[1]);
+  if (Error error = child.start(); !error.ok()) return subject + ": cannot be read: " + error.text();
+  const Asked asked{limits.memory_bytes, request.size(), limits.cpu_seconds,
+                    static_cast<std::uint32_t>(task.name.size())};
+  Answer answer;
+  if (!send_all(child.channel(), bytes_of(asked)) ||
+      !send_all(child.channel(), std::as_bytes(std::span(task.name))) ||
+      !send_all(child.channel(), request) ||
+      !receive_all(child.channel(), std::as_writable_bytes(std::span(&answer, 1))))
+    return death(subject, limits, child.end());
+  const bool done = answer.outcome == Outcome::done;
+  if (answer.bytes > (done ? limits.result_bytes : kMostMessage)) {
+    child.kill_and_end();
+    return subject + ": its reader sends more than it was asked for; the file is damaged";
   }
-  close(ends[1]);
-  if (child < 0) {
-    close(ends[0]);
-    return errno_text(subject + ": cannot be read: fork", errno);
+  result.resize(static_cast<std::size_t>(answer.bytes));
+  if (!receive_all(child.channel(), result)) {
+    result.clear();
+    return death(subject, limits, child.end());
   }
-  const bool whole = read_all(ends[0], std::max(limits.result_bytes, kMostMessage) + 1, result);
-  close(ends[0]);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  Error error;
-  if (!whole || status != 0 || result.empty()) {
-    error = death(subject, limits, status);
-  } else if (result[0] == kFailed) {
-    error = std::string(reinterpret_cast<const char*>(result.data()) + 1, result.size() - 1);
-  } else {
-    result.erase(result.begin());
+  if (done) return {};
+  if (answer.outcome == Outcome::no_memory) {
+    child.kill_and_end();  // libraries need not be whole after it
+    return subject + ": reading takes more than " + mebibytes(limits.memory_bytes) +
+           " of memory; make it smaller or save it without compression";
   }
-  if (!error.ok()) result.clear();
-  return error;
+  const std::string message(reinterpret_cast<const char*>(result.data()), result.size());
+  result.clear();
+  return answer.outcome == Outcome::broken ? subject + ": " + message : message;
 }
 
 }  // namespace karst::bake

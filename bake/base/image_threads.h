@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// OpenImageIO without threads of its own: a process that has some cannot be copied safely (child.h), and
-// their stacks and heaps would count against a child's limit on memory.
+// OpenImageIO without threads of its own: their stacks and heaps would count against a child's limit on
+// memory (child.h), and a row of an image is too little work for several.
 #pragma once
 
 namespace karst::bake {

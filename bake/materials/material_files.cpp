@@ -41,8 +41,9 @@ struct Pixels {
   std::vector<float> rgb;
 };
 
-// What is done with texels as they are read. linear: they are floats.
-using ChangeRow = void (*)(std::span<float> rgb, bool linear);
+// What is done with texels as they are read: colours are made linear (linear: floats are it), normals slopes.
+enum class Use : std::uint32_t { colour, value, normal };
+void change_row(Use use, std::span<float> rgb, bool linear);
 
 // Along one axis: how much of each texel goes into a texel of the result and how much into the next one.
 class Shares {
@@ -114,10 +115,7 @@ class ReduceRows {
 };
 
 // The OpenImageIO reader for a file, by its first bytes: a file is never handed to any other.
-Error reader_for(const std::string& path, const char*& reader, std::uint64_t& bytes) {
-  int descriptor = -1;
-  if (Error error = app::open_regular_file(path, descriptor, bytes); !error.ok()) return error;
-  close(descriptor);
+Error reader_for(const std::string& path, const char*& reader) {
   char first[8] = {};
   std::ifstream(path, std::ios::binary).read(first, sizeof first);
   const std::string_view start(first, sizeof first);
@@ -195,8 +193,8 @@ bool read_rows(OIIO::ImageInput& input, int row, int last, std::vector<float>& r
   return true;
 }
 
-Error read_pixels(const std::string& path, const char* reader, std::uint64_t bytes, int side,
-                  ChangeRow change, Pixels& pixels) {
+Error read_pixels(const std::string& path, const char* reader, std::uint64_t bytes, int side, Use use,
+                  Pixels& pixels) {
   if (std::string_view(reader) == "openexr") {
     if (Error error = check_exr_header(path, kMostImageSide); !error.ok()) return error;
   }
@@ -223,16 +221,11 @@ Error read_pixels(const std::string& path, const char* reader, std::uint64_t byt
       }
       const bool finite = std::all_of(rgb.begin(), rgb.end(), [](float v) { return std::isfinite(v); });
       if (!finite) return failure(path, "a texel is not a number");
-      change(rgb, spec.format.is_floating_point());
+      change_row(use, rgb, spec.format.is_floating_point());
       reduce.take(k, rgb);
     }
   }
   return {};
-}
-
-void make_linear(std::span<float> rgb, bool linear) {
-  if (linear) return;
-  for (float& value : rgb) value = srgb_fraction_to_linear(value);
 }
 
 // To side x side texels. The image is repeated around its borders, so that the filter sees what tiling shows
@@ -271,8 +264,11 @@ Error resize(Pixels& pixels, const std::string& path, int side, std::vector<floa
   return {};
 }
 
-// Normals as slopes.
-void make_slopes(std::span<float> rgb, bool) {
+void change_row(Use use, std::span<float> rgb, bool linear) {
+  if (use == Use::colour && !linear) {
+    for (float& value : rgb) value = srgb_fraction_to_linear(value);
+  }
+  if (use != Use::normal) return;
   for (std::size_t k = 0; k < rgb.size(); k += 3) {
     float* n = rgb.data() + k;
     const float up = std::max(n[2] * 2 - 1, 0.05f);
@@ -282,27 +278,47 @@ void make_slopes(std::span<float> rgb, bool) {
   }
 }
 
-// An image's texels at the texture's side; all of OpenImageIO's work on it is done in a process of its own.
-Error read_texels(const std::string& path, int side, ChangeRow change, std::vector<float>& texels) {
+// What a child is asked for; the path follows.
+struct Asked {
+  std::uint64_t bytes = 0;  // of the file
+  std::int32_t side = 0;
+  Use use = Use::colour;
+};
+
+// In a child: all of OpenImageIO's work on an image.
+Error read_in_child(std::span<const std::byte> request, std::vector<std::byte>& result) {
+  Asked asked;
+  std::memcpy(&asked, request.data(), sizeof asked);
+  const auto rest = request.subspan(sizeof asked);
+  const std::string path(reinterpret_cast<const char*>(rest.data()), rest.size());
+  keep_image_threads_away();
   const char* reader = nullptr;
-  std::uint64_t bytes = 0;
-  if (Error error = reader_for(path, reader, bytes); !error.ok()) return error;
+  if (Error error = reader_for(path, reader); !error.ok()) return error;
+  Pixels pixels;
+  if (Error error = read_pixels(path, reader, asked.bytes, asked.side, asked.use, pixels); !error.ok())
+    return error;
+  std::vector<float> resized;
+  if (Error error = resize(pixels, path, asked.side, resized); !error.ok()) return error;
+  const auto sent = std::as_bytes(std::span(resized));
+  result.assign(sent.begin(), sent.end());
+  return {};
+}
+
+// An image's texels at the texture's side.
+Error read_texels(const std::string& path, int side, Use use, std::vector<float>& texels) {
+  Asked asked{0, side, use};
+  int descriptor = -1;
+  if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
+  close(descriptor);
   const std::size_t count = 3 * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   ChildLimits limits;
-  limits.memory_bytes += kMemoryAByte * bytes;
+  limits.memory_bytes += kMemoryAByte * asked.bytes;
   limits.result_bytes = count * sizeof(float);
-  const auto work = [&](std::vector<std::byte>& result) -> Error {
-    keep_image_threads_away();
-    Pixels pixels;
-    if (Error error = read_pixels(path, reader, bytes, side, change, pixels); !error.ok()) return error;
-    std::vector<float> resized;
-    if (Error error = resize(pixels, path, side, resized); !error.ok()) return error;
-    const auto sent = std::as_bytes(std::span(resized));
-    result.assign(sent.begin(), sent.end());
-    return {};
-  };
-  std::vector<std::byte> result;
-  if (Error error = run_in_child(path, limits, work, result); !error.ok()) return error;
+  std::vector<std::byte> request(sizeof asked + path.size()), result;
+  std::memcpy(request.data(), &asked, sizeof asked);
+  std::memcpy(request.data() + sizeof asked, path.data(), path.size());
+  if (Error error = run_in_child(path, limits, kReadMaterialImage, request, result); !error.ok())
+    return error;
   if (result.size() != limits.result_bytes) return failure(path, "its reader stopped early");
   texels.resize(count);
   std::memcpy(texels.data(), result.data(), result.size());
@@ -322,6 +338,8 @@ void brightness_as_height(MaterialImage& image, const std::vector<float>& albedo
 
 }  // namespace
 
+const ChildTask kReadMaterialImage{"material image", read_in_child};
+
 std::string path_in(const std::string& folder, const std::string& path) {
   return path.front() == '/' || folder.empty() ? path : folder + "/" + path;
 }
@@ -330,31 +348,30 @@ Error read_material_image(const MaterialSpec& spec, const std::string& folder, i
                           MaterialImage& image) {
   image = MaterialImage(side);
   std::vector<float> texels;
-  const auto read = [&](const std::string& name, ChangeRow change) {
-    return read_texels(path_in(folder, name), side, change, texels);
+  const auto read = [&](const std::string& name, Use use) {
+    return read_texels(path_in(folder, name), side, use, texels);
   };
-  const auto as_it_is = [](std::span<float>, bool) {};
   const auto clamped = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
 
-  if (Error error = read(spec.albedo, make_linear); !error.ok()) return error;
+  if (Error error = read(spec.albedo, Use::colour); !error.ok()) return error;
   for (std::size_t k = 0; k < image.count(); ++k) {
     for (int c = 0; c < 3; ++c) image.albedo[k][c] = clamped(texels[3 * k + static_cast<std::size_t>(c)]);
   }
   if (spec.height.empty()) {
     brightness_as_height(image, texels);
   } else {
-    if (Error error = read(spec.height, as_it_is); !error.ok()) return error;
+    if (Error error = read(spec.height, Use::value); !error.ok()) return error;
     for (std::size_t k = 0; k < image.count(); ++k) image.height[k] = clamped(texels[3 * k]);
   }
   if (spec.normal.empty()) {
     image.derive_slopes(static_cast<float>(spec.relief));
   } else {
-    if (Error error = read(spec.normal, make_slopes); !error.ok()) return error;
+    if (Error error = read(spec.normal, Use::normal); !error.ok()) return error;
     for (std::size_t k = 0; k < image.count(); ++k) image.slope[k] = {texels[3 * k], texels[3 * k + 1]};
   }
   std::fill(image.roughness.begin(), image.roughness.end(), static_cast<float>(spec.roughness_value));
   if (!spec.roughness.empty()) {
-    if (Error error = read(spec.roughness, as_it_is); !error.ok()) return error;
+    if (Error error = read(spec.roughness, Use::value); !error.ok()) return error;
     for (std::size_t k = 0; k < image.count(); ++k) image.roughness[k] = clamped(texels[3 * k]);
   }
   return {};

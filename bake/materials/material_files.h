@@ -3,6 +3,7 @@
 // the side of the texture. What tiles stays so.
 #pragma once
 
+#include "bake/base/child.h"
 #include "bake/materials/material_json.h"
 #include "bake/textures/material_image.h"
 #include "platform/base/error.h"
@@ -12,6 +13,9 @@
 namespace karst::bake {
 
 inline constexpr int kMostImageSide = 8'192;  // texels
+
+// What read_material_image has a child do.
+extern const ChildTask kReadMaterialImage;
 
 // path, which a material file in `folder` names, as this process finds it.
 std::string path_in(const std::string& folder, const std::string& path);
