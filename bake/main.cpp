@@ -8,8 +8,8 @@
 #include "app/files/output_place.h"
 #include "bake/bake_options.h"
 #include "bake/base/child.h"
+#include "bake/child_tasks.h"
 #include "bake/elevation/envi.h"
-#include "bake/pipeline/child_tasks.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>

@@ -19,7 +19,8 @@
 #define KARST_UNIT_SHADOW_MAPS 7
 #define KARST_UNIT_NEAR_TEXTURES 8
 #define KARST_UNIT_GEOMETRY 9
-#define KARST_UNITS 10
+#define KARST_UNIT_BLEND_MAP 10
+#define KARST_UNITS 11
 
 // Binding points of the uniform blocks, from the first that a host gives.
 #define KARST_BINDING_FRAME 0
@@ -169,7 +170,7 @@ KARST_BLOCK(FrameBlock) {
 
 // What stays the same for a world. Material, terrain/shading/materials.h, by layer.
 KARST_BLOCK(MaterialBlock) {
-  vec4 material_scale;    // y: log2 of near texels a voxel, at the first scale
+  vec4 material_scale;    // log2 of texels a voxel: y: of near ones, at the first scale; z: of the blend map
   ivec4 material_repeat;  // x: log2 of voxels that a repeat covers, at the first scale; y: scales - 2
   // Limits of the normal's y: the way through the low one is y + value * x, that through the high one
   // z - value * x; w: how far noise moves both.
@@ -179,4 +180,6 @@ KARST_BLOCK(MaterialBlock) {
   vec4 material_tint[KARST_MOST_MATERIALS];     // rgb: how much albedo follows brightness
   // What a texel of the near array stands for, factor and offset: xy: of brightness, zw: of slopes.
   vec4 material_near[KARST_MOST_MATERIALS];
+  vec4 material_blend[KARST_MOST_MATERIALS];  // 1 for the channel of the blend map that paints it, else 0
+  vec4 material_blend_place;  // place in the blend map over a column: xz * xy + zw, x and z in voxels
 };

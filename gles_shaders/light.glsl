@@ -86,7 +86,9 @@ vec3 light_from(Point point) {
   if (point.material < 0) {
     vec3 noise_place =
         (vec3(point.voxel & (KARST_VARIATION_REPEAT - 1)) + point.in_voxel) / float(KARST_VARIATION_REPEAT);
-    choice = choice_of(normal.y, float(point.voxel.y) + point.in_voxel.y, noise_place, cave);
+    vec2 column = vec2(point.voxel.xz) + point.in_voxel.xz;
+    choice = choice_of(normal.y, float(point.voxel.y) + point.in_voxel.y, noise_place, cave,
+                       painted_at(column, footprint, normal.y, cave));
   }
   Surface ground = blended_surface(choice, at, planes);
 #else

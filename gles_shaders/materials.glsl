@@ -10,6 +10,9 @@ uniform KARST_MEDIUM sampler2DArray far_textures;   // rgb: albedo, sRGB; a: rou
 uniform KARST_MEDIUM sampler2DArray near_textures;  // r: brightness; g: height, 0..1; ba: slope along s and t
 #ifdef KARST_BLEND
 uniform KARST_MEDIUM sampler3D variation;  // r: simplex noise, K equation 4.6 (variation_texture.h)
+#ifdef KARST_BLEND_MAP
+uniform KARST_MEDIUM sampler2D blend_map;  // weights of up to four materials (BlendMap, materials.h)
+#endif
 #endif
 
 struct Surface {
@@ -161,6 +164,20 @@ float within(vec4 ways, float moved) {
   return smooth_way.x * smooth_way.y * (smooth_way.z * smooth_way.w);
 }
 
+// Painted weights over a place (K 6.2), of the materials of the blend map's channels, 1 together at most.
+// They fade out towards ground that faces down and in caves: the map does not see them.
+KARST_MEDIUM vec4 painted_at(vec2 place, float footprint, float upwards, float cave) {
+#ifdef KARST_BLEND_MAP
+  KARST_COUNT_LOOKUPS(1);
+  vec2 at = place * material_blend_place.xy + material_blend_place.zw;
+  KARST_MEDIUM vec4 weights = textureLod(blend_map, at, log2(footprint) + material_scale.z);
+  KARST_MEDIUM float sum = dot(weights, vec4(1.0));
+  return weights * (clamp(1.0 + 5.0 * upwards, 0.0, 1.0) * (1.0 - cave) / max(sum, 1.0));
+#else
+  return vec4(0.0);
+#endif
+}
+
 struct Choice {
   int first;    // what covers most
   int second;   // what covers most of the rest
@@ -178,7 +195,9 @@ KARST_MEDIUM float blend_by_height(KARST_MEDIUM float share, KARST_MEDIUM float 
 // Materials hide each other in order. What the third covers is taken off the first two, so that the second
 // has a share of zero where another takes its place: nothing jumps. KARST_MATERIALS is a number, so that
 // loops unroll and the limits are read at fixed places, each once: reading them is what costs.
-Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
+//
+// painted: weights of the blend map; the rules share what they leave.
+Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_MEDIUM vec4 painted) {
   vec4 ways[KARST_MATERIALS];
   float frays[KARST_MATERIALS];
   float caves[KARST_MATERIALS];
@@ -203,9 +222,15 @@ Choice choice_of(float slope, float height, vec3 noise_place, float cave) {
   int second = 0;
   vec3 most = vec3(0.0);
   float left = 1.0;
+#ifdef KARST_BLEND_MAP
+  KARST_MEDIUM float unpainted = 1.0 - dot(painted, vec4(1.0));
+#endif
   for (int m = KARST_MATERIALS - 1; m >= 0; --m) {
     float covers = left * (m == 0 ? 1.0 : max(within(ways[m], noise * frays[m]), caves[m] * cave));
     left -= covers;
+#ifdef KARST_BLEND_MAP
+    covers = covers * unpainted + dot(painted, material_blend[m]);
+#endif
     bool is_first = covers > most.x;
     bool is_second = covers > most.y;
     second = is_first ? first : is_second ? m : second;

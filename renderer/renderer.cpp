@@ -85,6 +85,7 @@ Status Renderer::create_objects() {
                                  .drape = settings_.drape_width > 0,
                                  .deferred = settings_.deferred(),
                                  .water = settings_.water,
+                                 .blend_map = settings_.blend_width > 0,
                                  .edges = settings_.smooth_edges,
                                  .shadows = settings_.cascades > 0,
                                  .first_unit = settings_.first_unit,
@@ -172,6 +173,15 @@ Status Renderer::upload_drape(std::span<const std::uint8_t> rgba) {
 
 Status Renderer::set_materials(const MaterialSet& materials) {
   return core::set_materials(device_, settings_, materials);
+}
+
+Status Renderer::upload_blend_rows(std::uint32_t first, std::uint32_t rows,
+                                   std::span<const std::byte> bytes) {
+  return core::upload_blend_rows(device_, settings_, first, rows, bytes);
+}
+
+void Renderer::finish_blend_map() {
+  if (settings_.blend_width > 0) core::finish_blend_map(device_);
 }
 
 Status Renderer::upload_textures(TextureArray array, int level, int first_layer, int layers,

@@ -91,6 +91,10 @@ class Renderer {
   Status upload_textures(TextureArray array, int level, int first_layer, int layers,
                          std::span<const std::byte> bytes);
 
+  // Rows [first, first + rows) of the blend map, and, after the last of them, its coarser levels. Where there
+  // is none, there are no rows. invalid_argument ("rows", "bytes").
+  Status upload_blend_rows(std::uint32_t first, std::uint32_t rows, std::span<const std::byte> bytes);
+  void finish_blend_map();
   // Where the ground ends (surroundings.h); without it there is no wall. plain_steps: height of the plain.
   // invalid_argument where the settings have no room for it.
   Status upload_rim(std::span<const glm::ivec3> rim, std::int32_t plain_steps);

@@ -37,6 +37,8 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   json.field("volumes", info.volumes)
       .field("patches", info.patches)
       .field("height_blocks", info.height_blocks);
+  json.field("materials", info.materials).field("lights", info.lights);
+  json.key("blend_map").begin_array().value(info.blend_map[0]).value(info.blend_map[1]).end_array();
   if (info.has_water) {
     json.field("water_m", info.water_m);
   } else {
@@ -59,6 +61,9 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
               info.extent[2], size, info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
   std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  std::printf("materials      %u, %u lights\n", info.materials, info.lights);
+  if (info.blend_map[0] > 0)
+    std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);
   if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
   std::printf("octets         %u\n", info.octets);
   std::printf("volumes        %u\n", info.volumes);

@@ -85,6 +85,7 @@ std::vector<std::string> material_images(const MaterialOptions& options) {
       if (!name->empty()) images.push_back(path_in(folder, *name));
     }
   }
+  if (file.blend_map) images.push_back(path_in(folder, file.blend_map->image));
   return images;
 }
 
@@ -98,7 +99,85 @@ Error BakeMaterials::load() {
     const Error error = read_material_image(file_.materials[k], folder, side(), images_[k]);
     if (!error.ok()) return options.path + ": material " + std::to_string(k) + ": " + error.text();
   }
+  if (!file_.blend_map) return {};
+  const Error error = read_blend_map(path_in(folder, file_.blend_map->image),
+                                     file_.blend_map->materials.size(), map_, map_texels_);
+  return error.ok() ? error : options.path + ": blend_map: " + error.text();
+}
+
+// The number of the material of that name, or -1.
+int BakeMaterials::number_of(const MaterialSet& set, const std::string& name) {
+  for (std::uint32_t m = 0; m < set.count; ++m) {
+    if (name == set.materials[m].name) return static_cast<int>(m);
+  }
+  return -1;
+}
+
+// Weights of channels that have a material, together 255 at most.
+Error BakeMaterials::blend(BakedMaterials& baked) const {
+  if (!file_.blend_map) return {};
+  BlendMap& map = baked.set.blend_map = map_;
+  const std::vector<std::string>& names = file_.blend_map->materials;
+  for (std::size_t channel = 0; channel < names.size(); ++channel) {
+    const int number = number_of(baked.set, names[channel]);
+    if (number < 0) return options.path + ": blend_map: materials: there is no '" + names[channel] + "'";
+    map.materials[channel] = static_cast<std::uint8_t>(number + 1);
+  }
+  baked.blend_map = map_texels_;
+  for (std::size_t texel = 0; texel < baked.blend_map.size(); texel += kBlendTexelBytes) {
+    const std::span<std::byte> weights = std::span(baked.blend_map).subspan(texel, kBlendTexelBytes);
+    unsigned sum = 0;
+    for (std::size_t c = 0; c < kBlendTexelBytes; ++c) {
+      if (c >= names.size()) weights[c] = std::byte{0};
+      sum += std::to_integer<unsigned>(weights[c]);
+    }
+    if (sum <= 255) continue;
+    for (std::byte& weight : weights)
+      weight = static_cast<std::byte>(std::to_integer<unsigned>(weight) * 255 / sum);
+  }
+  mark_painted(baked);
   return {};
+}
+
+// Patches without a material of their own that the weights of some painted texel reach, at any level of the
+// map: a place mixes the texels beside it, each of which is made of 2^level finer ones.
+void BakeMaterials::mark_painted(BakedMaterials& baked) const {
+  const BlendMap& map = baked.set.blend_map;
+  baked.overrides.resize(surface.patches.size(), 0);
+  // Texels that are painted left of and above each, so that any rectangle's are known at once.
+  const std::size_t stride = map.width + 1;
+  std::vector<std::uint32_t> before(stride * (map.depth + 1), 0);
+  for (std::size_t y = 0; y < map.depth; ++y) {
+    for (std::size_t x = 0; x < map.width; ++x) {
+      const std::byte* texel = baked.blend_map.data() + (y * map.width + x) * kBlendTexelBytes;
+      const bool painted =
+          std::any_of(texel, texel + kBlendTexelBytes, [](std::byte b) { return b != std::byte{0}; });
+      before[(y + 1) * stride + x + 1] = (painted ? 1u : 0u) + before[y * stride + x + 1] +
+                                         before[(y + 1) * stride + x] - before[y * stride + x];
+    }
+  }
+  constexpr double kReach = 1.5 * (1 << (kMostBlendLevels - 1)) + 1;
+  const auto range = [](double low, double high, int voxels, std::uint32_t texels) {
+    const double scale = texels / std::max(1.0, voxels - 1.0), most = texels;
+    return std::array{
+        static_cast<std::size_t>(std::clamp(std::floor((low - 0.5) * scale - kReach), 0.0, most)),
+        static_cast<std::size_t>(std::clamp(std::ceil((high - 0.5) * scale + kReach), 0.0, most))};
+  };
+  for (std::size_t p = 0; p < surface.patches.size(); ++p) {
+    if (baked.overrides[p] != 0) continue;
+    const Volume& volume = surface.volumes[surface.patches[p].volume];
+    const auto side = [&](int axis, bool high) {
+      return volume.corner[axis] +
+             static_cast<double>((high ? bounds[p].max : bounds[p].min)[axis]) / kStepsPerVoxel;
+    };
+    const auto x = range(side(0, false), side(0, true), grid.extent.x, map.width);
+    const auto z = range(side(2, false), side(2, true), grid.extent.z, map.depth);
+    const std::uint32_t count = before[z[1] * stride + x[1]] - before[z[0] * stride + x[1]] -
+                                before[z[1] * stride + x[0]] + before[z[0] * stride + x[0]];
+    if (count == 0) continue;
+    baked.overrides[p] = kPaintedByMap;
+    ++baked.under_map;
+  }
 }
 
 // A patch has the material of the last box that its middle lies in.
@@ -107,13 +186,11 @@ Error BakeMaterials::paint(BakedMaterials& baked) const {
   baked.overrides.assign(surface.patches.size(), 0);
   for (std::size_t b = 0; b < file_.paint.size(); ++b) {
     const PaintBox& box = file_.paint[b];
-    const Material* const end = baked.set.materials + baked.set.count;
-    const Material* const found = std::find_if(static_cast<const Material*>(baked.set.materials), end,
-                                               [&](const Material& m) { return box.material == m.name; });
-    if (found == end) {
+    const int found = number_of(baked.set, box.material);
+    if (found < 0) {
       return options.path + ": paint " + std::to_string(b) + ": material: there is no '" + box.material + "'";
     }
-    const auto number = static_cast<std::uint8_t>(found - baked.set.materials + 1);
+    const auto number = static_cast<std::uint8_t>(found + 1);
     const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);
     const glm::dvec3 high = to_voxels(box.centre_m + 0.5 * box.size_m);
     for (std::size_t p = 0; p < surface.patches.size(); ++p) {
@@ -170,6 +247,7 @@ Error BakeMaterials::run(BakedMaterials& baked) const {
   baked.set.repeat_log2 = log2_of(file_.repeat_m.value_or(kRepeatM) / grid.voxel_m);
   baked.set.format = options.format.value_or(file_.format.value_or(kDefaultTextureFormat));
   if (Error error = paint(baked); !error.ok()) return error;
+  if (Error error = blend(baked); !error.ok()) return error;
   light(baked);
   std::vector<MaterialImage> images = images_;
   images.resize(specs.size());

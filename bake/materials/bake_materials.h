@@ -40,10 +40,16 @@ struct BakedMaterials {
   std::vector<std::byte> textures;
   std::vector<std::uint8_t> overrides;
   std::vector<PointLight> lights;
-  std::size_t painted = 0;  // patches
+  std::vector<std::byte> blend_map;  // texels of set.blend_map
+  std::size_t painted = 0;           // patches, by boxes
+  std::size_t under_map = 0;         // and by the blend map, in part or whole
   TextureLoss loss;
 
-  WorldMaterials view() const { return {set, textures, overrides, lights}; }
+  WorldMaterials view() const {
+    WorldMaterials world{set, textures, overrides, lights};
+    world.blend_map = blend_map;
+    return world;
+  }
 };
 
 // Two steps: load() reads files, before the work of a bake, so that a mistake in them costs no time; run()
@@ -62,20 +68,25 @@ class BakeMaterials {
   Surface surface;
   std::span<const PatchBounds> bounds;
 
-  // An error where the file paints with a material that is not there.
+  // An error where the file paints with a material that is not there, by boxes or by its blend map.
   Error run(BakedMaterials& baked) const;
 
  private:
   WorldRelief relief() const;
+  static int number_of(const MaterialSet& set, const std::string& name);
   Material resolve(const MaterialSpec& spec) const;
   std::vector<MaterialSpec> list(MaterialSet& set) const;
   Error paint(BakedMaterials& baked) const;
+  Error blend(BakedMaterials& baked) const;
+  void mark_painted(BakedMaterials& baked) const;
   void light(BakedMaterials& baked) const;
   int side() const { return options.side.value_or(file_.side.value_or(kDefaultMaterialSide)); }
   glm::dvec3 to_voxels(glm::dvec3 position_m) const { return (position_m - grid.origin_m) / grid.voxel_m; }
 
   MaterialFile file_;
   std::vector<MaterialImage> images_;  // of the file's materials; empty ones are procedural
+  BlendMap map_;                       // without its materials
+  std::vector<std::byte> map_texels_;
 };
 
 }  // namespace karst::bake

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -193,8 +194,13 @@ bool read_rows(OIIO::ImageInput& input, int row, int last, std::vector<float>& r
   return true;
 }
 
-Error read_pixels(const std::string& path, const char* reader, std::uint64_t bytes, int side, Use use,
-                  Pixels& pixels) {
+// In a child: calls take(row, values, floats) for rows from the top, channel by channel; floats: of the
+// file's samples. begin(spec) comes first.
+template <class Begin, class Take>
+Error read_rows_of(const std::string& path, std::uint64_t bytes, const Begin& begin, const Take& take) {
+  keep_image_threads_away();
+  const char* reader = nullptr;
+  if (Error error = reader_for(path, reader); !error.ok()) return error;
   if (std::string_view(reader) == "openexr") {
     if (Error error = check_exr_header(path, kMostImageSide); !error.ok()) return error;
   }
@@ -203,29 +209,43 @@ Error read_pixels(const std::string& path, const char* reader, std::uint64_t byt
   }
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
   if (input == nullptr) return failure(path, std::string("OpenImageIO has no reader for ") + reader);
-  OIIO::ImageSpec spec;
-  if (!input->open(path, spec)) return reading_failure(path, *input);
+  OIIO::ImageSpec spec, asked;
+  asked["oiio:UnassociatedAlpha"] = 1;  // values as they are, whatever alpha is
+  if (!input->open(path, spec, asked)) return reading_failure(path, *input);
   if (Error error = check_spec(path, spec, bytes); !error.ok()) return error;
+  begin(spec);
   const int band = spec.tile_width > 0 ? spec.tile_height : 64;
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  const auto width = static_cast<std::size_t>(spec.width);
-  ReduceRows reduce(spec.width, spec.height, side, pixels);
-  std::vector<float> rows, rgb(3 * width);
+  const std::size_t stride = static_cast<std::size_t>(spec.nchannels) * static_cast<std::size_t>(spec.width);
+  std::vector<float> rows;
   for (int row = 0; row < spec.height; row += band) {
     const int last = std::min(row + band, spec.height);
     if (!read_rows(*input, row, last, rows)) return reading_failure(path, *input);
+    if (!std::all_of(rows.begin(), rows.end(), [](float v) { return std::isfinite(v); }))
+      return failure(path, "a texel is not a number");
     for (int k = row; k < last; ++k) {
-      const float* from = rows.data() + static_cast<std::size_t>(k - row) * width * channels;
-      for (std::size_t x = 0; x < width; ++x) {
-        for (std::size_t c = 0; c < 3; ++c) rgb[3 * x + c] = from[channels * x + (channels < 3 ? 0 : c)];
-      }
-      const bool finite = std::all_of(rgb.begin(), rgb.end(), [](float v) { return std::isfinite(v); });
-      if (!finite) return failure(path, "a texel is not a number");
-      change_row(use, rgb, spec.format.is_floating_point());
-      reduce.take(k, rgb);
+      take(k, std::span<const float>(rows).subspan(static_cast<std::size_t>(k - row) * stride, stride),
+           spec.format.is_floating_point());
     }
   }
   return {};
+}
+
+Error read_pixels(const std::string& path, std::uint64_t bytes, int side, Use use, Pixels& pixels) {
+  std::optional<ReduceRows> reduce;
+  std::size_t channels = 0;
+  std::vector<float> rgb;
+  const auto begin = [&](const OIIO::ImageSpec& spec) {
+    channels = static_cast<std::size_t>(spec.nchannels);
+    rgb.resize(3 * static_cast<std::size_t>(spec.width));
+    reduce.emplace(spec.width, spec.height, side, pixels);
+  };
+  return read_rows_of(path, bytes, begin, [&](int row, std::span<const float> values, bool floats) {
+    for (std::size_t x = 0; 3 * x < rgb.size(); ++x) {
+      for (std::size_t c = 0; c < 3; ++c) rgb[3 * x + c] = values[channels * x + (channels < 3 ? 0 : c)];
+    }
+    change_row(use, rgb, floats);
+    reduce->take(row, rgb);
+  });
 }
 
 // To side x side texels. The image is repeated around its borders, so that the filter sees what tiling shows
@@ -283,24 +303,77 @@ struct Asked {
   std::uint64_t bytes = 0;  // of the file
   std::int32_t side = 0;
   Use use = Use::colour;
+  std::uint32_t channels = 0;
 };
+
+std::vector<std::byte> request_for(const Asked& asked, const std::string& path) {
+  std::vector<std::byte> request(sizeof asked + path.size());
+  std::memcpy(request.data(), &asked, sizeof asked);
+  std::memcpy(request.data() + sizeof asked, path.data(), path.size());
+  return request;
+}
+
+std::string path_in_request(std::span<const std::byte> request, Asked& asked) {
+  std::memcpy(&asked, request.data(), sizeof asked);
+  const auto rest = request.subspan(sizeof asked);
+  return {reinterpret_cast<const char*>(rest.data()), rest.size()};
+}
 
 // In a child: all of OpenImageIO's work on an image.
 Error read_in_child(std::span<const std::byte> request, std::vector<std::byte>& result) {
   Asked asked;
-  std::memcpy(&asked, request.data(), sizeof asked);
-  const auto rest = request.subspan(sizeof asked);
-  const std::string path(reinterpret_cast<const char*>(rest.data()), rest.size());
-  keep_image_threads_away();
-  const char* reader = nullptr;
-  if (Error error = reader_for(path, reader); !error.ok()) return error;
+  const std::string path = path_in_request(request, asked);
   Pixels pixels;
-  if (Error error = read_pixels(path, reader, asked.bytes, asked.side, asked.use, pixels); !error.ok())
-    return error;
+  if (Error error = read_pixels(path, asked.bytes, asked.side, asked.use, pixels); !error.ok()) return error;
   std::vector<float> resized;
   if (Error error = resize(pixels, path, asked.side, resized); !error.ok()) return error;
   const auto sent = std::as_bytes(std::span(resized));
   result.assign(sent.begin(), sent.end());
+  return {};
+}
+
+// In a child: a map of weights, at most kMostBlendSide a side, each texel the mean of what it stands for. The
+// result: width and depth, 4 bytes each, and the texels.
+Error read_map_in_child(std::span<const std::byte> request, std::vector<std::byte>& result) {
+  Asked asked;
+  const std::string path = path_in_request(request, asked);
+  std::optional<Shares> across, down;
+  std::size_t channels = 0, width = 0;
+  std::vector<float> sums;
+  std::uint32_t size[2] = {};
+  const auto begin = [&](const OIIO::ImageSpec& spec) {
+    channels = static_cast<std::size_t>(spec.nchannels);
+    size[0] = std::min(static_cast<std::uint32_t>(spec.width), kMostBlendSide);
+    size[1] = std::min(static_cast<std::uint32_t>(spec.height), kMostBlendSide);
+    width = size[0];
+    across.emplace(spec.width, static_cast<int>(size[0]));
+    down.emplace(spec.height, static_cast<int>(size[1]));
+    sums.assign((std::size_t{size[0]} * size[1] + size[0] + 1) * kBlendTexelBytes, 0.0f);
+  };
+  const auto take = [&](int row, std::span<const float> values, bool) {
+    const Shares::Share& y = (*down)[row];
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const Shares::Share& x = (*across)[static_cast<int>(k / channels)];
+      const std::size_t at =
+          (static_cast<std::size_t>(y.into) * width + static_cast<std::size_t>(x.into)) * kBlendTexelBytes +
+          k % channels;
+      const float value = std::clamp(values[k], 0.0f, 1.0f);
+      sums[at] += value * x.here * y.here;
+      sums[at + kBlendTexelBytes] += value * x.next * y.here;
+      sums[at + width * kBlendTexelBytes] += value * x.here * y.next;
+      sums[at + (width + 1) * kBlendTexelBytes] += value * x.next * y.next;
+    }
+  };
+  if (Error error = read_rows_of(path, asked.bytes, begin, take); !error.ok()) return error;
+  if (channels < asked.channels) {
+    return failure(path, "has " + std::to_string(channels) + (channels == 1 ? " channel" : " channels") +
+                             ", and " + std::to_string(asked.channels) + " materials are named");
+  }
+  const auto head = std::as_bytes(std::span(size));
+  result.assign(head.begin(), head.end());
+  const std::size_t count = width * size[1] * kBlendTexelBytes;
+  for (std::size_t k = 0; k < count; ++k)
+    result.push_back(static_cast<std::byte>(std::lround(sums[k] * 255.0f)));
   return {};
 }
 
@@ -339,6 +412,7 @@ void brightness_as_height(MaterialImage& image, const std::vector<float>& albedo
 }  // namespace
 
 const ChildTask kReadMaterialImage{"material image", read_in_child};
+const ChildTask kReadBlendMap{"blend map", read_map_in_child};
 
 std::string path_in(const std::string& folder, const std::string& path) {
   return path.front() == '/' || folder.empty() ? path : folder + "/" + path;
@@ -374,6 +448,28 @@ Error read_material_image(const MaterialSpec& spec, const std::string& folder, i
     if (Error error = read(spec.roughness, Use::value); !error.ok()) return error;
     for (std::size_t k = 0; k < image.count(); ++k) image.roughness[k] = clamped(texels[3 * k]);
   }
+  return {};
+}
+
+Error read_blend_map(const std::string& path, std::size_t wanted, BlendMap& map,
+                     std::vector<std::byte>& texels) {
+  Asked asked;
+  asked.channels = static_cast<std::uint32_t>(wanted);
+  int descriptor = -1;
+  if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
+  close(descriptor);
+  ChildLimits limits;
+  limits.memory_bytes += kMemoryAByte * asked.bytes;
+  std::uint32_t size[2] = {};
+  limits.result_bytes = sizeof size + kBlendTexelBytes * kMostBlendSide * kMostBlendSide;
+  const std::vector<std::byte> request = request_for(asked, path);
+  if (Error error = run_in_child(path, limits, kReadBlendMap, request, texels); !error.ok()) return error;
+  if (texels.size() > sizeof size) std::memcpy(size, texels.data(), sizeof size);
+  if (texels.size() != sizeof size + std::size_t{size[0]} * size[1] * kBlendTexelBytes)
+    return failure(path, "its reader stopped early");
+  texels.erase(texels.begin(), texels.begin() + sizeof size);
+  map.width = size[0];
+  map.depth = size[1];
   return {};
 }
 

@@ -8,14 +8,16 @@
 #include "bake/textures/material_image.h"
 #include "platform/base/error.h"
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace karst::bake {
 
 inline constexpr int kMostImageSide = 8'192;  // texels
 
-// What read_material_image has a child do.
-extern const ChildTask kReadMaterialImage;
+// What read_material_image and read_blend_map have a child do.
+extern const ChildTask kReadMaterialImage, kReadBlendMap;
 
 // path, which a material file in `folder` names, as this process finds it.
 std::string path_in(const std::string& folder, const std::string& path);
@@ -25,5 +27,11 @@ std::string path_in(const std::string& folder, const std::string& path);
 // are the height's. The error names the image's path.
 Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side,
                           MaterialImage& image);
+
+// Weights from an image seen from above, its top in the north, values as they are in the file. It must have
+// as many channels as wanted, 1 to 4; what is larger than kMostBlendSide is averaged to it. texels: 4
+// channels, those that are not wanted too; map: width and depth alone.
+Error read_blend_map(const std::string& path, std::size_t wanted, BlendMap& map,
+                     std::vector<std::byte>& texels);
 
 }  // namespace karst::bake

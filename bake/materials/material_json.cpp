@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 
 namespace karst::bake {
 namespace {
@@ -83,6 +84,23 @@ PaintBox parse_box(const JsonFields& fields) {
   return box;
 }
 
+BlendMapSpec parse_blend_map(const JsonFields& fields) {
+  fields.only({"image", "materials"});
+  BlendMapSpec map;
+  map.image = fields.text("image", kMostPathBytes);
+  for (const json& name : fields.list("materials", std::size(BlendMap().materials))) {
+    const bool known = name.is_string() &&
+                       std::find(map.materials.begin(), map.materials.end(), name) == map.materials.end();
+    if (!known) {
+      fields.fail("materials", "not names of materials, each once");
+      break;
+    }
+    map.materials.push_back(name);
+  }
+  if (map.materials.empty()) fields.fail("materials", "an empty list; name the material of each channel");
+  return map;
+}
+
 LightSpec parse_light(const JsonFields& fields) {
   fields.only({"position", "radius", "color"});
   LightSpec light;
@@ -126,7 +144,7 @@ Error parse_material_file(std::string_view text, const std::string& name, Materi
   json root;
   if (Error error = parse_json(text, name, {}, "a material file", root); !error.ok()) return error;
   const JsonFields fields(root, name);
-  fields.only({"side", "format", "repeat", "materials", "paint", "lights"});
+  fields.only({"side", "format", "repeat", "materials", "paint", "blend_map", "lights"});
   if (fields.has("side")) {
     const double side = fields.number("side", kLeastTextureSide, kMostTextureSide);
     if (side != static_cast<int>(side) || !std::has_single_bit(static_cast<unsigned>(side)))
@@ -145,6 +163,11 @@ Error parse_material_file(std::string_view text, const std::string& name, Materi
   if (!fields.error().ok()) return fields.error();
   if (error = check_names(file.materials, name); !error.ok()) return error;
   error = parse_list(fields, name, "paint", "paint", MaterialFile::kMostBoxes, parse_box, file.paint);
+  if (error.ok() && fields.has("blend_map")) {
+    const JsonFields map(fields.get("blend_map"), name + ": blend_map");
+    file.blend_map = parse_blend_map(map);
+    error = map.error();
+  }
   if (!error.ok() || !fields.has("lights")) return error;
   return parse_list(fields, name, "lights", "light", kMostLights, parse_light, file.lights.emplace());
 }

@@ -39,6 +39,12 @@ struct PaintBox {
   std::string material;  // its name
 };
 
+// Painted weights: a channel of the image for each name.
+struct BlendMapSpec {
+  std::string image;                   // path, as the file has it
+  std::vector<std::string> materials;  // 1 to 4 names, all different
+};
+
 struct LightSpec {
   glm::dvec3 position_m{0};
   double radius_m = 1;
@@ -51,6 +57,7 @@ struct MaterialFile {
   std::optional<double> repeat_m;       // that a texture covers at the first scale
   std::vector<MaterialSpec> materials;  // empty: the world's own
   std::vector<PaintBox> paint;
+  std::optional<BlendMapSpec> blend_map;
   std::optional<std::vector<LightSpec>> lights;
 
   static constexpr std::size_t kMostBoxes = 10'000;

@@ -79,6 +79,10 @@ void print_materials(std::string& out, const BakedMaterials& materials) {
   for (std::uint32_t k = 0; k < set.count; ++k) print(out, "%s%s", k == 0 ? "" : ", ", set.materials[k].name);
   print(out, "; %u x %u texels, %zu patches painted, %zu lights\n", set.side, set.side, materials.painted,
         materials.lights.size());
+  if (set.blend_map.exists()) {
+    print(out, "blend map     %u x %u texels, %zu patches under it\n", set.blend_map.width,
+          set.blend_map.depth, materials.under_map);
+  }
   if (set.format != TextureFormat::etc2) {
     print(out, "textures      %zu bytes, not compressed\n", materials.textures.size());
     return;
@@ -122,6 +126,9 @@ void write_materials(app::JsonWriter& json, const BakedMaterials& materials) {
   json.end_object();
   json.field("normal_rms_degrees", materials.loss.normal_degrees);
   json.field("patches_painted", std::uint64_t{materials.painted});
+  json.key("blend_map").begin_object();
+  json.field("width", std::uint64_t{set.blend_map.width}).field("depth", std::uint64_t{set.blend_map.depth});
+  json.field("patches", std::uint64_t{materials.under_map}).end_object();
   json.field("lights", std::uint64_t{materials.lights.size()}).end_object();
 }
 

@@ -120,7 +120,7 @@ struct Air {
 };
 
 struct GlOptions {
-  std::uint32_t first_unit = 0;   // of 10 texture units
+  std::uint32_t first_unit = 0;   // of 11 texture units
   std::uint32_t first_block = 0;  // of 2 uniform blocks
   bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
   Shading shading = Shading::automatic;

@@ -37,6 +37,11 @@ Status RendererSettings::validate() const {
       (!std::has_single_bit(material_side) || !inside(material_side, kLeastTextureSide, kMostTextureSide))) {
     return invalid("not a power of two within 16..1024", "material_side");
   }
+  if (blend_width != 0 || blend_depth != 0) {
+    if (!inside(blend_width, 1, kMostBlendSide)) return invalid("not within 1..1024", "blend_width");
+    if (!inside(blend_depth, 1, kMostBlendSide)) return invalid("not within 1..1024", "blend_depth");
+    if (material_count == 0) return invalid("there are no materials to blend", "blend_width");
+  }
   if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
   if (!inside(air_blocks, 0, kMostAirBlocks)) return invalid("not within 0..8", "air_blocks");
   CascadeSettings shadows;

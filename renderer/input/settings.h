@@ -30,6 +30,9 @@ struct RendererSettings {
   std::uint32_t material_count = 0;  // 0..kMostMaterials
   std::uint32_t material_side = 0;   // texels, a power of two within 16..1024
   TextureFormat material_format = TextureFormat::rgba8;
+  // Of its blend map, texels, both 0 or both 1..kMostBlendSide; 0: there is none.
+  std::uint32_t blend_width = 0;
+  std::uint32_t blend_depth = 0;
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
   bool water = true;  // of the world; false: shaders know none

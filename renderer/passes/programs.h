@@ -18,8 +18,9 @@ struct ProgramSettings {
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
-  bool water = false;  // the world has some
-  bool edges = false;  // the screen pass smooths silhouettes
+  bool water = false;      // the world has some
+  bool blend_map = false;  // and one of these
+  bool edges = false;      // the screen pass smooths silhouettes
   bool shadows = false;
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
   std::uint32_t first_block = 0;  // and to its binding points
@@ -45,7 +46,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[144] = {};  // GLSL lines after the variant's macros
+  char defines_[192] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

@@ -69,6 +69,18 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ive
   block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_tint[0] = {1.0f, 1.0f, 1.0f, 0.0f};
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
+  const BlendMap& map = materials.blend_map;
+  const auto place = [](int voxels) { return 1.0f / std::max(1.0f, static_cast<float>(voxels) - 1.0f); };
+  block.material_blend_place = {place(extent.x), place(extent.z), -0.5f * place(extent.x),
+                                -0.5f * place(extent.z)};
+  if (map.exists()) {
+    block.material_scale.z = std::log2(std::max(static_cast<float>(map.width) * place(extent.x),
+                                                static_cast<float>(map.depth) * place(extent.z)));
+  }
+  for (int channel = 0; channel < 4; ++channel) {
+    const std::uint8_t material = map.materials[channel];
+    if (material != 0) block.material_blend[material - 1][channel] = 1.0f;
+  }
   for (std::uint32_t m = 0; m < materials.count; ++m) {
     const Material& material = materials.materials[m];
     // Noise moves a limit by fray times soft, which is half of the way through it.
@@ -118,6 +130,8 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
       (materials.side != settings.material_side || materials.format != settings.material_format)) {
     return invalid("not the settings' material_side and material_format", "materials", materials.side);
   }
+  if (materials.blend_map.width != settings.blend_width || materials.blend_map.depth != settings.blend_depth)
+    return invalid("not the settings' blend_width and blend_depth", "materials", materials.blend_map.width);
   const shader::MaterialBlock block = make_material_block(materials, settings.extent);
   device.gl.BindBuffer(GL_UNIFORM_BUFFER, name_of(device, Object::material_block));
   device.gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
@@ -155,6 +169,29 @@ Status upload_textures(const GlDevice& device, const RendererSettings& settings,
   gl.BindTexture(GL_TEXTURE_2D_ARRAY, 0);
   leave_upload(device);
   return {};
+}
+
+Status upload_blend_rows(const GlDevice& device, const RendererSettings& settings, std::uint32_t first,
+                         std::uint32_t rows, std::span<const std::byte> bytes) {
+  if (first > settings.blend_depth || rows > settings.blend_depth - first) return invalid("not rows", "rows");
+  if (bytes.size() != std::size_t{settings.blend_width} * rows * kBlendTexelBytes)
+    return invalid("of another size than the rows", "bytes", bytes.size());
+  enter_upload(device);
+  device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::blend_map));
+  device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(first),
+                          static_cast<GLsizei>(settings.blend_width), static_cast<GLsizei>(rows), GL_RGBA,
+                          GL_UNSIGNED_BYTE, bytes.data());
+  device.gl.BindTexture(GL_TEXTURE_2D, 0);
+  leave_upload(device);
+  return {};
+}
+
+void finish_blend_map(const GlDevice& device) {
+  enter_upload(device);
+  device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::blend_map));
+  device.gl.GenerateMipmap(GL_TEXTURE_2D);
+  device.gl.BindTexture(GL_TEXTURE_2D, 0);
+  leave_upload(device);
 }
 
 }  // namespace karst::core

@@ -31,4 +31,9 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
 Status upload_textures(const GlDevice& device, const RendererSettings& settings, TextureArray array,
                        int level, int first_layer, int layers, std::span<const std::byte> bytes);
 
+// Renderer::upload_blend_rows and finish_blend_map.
+Status upload_blend_rows(const GlDevice& device, const RendererSettings& settings, std::uint32_t first,
+                         std::uint32_t rows, std::span<const std::byte> bytes);
+void finish_blend_map(const GlDevice& device);
+
 }  // namespace karst::core

@@ -83,6 +83,15 @@ ObjectShape variation(const Settings& /*settings*/) {
           .wrap = GL_REPEAT};
 }
 
+ObjectShape blend_map(const Settings& s) {
+  ObjectShape shape =
+      image(GL_RGBA8, static_cast<int>(s.blend_width), static_cast<int>(s.blend_depth), GL_LINEAR);
+  shape.levels =
+      std::min(kMostBlendLevels, static_cast<int>(std::bit_width(std::max(s.blend_width, s.blend_depth))));
+  shape.min_filter = GL_LINEAR_MIPMAP_NEAREST;  // weights are smooth: a level is as good as two
+  return shape;
+}
+
 ObjectShape sky_visibility(const Settings& s) {
   return {.target = GL_TEXTURE_3D,
           .format = GL_R8,
@@ -199,6 +208,7 @@ constexpr ObjectRow kRows[] = {
     {"near_textures", Kind::texture, Consumer::materials, materials<TextureArray::near>, fill_near_textures},
     {"variation", Kind::texture, Consumer::textures, variation, fill_variation},
     {"sky_visibility", Kind::texture, Consumer::textures, sky_visibility, fill_sky},
+    {"blend_map", Kind::texture, Consumer::materials, blend_map, nullptr},
     {"drape", Kind::texture, Consumer::textures, drape, nullptr},
     {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
     {"geometry", Kind::texture, Consumer::g_buffer, [](const Settings& s) { return geometry(s, GL_RG32UI); },
@@ -233,7 +243,8 @@ constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_t
                            {KARST_UNIT_DRAPE, GL_TEXTURE_2D, Object::drape},
                            {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},
                            {KARST_UNIT_NEAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::near_textures},
-                           {KARST_UNIT_GEOMETRY, GL_TEXTURE_2D, Object::geometry}};
+                           {KARST_UNIT_GEOMETRY, GL_TEXTURE_2D, Object::geometry},
+                           {KARST_UNIT_BLEND_MAP, GL_TEXTURE_2D, Object::blend_map}};
 static_assert(std::size(kUnits) == KARST_UNITS);
 
 }  // namespace

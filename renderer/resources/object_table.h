@@ -29,6 +29,7 @@ enum class Object : std::uint8_t {
   near_textures,
   variation,
   sky_visibility,
+  blend_map,
   drape,
   shadow_maps,
   geometry,        // the G-buffer, gles_shaders/geometry.glsl

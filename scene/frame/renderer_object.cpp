@@ -113,7 +113,25 @@ Status RendererObject::upload_materials() {
       }
     }
   }
-  return status;
+  return status.ok() ? upload_blend_map() : status;
+}
+
+// As many rows at a time as the staging memory holds.
+Status RendererObject::upload_blend_map() {
+  const BlendMap& map = world.terrain.world.materials().blend_map;
+  if (!map.exists()) return {};
+  const std::size_t row = map.width * kBlendTexelBytes;
+  const auto most = static_cast<std::uint32_t>(world.staging.size() / row);
+  KARST_ASSERT(most > 0);
+  for (std::uint32_t first = 0; first < map.depth; first += most) {
+    const std::uint32_t rows = std::min(most, map.depth - first);
+    const auto bytes = world.staging.first(rows * row);
+    if (const Status status = world.terrain.world.read_blend_rows(first, rows, bytes); !status.ok())
+      return status;
+    if (const Status status = gl.upload_blend_rows(first, rows, bytes); !status.ok()) return status;
+  }
+  gl.finish_blend_map();
+  return {};
 }
 
 // Through the staging memory too.

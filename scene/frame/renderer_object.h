@@ -38,6 +38,7 @@ struct RendererObject final : karst::Renderer {
   };
 
   Status upload_materials();
+  Status upload_blend_map();
   Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun);

@@ -121,6 +121,8 @@ void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Nee
   renderer.material_count = drape ? 0 : materials.count;
   renderer.material_side = materials.side;
   renderer.material_format = materials.format;
+  renderer.blend_width = drape ? 0 : materials.blend_map.width;
+  renderer.blend_depth = drape ? 0 : materials.blend_map.depth;
   renderer.cascades = drape ? 0 : static_cast<int>(needs.shadow_maps);
   renderer.shadow_size = static_cast<int>(needs.shadow_size);
   renderer.air_blocks = static_cast<int>(needs.views);
@@ -162,6 +164,7 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   std::size_t staging = layout.renderer.has_rim() ? most_rim_points(info.extent) * kRimPointBytes : 0;
   if (layout.renderer.material_count > 0) {
     staging = std::max(staging, texture_image_bytes(materials.format, materials.side, TextureArray::near, 0));
+    staging = std::max(staging, layout.renderer.blend_width * kBlendTexelBytes);
   }
   layout.staging_bytes = whole_lines(staging);
   add_up(layout);
@@ -184,7 +187,7 @@ Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs&
   return lay_out_config(info, materials, needs, layout);
 }
 
-karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights,
+karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
                              const Surroundings& surroundings) {
   karst::WorldInfo out;
   static_assert(sizeof out.name == kWorldNameBytes);
@@ -198,7 +201,9 @@ karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std
   out.volumes = info.volumes;
   out.patches = info.patches;
   out.height_blocks = info.height_blocks;
-  out.materials = materials;
+  out.materials = materials.count;
+  out.blend_map[0] = materials.blend_map.width;
+  out.blend_map[1] = materials.blend_map.depth;
   out.lights = lights;
   out.has_water = surroundings.has_water();
   if (out.has_water) out.water_m = info.origin_m[1] + info.voxel_size_m * double{surroundings.water_level};
@@ -206,7 +211,7 @@ karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std
 }
 
 std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials) {
-  const karst::WorldInfo all = public_info(info, materials.count, 0, Surroundings());
+  const karst::WorldInfo all = public_info(info, materials, 0, Surroundings());
   const double numbers[] = {all.voxel_size_m,
                             all.origin_m.x,
                             all.origin_m.y,
@@ -221,7 +226,9 @@ std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials) {
                             static_cast<double>(all.height_blocks),
                             static_cast<double>(materials.count),
                             static_cast<double>(materials.side),
-                            static_cast<double>(materials.format)};
+                            static_cast<double>(materials.format),
+                            static_cast<double>(all.blend_map[0]),
+                            static_cast<double>(all.blend_map[1])};
   // Never 0, which a plan without a file has.
   return std::uint64_t{1} << 32 | crc32c(std::as_bytes(std::span(numbers)));
 }
@@ -313,7 +320,7 @@ Status make_plan(Plan& plan) noexcept {
 Status read_world_info(const Source& file, WorldInfo& info) noexcept {
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
-  info = core::public_info(reader.info(), reader.materials().count,
+  info = core::public_info(reader.info(), reader.materials(),
                            static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
   return {};
 }
@@ -322,7 +329,7 @@ Status check_world(const Source& file, WorldInfo& info) noexcept {
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
   if (const Status status = reader.verify(); !status.ok()) return status;
-  info = core::public_info(reader.info(), reader.materials().count,
+  info = core::public_info(reader.info(), reader.materials(),
                            static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
   return {};
 }

@@ -46,7 +46,7 @@ std::size_t renderer_object_bytes();
 std::size_t objects_bytes(std::uint32_t queries);
 
 // What the public header says of a world.
-karst::WorldInfo public_info(const WorldInfo& info, std::uint32_t materials, std::uint32_t lights,
+karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
                              const Surroundings& surroundings);
 
 // Tells files apart, for World::create().

@@ -87,8 +87,8 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   const core::World& world = terrain.world;
   if (world.patch_count() == 0) return {StatusCode::corrupt, "the world has no surface", "patches"};
 
-  shown = public_info(world.info(), world.materials().count,
-                      static_cast<std::uint32_t>(world.lights().size()), world.surroundings());
+  shown = public_info(world.info(), world.materials(), static_cast<std::uint32_t>(world.lights().size()),
+                      world.surroundings());
   const auto metres = [&](glm::ivec3 lattice) {
     return from_glm(frame.origin_m +
                     glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);

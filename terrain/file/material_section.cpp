@@ -3,9 +3,11 @@
 
 #include "terrain/base/checksum.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
 namespace karst::core::material_section {
 namespace {
@@ -156,6 +158,48 @@ Fault check_rim(std::span<const std::byte> rim) {
       return {"a rim point is outside +-2^23 lattice steps", sizeof(Surroundings) + at};
   }
   return {};
+}
+
+std::size_t blend_section_bytes(const BlendMap& map) {
+  return kBlendHeaderBytes + map.depth * (sizeof(std::uint32_t) + map.width * kBlendTexelBytes);
+}
+
+Fault check_blend_map(const BlendMap& map, std::uint32_t materials) {
+  if (map.width == 0 && map.depth == 0) return {};
+  if (map.width < 1 || map.width > kMostBlendSide) return {"width is outside 1..1024", 0};
+  if (map.depth < 1 || map.depth > kMostBlendSide) return {"depth is outside 1..1024", 4};
+  for (std::size_t channel = 0; channel < std::size(map.materials); ++channel) {
+    const std::uint8_t material = map.materials[channel];
+    if (material > materials) return {"a channel has a material that is not there", 8 + channel};
+    for (std::size_t other = 0; other < channel; ++other) {
+      if (material != 0 && map.materials[other] == material) {
+        return {"two channels have the same material", 8 + channel};
+      }
+    }
+  }
+  return {};
+}
+
+Fault decode_blend_map(std::span<const std::byte, kBlendHeaderBytes> header, std::uint32_t materials,
+                       BlendMap& map) {
+  BlendMap read;
+  std::uint32_t reserved = 0;
+  std::memcpy(&read.width, header.data(), sizeof read.width);
+  std::memcpy(&read.depth, header.data() + 4, sizeof read.depth);
+  std::memcpy(read.materials, header.data() + 8, sizeof read.materials);
+  std::memcpy(&reserved, header.data() + 12, sizeof reserved);
+  if (!read.exists()) return {"width is outside 1..1024", 0};
+  if (const Fault fault = check_blend_map(read, materials); fault.what != nullptr) return fault;
+  if (reserved != 0) return {"a reserved field is not 0", 12};
+  map = read;
+  return {};
+}
+
+void encode_blend_header(const BlendMap& map, std::span<std::byte, kBlendHeaderBytes> out) {
+  std::fill(out.begin(), out.end(), std::byte{0});
+  std::memcpy(out.data(), &map.width, sizeof map.width);
+  std::memcpy(out.data() + 4, &map.depth, sizeof map.depth);
+  std::memcpy(out.data() + 8, map.materials, sizeof map.materials);
 }
 
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The sections of materials (MATL), of their textures (MTEX), of patches that have a material of their own
-// (MOVR), of point lights (LGTS) and of surroundings (SURR) in a world file: their checks, the same for
-// reading and writing. For world_layout.cpp, world_reader.cpp and world_writer.cpp alone; docs/formats.md has
-// the offsets.
+// (MOVR), of point lights (LGTS), of surroundings (SURR) and of painted weights (BMAP) in a world file: their
+// checks, the same for reading and writing. For world_layout.cpp, world_reader.cpp and world_writer.cpp
+// alone; docs/formats.md has the offsets.
 #pragma once
 
 #include "terrain/shading/materials.h"
@@ -40,6 +40,17 @@ Fault check_lights(std::span<const PointLight> lights);
 Fault check_surroundings(const Surroundings& surroundings, glm::ivec3 extent);
 // rim: whole points of SURR.
 Fault check_rim(std::span<const std::byte> rim);
+
+// BMAP: width, depth, materials of the channels, a reserved word; a checksum of each row; then the rows, so
+// that they can be read some at a time.
+inline constexpr std::size_t kBlendHeaderBytes = 16;
+std::size_t blend_section_bytes(const BlendMap& map);
+// Of a world with so many materials. A map of no texels has no section and no fault.
+Fault check_blend_map(const BlendMap& map, std::uint32_t materials);
+// The header alone.
+Fault decode_blend_map(std::span<const std::byte, kBlendHeaderBytes> header, std::uint32_t materials,
+                       BlendMap& map);
+void encode_blend_header(const BlendMap& map, std::span<std::byte, kBlendHeaderBytes> out);
 
 // set is untouched and crcs are garbage on a fault. crcs: room for kMostImages, image_count() are written.
 Fault decode(std::span<const std::byte> section, MaterialSet& set, std::span<std::uint32_t> crcs);

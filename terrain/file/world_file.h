@@ -42,7 +42,7 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// The sections, in the order in which they are written. The last five may be missing.
+// The sections, in the order in which they are written. The last six may be missing.
 enum class WorldSection : std::uint8_t {
   octree,
   keys,
@@ -57,10 +57,11 @@ enum class WorldSection : std::uint8_t {
   textures,
   overrides,
   lights,
-  surroundings
+  surroundings,
+  blend_map
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 14;
+inline constexpr std::size_t kWorldSectionKinds = 15;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -86,11 +87,13 @@ struct WorldPatches {
 // missing.
 struct WorldMaterials {
   MaterialSet set;
-  std::span<const std::byte> textures = {};      // texture_bytes(set)
-  std::span<const std::uint8_t> overrides = {};  // empty, or of all patches: 0, or 1 + its material
-  std::span<const PointLight> lights = {};       // at most kMostLights
+  std::span<const std::byte> textures = {};  // texture_bytes(set)
+  // Empty, or of all patches: 0, or 1 + its material, or kPaintedByMap.
+  std::span<const std::uint8_t> overrides = {};
+  std::span<const PointLight> lights = {};  // at most kMostLights
   Surroundings surroundings = {};
-  std::span<const glm::ivec3> rim = {};  // surroundings.rim_points
+  std::span<const glm::ivec3> rim = {};       // surroundings.rim_points
+  std::span<const std::byte> blend_map = {};  // texels of set.blend_map, row by row
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

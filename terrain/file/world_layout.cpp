@@ -180,6 +180,11 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (section == WorldSection::surroundings)
     return bytes >= sizeof(Surroundings) &&
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
+  if (section == WorldSection::blend_map) {
+    const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
+    return bytes > material_section::kBlendHeaderBytes &&
+           bytes <= material_section::blend_section_bytes(most);
+  }
   return true;
 }
 
@@ -194,7 +199,8 @@ Status check_presence(const Table& table) {
   }
   if (present(WorldSection::materials) && !present(WorldSection::textures))
     return missing(WorldSection::textures);
-  const bool needed = present(WorldSection::textures) || present(WorldSection::overrides);
+  const bool needed =
+      present(WorldSection::textures) || present(WorldSection::overrides) || present(WorldSection::blend_map);
   if (needed && !present(WorldSection::materials)) return missing(WorldSection::materials);
   return {};
 }
@@ -282,7 +288,9 @@ SectionFault SectionCheck::feed(std::span<const std::byte> bytes) {
           entry_fault(find_entry<PatchBounds>(bytes, is_inside_out), "a box's minimum is above its maximum");
       break;
     case WorldSection::overrides: {
-      const auto unknown = [&](std::uint8_t material) { return material > materials_; };
+      const auto unknown = [&](std::uint8_t material) {
+        return material > materials_ && material != kPaintedByMap;
+      };
       fault =
           entry_fault(find_entry<std::uint8_t>(bytes, unknown), "a patch has a material that is not there");
       break;
@@ -379,6 +387,7 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("MOVR"), "overrides", false, [](const WorldInfo& i) { return std::uint64_t{i.patches}; }},
     {four_letters("LGTS"), "lights", false, nullptr},
     {four_letters("SURR"), "surroundings", false, nullptr},
+    {four_letters("BMAP"), "blend map", false, nullptr},
 }};
 
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places) {
@@ -392,6 +401,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, Se
   of(WorldSection::lights) = {.bytes = materials.lights.size_bytes(), .present = !materials.lights.empty()};
   of(WorldSection::surroundings) = {.bytes = sizeof(Surroundings) + materials.rim.size_bytes(),
                                     .present = materials.surroundings.has_water() || !materials.rim.empty()};
+  of(WorldSection::blend_map) = {.bytes = material_section::blend_section_bytes(materials.set.blend_map),
+                                 .present = materials.set.blend_map.exists()};
   std::uint64_t end = kHeaderBytes;
   for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
     places[i].present = places[i].present || kSectionKinds[i].required;

@@ -70,6 +70,7 @@ Status WorldReader::open(const ByteSource& source) {
       status = corrupt("bytes between sections are not 0", {"padding", entry.gap});
   }
   if (status.ok()) status = read_materials();
+  if (status.ok()) status = read_blend_map();
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
   if (!status.ok()) {
@@ -90,6 +91,49 @@ Status WorldReader::read_materials() {
   if (fault.what != nullptr) return corrupt_section(WorldSection::materials, fault.what, fault.offset);
   if (place_of(WorldSection::textures).bytes == texture_bytes(materials_)) return {};
   return corrupt_section(WorldSection::textures, "the section's length does not fit the materials", 0);
+}
+
+// Its header: what follows has checksums of its own.
+Status WorldReader::read_blend_map() {
+  const SectionPlace& section = place_of(WorldSection::blend_map);
+  if (!section.present) return {};
+  std::array<std::byte, material_section::kBlendHeaderBytes> header;
+  if (const Status status = read_bytes(section.offset, header); !status.ok()) return status;
+  const auto fault = material_section::decode_blend_map(header, materials_.count, materials_.blend_map);
+  if (fault.what != nullptr) return corrupt_section(WorldSection::blend_map, fault.what, fault.offset);
+  if (section.bytes == material_section::blend_section_bytes(materials_.blend_map)) return {};
+  return corrupt_section(WorldSection::blend_map, "the section's length does not fit its texels", 0);
+}
+
+Status WorldReader::read_blend_rows(std::uint32_t first, std::uint32_t count,
+                                    std::span<std::byte> out) const {
+  const BlendMap& map = materials_.blend_map;
+  KARST_ASSERT(first <= map.depth && count <= map.depth - first);
+  const std::size_t row = map.width * kBlendTexelBytes;
+  if (out.size() != row * count) return wrong_length(WorldSection::blend_map);
+  const std::uint64_t crcs = material_section::kBlendHeaderBytes;
+  const std::uint64_t rows = crcs + map.depth * sizeof(std::uint32_t) + std::uint64_t{first} * row;
+  const std::uint64_t start = place_of(WorldSection::blend_map).offset;
+  if (const Status status = read_bytes(start + rows, out); !status.ok()) return status;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    std::uint32_t stated = 0;
+    const std::uint64_t at = crcs + (first + k) * sizeof stated;
+    const Status status = read_bytes(start + at, std::as_writable_bytes(std::span(&stated, 1)));
+    if (!status.ok()) return status;
+    if (crc32c(out.subspan(k * row, row)) == stated) continue;
+    return corrupt_section(WorldSection::blend_map, "a row does not match its checksum", rows + k * row);
+  }
+  return {};
+}
+
+Status WorldReader::verify_blend_rows() const {
+  std::array<std::byte, kMostBlendSide * kBlendTexelBytes> room;
+  const BlendMap& map = materials_.blend_map;
+  for (std::uint32_t row = 0; row < map.depth; ++row) {
+    const Status status = read_blend_rows(row, 1, std::span(room).first(map.width * kBlendTexelBytes));
+    if (!status.ok()) return status;
+  }
+  return {};
 }
 
 Status WorldReader::read_lights() {
@@ -150,6 +194,7 @@ Status WorldReader::verify() const {
   }
   if (const Status status = verify_groups(); !status.ok()) return status;
   if (const Status status = verify_rim(); !status.ok()) return status;
+  if (const Status status = verify_blend_rows(); !status.ok()) return status;
   return verify_images();
 }
 

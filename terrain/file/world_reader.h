@@ -66,6 +66,10 @@ class WorldReader {
   Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                        std::span<std::byte> out) const;
 
+  // Rows [first, first + count) of materials().blend_map, each checked against its checksum. out: count x
+  // width x kBlendTexelBytes. Precondition: they are there.
+  Status read_blend_rows(std::uint32_t first, std::uint32_t count, std::span<std::byte> out) const;
+
   // surroundings().rim_points of them.
   Status read_rim(std::span<glm::ivec3> rim) const;
 
@@ -87,11 +91,13 @@ class WorldReader {
   template <class Visit>
   Status for_each_piece(std::uint64_t offset, std::uint64_t bytes, const Visit& visit) const;
   Status read_materials();
+  Status read_blend_map();
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;
+  Status verify_blend_rows() const;
   Status verify_rim() const;
 
   ByteSource source_;

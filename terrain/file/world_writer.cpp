@@ -64,6 +64,19 @@ Status put_surroundings(const ByteSink& sink, const WorldMaterials& materials) {
   return status.ok() ? put(sink, std::as_bytes(materials.rim)) : status;
 }
 
+Status put_blend_map(const ByteSink& sink, const WorldMaterials& materials) {
+  const BlendMap& map = materials.set.blend_map;
+  std::array<std::byte, material_section::kBlendHeaderBytes> header;
+  material_section::encode_blend_header(map, header);
+  Status status = put(sink, header);
+  const std::size_t row = map.width * kBlendTexelBytes;
+  for (std::uint32_t k = 0; status.ok() && k < map.depth; ++k) {
+    const std::uint32_t crc = crc32c(materials.blend_map.subspan(k * row, row));
+    status = put(sink, std::as_bytes(std::span(&crc, 1)));
+  }
+  return status.ok() ? put(sink, materials.blend_map) : status;
+}
+
 std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& patches,
                                     const WorldMaterials& materials) {
   switch (section) {
@@ -105,6 +118,8 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
       return put_material_set(sink, world.materials);
     case WorldSection::surroundings:
       return put_surroundings(sink, world.materials);
+    case WorldSection::blend_map:
+      return put_blend_map(sink, world.materials);
     default:
       break;
   }
@@ -152,6 +167,11 @@ Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
     return invalid(fault.what, "materials");
   if (materials.textures.size() != texture_bytes(materials.set))
     return invalid("the textures do not fit the materials", "textures");
+  const BlendMap& map = materials.set.blend_map;
+  if (const auto fault = material_section::check_blend_map(map, materials.set.count); fault.what != nullptr)
+    return invalid(fault.what, "blend_map");
+  if (materials.blend_map.size() != std::size_t{map.width} * map.depth * kBlendTexelBytes)
+    return invalid("the texels do not fit the map's size", "blend_map");
   if (!materials.overrides.empty() && materials.set.count == 0)
     return invalid("there are no materials to choose from", "overrides");
   if (!materials.overrides.empty() && materials.overrides.size() != info.patches)

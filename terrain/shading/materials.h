@@ -48,6 +48,25 @@ struct PointLight {
 };
 static_assert(sizeof(PointLight) == 32 && std::is_trivially_copyable_v<PointLight>);
 
+// Painted weights over the ground, K 6.2: an image seen from above over the world's content, which reaches
+// from half a voxel within its sides; its first row lies at the least z, in the north. A texel has a weight
+// for each of up to four materials, of 255; what is left to 255 the rules have. What faces down and caves are
+// not painted.
+struct BlendMap {
+  std::uint32_t width = 0, depth = 0;  // texels along x and z, both 0 or both 1..kMostBlendSide
+  std::uint8_t materials[4] = {};      // of r, g, b, a: the material's number plus 1; 0: the channel has none
+
+  bool exists() const { return width > 0; }
+};
+inline constexpr std::uint32_t kMostBlendSide = 1024;
+inline constexpr std::size_t kBlendTexelBytes = 4;
+// Of the texture: each half as wide as the one before. So a place mixes texels up to 12 from its own at most,
+// and which patches are painted is known.
+inline constexpr int kMostBlendLevels = 4;
+
+// As an override of a patch: some of it may be painted, so that each of its pixels is decided on its own.
+inline constexpr std::uint8_t kPaintedByMap = 255;
+
 struct MaterialSet {
   std::uint32_t count = 0;                      // 0: the world has none
   std::uint32_t side = 0;                       // texels of a near texture's side: a power of two, 16..1024
@@ -55,6 +74,7 @@ struct MaterialSet {
   std::int32_t repeat_log2 = 0;  // a near texture covers 2^this voxels, -16..5; a far one 16 times as many;
                                  // and so on from afar
   Material materials[kMostMaterials] = {};
+  BlendMap blend_map;  // of a section of its own
 };
 
 // --- Textures: two arrays of `count` layers with full pyramids, which tile. Both hold the same images, of

@@ -54,8 +54,9 @@ void FindPatchShading::run() const {
     const bool cave = may_be_cave(p);
     unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
     const std::uint8_t given = overrides.empty() ? std::uint8_t{0} : overrides[p];
-    out[p].material = given;
-    const int sole = given != 0 ? given - 1 : sole_material(p, cave);
+    const bool painted = given == kPaintedByMap;
+    out[p].material = painted ? std::uint8_t{0} : given;
+    const int sole = painted ? -1 : given != 0 ? given - 1 : sole_material(p, cave);
     if (sole >= 0 && skips.material) out[p].material = static_cast<std::uint8_t>(sole + 1);
     if (out[p].material == 0 || !skips.material) needs |= kShadeBlend;
     out[p].needs = static_cast<std::uint8_t>(needs);

@@ -25,7 +25,7 @@ struct FindPatchShading {
   std::span<const PatchBounds> bounds;
   std::span<const NormalCone> cones;  // of shading normals
   const MaterialSet* materials = nullptr;
-  std::span<const std::uint8_t> overrides;  // by patch: material plus 1, or 0; empty: none
+  std::span<const std::uint8_t> overrides;  // by patch: material plus 1, kPaintedByMap, or 0; empty: none
   const SkyVisibility* sky = nullptr;
   std::span<const PointLight> lights;
   ShadingSkips skips;

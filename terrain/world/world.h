@@ -100,7 +100,8 @@ class World {
   const Surroundings& surroundings() const { return reader_.surroundings(); }
   // surroundings().rim_points of them, from the source. Errors as of WorldReader::read_rim.
   Status read_rim(std::span<glm::ivec3> rim) const { return reader_.read_rim(rim); }
-  // Of patches: 0, or one more than the number of the material that all of it has. Empty where none has one.
+  // Of patches: 0, or one more than the number of the material that all of it has, or kPaintedByMap. Empty
+  // where none has one.
   std::span<const std::uint8_t> material_overrides() const {
     return blocks_.overrides.first(reader_.has_overrides() ? info_.patches : 0);
   }
@@ -109,6 +110,11 @@ class World {
   Status read_textures(TextureArray array, int level, std::uint32_t first, std::uint32_t count,
                        std::span<std::byte> out) const {
     return reader_.read_textures(array, level, first, count, out);
+  }
+
+  // Rows of materials().blend_map, from the source; as WorldReader::read_blend_rows.
+  Status read_blend_rows(std::uint32_t first, std::uint32_t count, std::span<std::byte> out) const {
+    return reader_.read_blend_rows(first, count, out);
   }
 
   bool holds_all_heights() const { return cache_.has_room_for_all(); }

@@ -152,6 +152,74 @@ TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
   EXPECT_NE(error.find("blue.tif"), std::string::npos) << error;
 }
 
+// Weights go where the image has them, and what is painted twice over is shared out.
+TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
+  // 4 x 2 texels: red in the north-west; red and green full beside it; nothing in the east; blue in the
+  // south, which has no material.
+  std::vector<float> samples(4 * 2 * 3, 0.0f);
+  samples[0] = 1;
+  samples[3] = samples[4] = 1;
+  for (int x = 0; x < 4; ++x) samples[static_cast<std::size_t>((4 + x) * 3 + 2)] = 1;
+  write_image(folder_.path("weights.tif"), 4, 2, samples, "float", 0, 3);
+  const WorldMaterials materials = read(
+      world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand", "grass"]}})"), report_));
+  const BlendMap& map = materials.set.blend_map;
+  ASSERT_EQ(map.width, 4u);
+  ASSERT_EQ(map.depth, 2u);
+  EXPECT_EQ(map.materials[0], 3);
+  EXPECT_EQ(map.materials[1], 2);
+  EXPECT_EQ(map.materials[2], 0);
+  const std::uint8_t expected[] = {255, 0, 0, 0, 127, 127, 0, 0};
+  ASSERT_EQ(materials.blend_map.size(), 32u);
+  for (std::size_t k = 0; k < 32; ++k) {
+    EXPECT_EQ(std::to_integer<int>(materials.blend_map[k]), k < 8 ? expected[k] : 0) << k;
+  }
+  // At this size the map's levels reach all of it.
+  EXPECT_EQ(report_.materials.under_map, report_.info.patches);
+  for (const std::uint8_t m : materials.overrides) EXPECT_EQ(m, kPaintedByMap);
+}
+
+// 400 x 400 texels over 14 voxels: patches under the painted third, and those that its blurred levels reach.
+TEST_F(BakeMaterialsTest, PatchesUnderABlendMapAreMarkedAndNoOthers) {
+  std::vector<float> samples(400 * 400, 0.0f);
+  for (std::size_t k = 0; k < samples.size(); ++k) samples[k] = k % 400 < 133 ? 1.0f : 0.0f;
+  write_image(folder_.path("weights.tif"), 400, 400, samples, "float", 0, 1);
+  const WorldMaterials materials =
+      read(world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand"]},
+                 "paint": [{"center": [-70, 170, 0], "size": [20, 400, 400], "material": "rock"}]})"),
+                    report_));
+  EXPECT_EQ(materials.set.blend_map.width, 400u);
+  const double patches = report_.info.patches;
+  EXPECT_GT(report_.materials.painted, 0u) << "boxes win";
+  const double marked =
+      static_cast<double>(report_.materials.under_map + report_.materials.painted) / patches;
+  EXPECT_GT(marked, 133.0 / 400);
+  EXPECT_LT(marked, 133.0 / 400 + 2.5 / 14);
+  EXPECT_EQ(static_cast<std::size_t>(
+                std::count(materials.overrides.begin(), materials.overrides.end(), kPaintedByMap)),
+            report_.materials.under_map);
+}
+
+TEST_F(BakeMaterialsTest, WrongBlendMapsAreNamed) {
+  write_image(folder_.path("grey.png"), 3, 3, std::vector<float>(9, 0.5f), "uint8", 0, 1);
+  const auto error = [&](const std::string& map) {
+    const std::string text = error_of(job(R"({"blend_map": )" + map + "}"));
+    const std::string place = folder_.path("ground.json") + ": blend_map: ";
+    EXPECT_EQ(text.find(place), 0u) << text;
+    return text.substr(std::min(text.size(), place.size()));
+  };
+  EXPECT_EQ(error(R"({"image": "grey.png", "materials": ["lava"]})"), "materials: there is no 'lava'");
+  EXPECT_EQ(error(R"({"image": "grey.png", "materials": ["sand", "sand"]})"),
+            "materials: not names of materials, each once");
+  EXPECT_EQ(error(R"({"image": "grey.png", "materials": ["sand", 3]})"),
+            "materials: not names of materials, each once");
+  EXPECT_EQ(error(R"({"image": "grey.png", "materials": []})"),
+            "materials: an empty list; name the material of each channel");
+  EXPECT_NE(error(R"({"image": "none.png", "materials": ["sand"]})").find("none.png"), std::string::npos);
+  EXPECT_NE(error(R"({"image": "grey.png", "materials": ["sand", "rock"]})").find("has 1 channel"),
+            std::string::npos);
+}
+
 // Two halls under a hill: a light in each, the larger hall's first, in the air and under rock.
 TEST(CaveLights, StandWhereTheAirIsWidest) {
   const glm::ivec3 extent(32, 20, 16);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // These tests start this program again as a child that reads for them (bake/base/child.h).
 #include "bake/base/child.h"
-#include "bake/pipeline/child_tasks.h"
+#include "bake/child_tasks.h"
 #include "tests/bake/child_test_tasks.h"
 
 #include <gtest/gtest.h>

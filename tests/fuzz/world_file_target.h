@@ -138,7 +138,9 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
 
   // What was accepted can be written, and read again.
   const WorldMaterials materials = read_materials(file);
-  for (const std::uint8_t material : materials.overrides) promise(material <= materials.set.count);
+  for (const std::uint8_t material : materials.overrides) {
+    promise(material <= materials.set.count || material == kPaintedByMap);
+  }
   const WorldWriter writer{info, &tree, heights, materials};
   std::vector<std::byte> copy;
   promise(write_world(writer, copy).ok() && writer.file_bytes() == copy.size());

@@ -34,11 +34,12 @@ const std::vector<std::byte>& small_file() {
   return file;
 }
 
-// The same with two materials of 16 x 16 texels, overrides and a light.
+// The same with two materials of 16 x 16 texels, overrides, a light and a blend map.
 const std::vector<std::byte>& material_file() {
   static const std::vector<std::byte> file = [] {
     TestWorld world(3, 1, 12);
     world.add_materials(2, 16, TextureFormat::etc2, 1, 5);
+    world.add_blend_map(5, 3, 6);
     return world.bytes();
   }();
   return file;
@@ -123,7 +124,7 @@ TEST(WorldFileFuzz, InterestingNumbersInMaterials) {
                         -std::numeric_limits<float>::infinity(), -0.0f, 1e-4f, -1.0f, 1e6f, 0.5f})
     values.push_back(std::bit_cast<std::uint32_t>(f));
   Tally tally;
-  for (const char* section : {"MATL", "MOVR", "LGTS"}) {
+  for (const char* section : {"MATL", "MOVR", "LGTS", "BMAP"}) {
     const std::size_t entry = entry_of(material_file(), section);
     const auto start = load_at<std::uint64_t>(material_file(), entry + kEntryOffset);
     const auto bytes =

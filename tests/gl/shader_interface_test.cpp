@@ -83,7 +83,9 @@ const std::map<std::string, Field> kMaterialFields = {
     KARST_MATERIAL(material_height, "material_height[0]"),
     KARST_MATERIAL(material_average, "material_average[0]"),
     KARST_MATERIAL(material_tint, "material_tint[0]"),
-    KARST_MATERIAL(material_near, "material_near[0]")};
+    KARST_MATERIAL(material_near, "material_near[0]"),
+    KARST_MATERIAL(material_blend, "material_blend[0]"),
+    KARST_MATERIAL(material_blend_place, "material_blend_place")};
 #undef KARST_MATERIAL
 #undef KARST_ARRAY
 #undef KARST_FIELD
@@ -91,9 +93,10 @@ const std::map<std::string, Field> kMaterialFields = {
 class ShaderInterface : public testing::Test {
  protected:
   void SetUp() override {
-    constexpr ProgramSettings kSettings[] = {{.materials = 3, .shadows = true},
-                                             {.materials = 3, .deferred = true, .shadows = true},
-                                             {.drape = true}};
+    constexpr ProgramSettings kSettings[] = {
+        {.materials = 3, .blend_map = true, .shadows = true},
+        {.materials = 3, .deferred = true, .blend_map = true, .shadows = true},
+        {.drape = true}};
     for (std::size_t n = 0; n < std::size(kSettings); ++n) {
       const Status status = sets_[n].create(context_.gl(), kSettings[n], log_);
       ASSERT_TRUE(status.ok()) << status.what() << ' ' << log_.data();
@@ -199,12 +202,17 @@ TEST_F(ShaderInterface, BlocksHaveTheOffsetsOfTheStructs) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {
-      {"page_table", KARST_UNIT_PAGE_TABLE},         {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-      {"morph_rows", KARST_UNIT_MORPH_ROWS},         {"far_textures", KARST_UNIT_FAR_TEXTURES},
-      {"near_textures", KARST_UNIT_NEAR_TEXTURES},   {"variation", KARST_UNIT_VARIATION},
-      {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
-      {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY}};
+  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
+                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
+                                              {"far_textures", KARST_UNIT_FAR_TEXTURES},
+                                              {"near_textures", KARST_UNIT_NEAR_TEXTURES},
+                                              {"variation", KARST_UNIT_VARIATION},
+                                              {"sky_visibility", KARST_UNIT_SKY_VISIBILITY},
+                                              {"drape", KARST_UNIT_DRAPE},
+                                              {"shadow_maps", KARST_UNIT_SHADOW_MAPS},
+                                              {"geometry", KARST_UNIT_GEOMETRY},
+                                              {"blend_map", KARST_UNIT_BLEND_MAP}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;

@@ -32,6 +32,7 @@ struct TestWorld {
   std::vector<std::byte> textures;
   std::vector<std::uint8_t> overrides;
   std::vector<PointLight> lights;
+  std::vector<std::byte> blend_map;  // none, unless add_blend_map() was called
 
   TestWorld(int depth, int level, std::uint64_t seed) : memory(depth) {
     TestRandom random(seed);
@@ -107,8 +108,24 @@ struct TestWorld {
     }
   }
 
+  // Random weights of the first materials; a fifth of the patches lie under it.
+  void add_blend_map(std::uint32_t width, std::uint32_t depth, std::uint64_t seed) {
+    TestRandom random(seed);
+    set.blend_map = {width, depth, {}};
+    for (std::uint32_t m = 0; m < 4 && m < set.count; ++m) {
+      set.blend_map.materials[m] = static_cast<std::uint8_t>(m + 1);
+    }
+    blend_map.resize(std::size_t{width} * depth * kBlendTexelBytes);
+    for (std::byte& b : blend_map) b = static_cast<std::byte>(random.below(64));
+    for (std::uint8_t& b : overrides) b = random.chance(0.2) ? kPaintedByMap : b;
+  }
+
   WorldPatches patches() const { return {keys, mask, samples, errors, bounds, cones}; }
-  WorldMaterials materials() const { return {set, textures, overrides, lights}; }
+  WorldMaterials materials() const {
+    WorldMaterials result{set, textures, overrides, lights};
+    result.blend_map = blend_map;
+    return result;
+  }
 
   std::vector<std::byte> bytes() const {
     const WorldWriter writer{info, &memory.tree, patches(), materials()};

@@ -50,6 +50,15 @@ inline std::span<const glm::ivec3> rim_of(std::span<const std::byte> file) {
   return {reinterpret_cast<const glm::ivec3*>(first), all.size() - 1};  // 16 bytes are before them
 }
 
+// The texels, behind the header and the checksums of rows.
+inline std::span<const std::byte> blend_map_of(std::span<const std::byte> file) {
+  const std::span<const std::byte> section = section_of(file, "BMAP");
+  if (section.empty()) return {};
+  std::uint32_t depth = 0;
+  std::memcpy(&depth, section.data() + sizeof depth, sizeof depth);
+  return section.subspan(material_section::kBlendHeaderBytes + depth * sizeof(std::uint32_t));
+}
+
 inline WorldMaterials read_materials(std::span<const std::byte> file) {
   WorldReader reader;
   if (!reader.open(ByteSource::of(file)).ok()) return WorldMaterials();
@@ -58,7 +67,8 @@ inline WorldMaterials read_materials(std::span<const std::byte> file) {
           section_as<std::uint8_t>(file, "MOVR"),
           section_as<PointLight>(file, "LGTS"),
           reader.surroundings(),
-          rim_of(file)};
+          rim_of(file),
+          blend_map_of(file)};
 }
 
 // out: the file, or what was written of it before a failure.

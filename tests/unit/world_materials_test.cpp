@@ -257,6 +257,98 @@ TEST(Materials, EveryFieldOutOfRangeIsNamed) {
   expect("LGTS", 28, 1.0f, "lights", "reserved");
 }
 
+TestWorld with_blend_map() {
+  TestWorld world = with_materials(3, 16, TextureFormat::rgba8);
+  world.add_blend_map(6, 5, 8);
+  return world;
+}
+
+TEST(BlendMaps, WhatIsWrittenIsReadAgainSomeRowsAtATime) {
+  const TestWorld world = with_blend_map();
+  const std::vector<std::byte> file = world.bytes();
+  WorldInfo info;
+  ASSERT_TRUE(read_world_info(file, info).ok());
+  const WorldMaterials read = read_materials(file);
+  std::vector<std::byte> again;
+  ASSERT_TRUE(write_world({info, &world.memory.tree, read_patches(file), read}, again).ok());
+  EXPECT_EQ(again, file);
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+  const BlendMap& map = reader.materials().blend_map;
+  EXPECT_EQ(map.width, 6u);
+  EXPECT_EQ(map.depth, 5u);
+  for (int channel = 0; channel < 4; ++channel)
+    EXPECT_EQ(map.materials[channel], channel < 3 ? channel + 1 : 0);
+  for (std::uint32_t first = 0; first < 5; ++first) {
+    std::vector<std::byte> rows((5 - first) * 6 * 4);
+    ASSERT_TRUE(reader.read_blend_rows(first, 5 - first, rows).ok());
+    EXPECT_TRUE(same_bytes(rows, std::span(world.blend_map).subspan(first * 6 * 4)));
+  }
+  std::vector<std::byte> small(7);
+  EXPECT_EQ(reader.read_blend_rows(0, 1, small).code(), StatusCode::invalid_argument);
+}
+
+TEST(BlendMaps, ADamagedRowFailsAlone) {
+  const TestWorld world = with_blend_map();
+  std::vector<std::byte> file = world.bytes();
+  const std::size_t row_3 = start_of(file, "BMAP") + 16 + 5 * 4 + 3 * 6 * 4;
+  file[row_3 + 2] ^= std::byte{1};
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+  std::vector<std::byte> rows(2 * 6 * 4);
+  EXPECT_TRUE(reader.read_blend_rows(1, 2, rows).ok());
+  const Status status = reader.read_blend_rows(2, 2, rows);
+  EXPECT_EQ(status.code(), StatusCode::corrupt);
+  EXPECT_STREQ(status.field(), "blend map");
+  EXPECT_EQ(status.value(), row_3);
+  WorldInfo info;
+  EXPECT_EQ(read_world_info(file, info).code(), StatusCode::corrupt);
+  fix_checksums(file);  // of the section: the row's own is left
+  EXPECT_STREQ(read_world_info(file, info).field(), "blend map");
+}
+
+TEST(BlendMaps, EveryFieldOutOfRangeIsNamed) {
+  const std::vector<std::byte> file = with_blend_map().bytes();
+  const auto what_of = [&](std::size_t offset, auto value) {
+    std::vector<std::byte> damaged = file;
+    store_at(damaged, start_of(file, "BMAP") + offset, value);
+    fix_checksums(damaged);
+    WorldReader reader;
+    const Status status = reader.open(ByteSource::of(damaged));
+    EXPECT_EQ(status.code(), StatusCode::corrupt);
+    EXPECT_STREQ(status.field(), "blend map");
+    EXPECT_EQ(reader.materials().count, 0u);
+    return std::string(status.what());
+  };
+  for (const std::uint32_t bad : {0u, 1025u, 0xffffffffu}) {
+    EXPECT_EQ(what_of(0, bad), "width is outside 1..1024");
+    EXPECT_EQ(what_of(4, bad), "depth is outside 1..1024");
+  }
+  EXPECT_EQ(what_of(0, 7u), "the section's length does not fit its texels");
+  EXPECT_EQ(what_of(8, std::uint8_t{4}), "a channel has a material that is not there");
+  EXPECT_EQ(what_of(9, std::uint8_t{1}), "two channels have the same material");
+  EXPECT_EQ(what_of(12, 1u), "a reserved field is not 0");
+}
+
+TEST(BlendMaps, TheWriterRefusesWhatTheReaderWould) {
+  const TestWorld world = with_blend_map();
+  const auto refused = [&](const WorldMaterials& materials) {
+    std::vector<std::byte> out;
+    const Status status = write_world({world.info, &world.memory.tree, world.patches(), materials}, out);
+    EXPECT_STREQ(status.field(), "blend_map");
+    return status.code() == StatusCode::invalid_argument && out.empty();
+  };
+  WorldMaterials bad = world.materials();
+  bad.blend_map = bad.blend_map.first(9);
+  EXPECT_TRUE(refused(bad));
+  bad = world.materials();
+  bad.set.blend_map.materials[0] = 4;
+  EXPECT_TRUE(refused(bad));
+  bad = world.materials();
+  bad.set.blend_map.width = 0;
+  EXPECT_TRUE(refused(bad));
+}
+
 TEST(Materials, TheWriterRefusesWhatTheReaderWould) {
   const TestWorld world = with_materials(2, 16, TextureFormat::rgba8);
   const auto field_of = [&](const WorldMaterials& materials) {
@@ -310,6 +402,14 @@ TEST(Materials, ASectionThatIsMissingIsNamed) {
   EXPECT_STREQ(without("MTEX").field(), "textures");
   EXPECT_TRUE(without("MOVR").ok());
   EXPECT_TRUE(without("LGTS").ok());
+  TestWorld painted = with_materials(2, 16, TextureFormat::rgba8);
+  painted.add_blend_map(3, 3, 8);
+  std::vector<std::byte> alone = painted.bytes();
+  for (const char* section : {"MATL", "MTEX", "MOVR"})
+    std::memcpy(alone.data() + entry_of(alone, section), "XTRA", 4);
+  fix_checksums(alone);
+  WorldInfo info;
+  EXPECT_STREQ(read_world_info(alone, info).field(), "materials");
 }
 
 TEST(Materials, AWorldHandsThemOut) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "bake/pipeline/child_tasks.h"
+#include "bake/child_tasks.h"
 
 #include "bake/materials/material_files.h"
 
 namespace karst::bake {
 
 std::span<const ChildTask> child_tasks() {
-  static const ChildTask kTasks[] = {kReadMaterialImage};
+  static const ChildTask kTasks[] = {kReadMaterialImage, kReadBlendMap};
   return kTasks;
 }
 
