@@ -77,6 +77,12 @@
 #ifndef KARST_DETAIL
 #define KARST_DETAIL KARST_DETAIL_HIGH
 #endif
+// Colours change from one scale to the next within 1 / this levels of detail, before it and after it.
+#if KARST_DETAIL == KARST_DETAIL_LOW
+#define KARST_FADE 1.0
+#else
+#define KARST_FADE 2.0
+#endif
 // epsilon of K's equation 4.4: 0.15 to 0.25 are good.
 #define KARST_TRIPLANAR_EPSILON 0.2
 // Levels of detail that lookups are blurred by: slopes at one texel a pixel would beat with the pixel grid.

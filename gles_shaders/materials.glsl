@@ -25,8 +25,10 @@ struct Surface {
 // A pixel's places in repeats of the textures, and their levels of detail. Levels are explicit because the
 // lookups lie in branches, where implicit derivatives are undefined.
 //
-// From near to far, the near scale's detail fades until only the far scale is left. Over the next level, that
-// scale becomes the near one of the next pair.
+// From near to far, the near scale's detail fades until only the far scale is left, and of that the
+// brightness: near textures of the same scale have it too. They begin with it as the near ones of the
+// next pair, of whose far scale the colours fade in. So no texture is looked up at a third scale.
+// Without details, the far textures of the scale before are, over a level.
 struct Lookup {
   vec3 near;
   vec3 far;
@@ -34,7 +36,8 @@ struct Lookup {
   float far_lod;
   float rest_lod;
   KARST_MEDIUM float detail;  // share of the near scale's detail
-  KARST_MEDIUM float rest;    // share of what was left of the pair before: far textures, at the near scale
+  KARST_MEDIUM float hue;     // share of what far textures have beside brightness
+  KARST_MEDIUM float rest;    // share of what was left of the pair before
   KARST_MEDIUM float relief;  // share of bumps; what of their slopes is not seen makes the ground rougher
   KARST_MEDIUM float smoothness;
   bool details;  // whether near textures are looked up
@@ -54,7 +57,8 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
   int repeat_log2 = material_repeat.x + KARST_SCALE_LOG2 * scale;
   float near_lod = lod - kLevels * float(scale);
   float detail = clamp(KARST_SCALE_BEGINS + kLevels - near_lod, 0.0, 1.0);
-  float rest = scale == 0 ? 0.0 : clamp(KARST_SCALE_BEGINS + 1.0 - near_lod, 0.0, 1.0);
+  float hue = scale < material_repeat.y ? min(KARST_FADE * detail, 1.0) : 1.0;
+  float rest = scale == 0 ? 0.0 : clamp(1.0 + KARST_FADE * (KARST_SCALE_BEGINS - near_lod), 0.0, 1.0);
   float smoothness = clamp(1.0 - near_lod / (KARST_SCALE_BEGINS + kLevels), 0.0, 1.0);
   bool details = detail > 0.0 || least_work.z > 0;
 #if KARST_DETAIL == KARST_DETAIL_LOW
@@ -64,13 +68,20 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
   details = false;
 #endif
   float far_lod = near_lod - KARST_FAR_LEVELS;
+  bool rests = false;
+#if KARST_DETAIL == KARST_DETAIL_LOW
+  rests = rest > 0.0 || least_work.z > 0;
+#else
+  // As blurred as the far textures that were there before.
+  if (scale > 0) near_lod = max(near_lod, KARST_SCALE_BEGINS + 1.0);
+#endif
 #if KARST_DETAIL == KARST_DETAIL_MEDIUM
   near_lod = floor(max(near_lod, 0.0) + 0.5);
 #endif
   return Lookup(place_in(patch_voxel, in_patch, repeat_log2),
                 place_in(patch_voxel, in_patch, repeat_log2 + KARST_SCALE_LOG2), near_lod, far_lod,
-                far_lod + kLevels, detail, rest, detail * (1.0 - rest), smoothness * (1.0 - rest), details,
-                rest > 0.0 || least_work.z > 0);
+                far_lod + kLevels, detail, hue, rest, detail * (1.0 - rest), smoothness * (1.0 - rest),
+                details, rests);
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -116,6 +127,8 @@ KARST_MEDIUM vec3 decode_albedo(KARST_MEDIUM vec3 srgb) {
   return srgb * (srgb * (srgb * 0.305306011 + 0.682171111) + 0.012522878);
 }
 
+const KARST_MEDIUM vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);  // ITU-R BT.709
+
 void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM float weight,
                 KARST_MEDIUM vec2 decoding) {
   KARST_MEDIUM vec4 texel = textureLod(near_textures, near, lod);
@@ -144,8 +157,18 @@ Surface surface_of(int material, Lookup at, Planes planes) {
   if (planes.both) add_plane(sums, layer, at, planes.second, planes.second_share, decoding.zw);
   // The far scale brings variety, the near one detail, of which the texture's own colours follow.
   KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
-  KARST_MEDIUM vec3 albedo = decode_albedo(sums.far.rgb) * (1.0 + brighter * material_tint[material].rgb);
-  return Surface(mix(albedo, decode_albedo(sums.rest), at.rest),
+  KARST_MEDIUM vec3 albedo = decode_albedo(sums.far.rgb);
+  KARST_MEDIUM vec3 average = material_average[material].rgb;
+  KARST_MEDIUM vec3 tint = material_tint[material].rgb;
+#if KARST_DETAIL == KARST_DETAIL_LOW
+  albedo = mix(albedo, decode_albedo(sums.rest), at.rest);
+#else
+  // As near textures of its scale have it.
+  KARST_MEDIUM float brightness = dot(albedo, kLuminance) / dot(average, kLuminance);
+  KARST_MEDIUM vec3 bright = average * (1.0 + tint * (brightness - 1.0));
+  albedo = mix(mix(bright, albedo, at.hue), average, at.rest) * (1.0 + brighter * tint);
+#endif
+  return Surface(albedo,
                  mix(KARST_MEAN_HEIGHT, sums.near.g, at.relief),
                  mix(material_average[material].a, sums.far.a, at.smoothness), sums.gradient * at.relief);
 }
