@@ -29,7 +29,7 @@ using namespace app;
 
 constexpr double kGenerateMs = 4;         // as of karst view
 constexpr double kVertexNs = 50;          // to make one of a patch at full level
-constexpr std::size_t kStream = 262'144;  // indices a draw call: Config::stream_indices
+constexpr std::size_t kStream = 131'072;  // indices a draw call: Config::stream_indices
 
 // What this thread ran on a core: other programs on the machine do not count.
 double thread_ns() {

@@ -37,7 +37,7 @@ struct Config {
   std::uint32_t max_draw_items = 4'096;
   std::uint32_t max_resident_patches = 4'096;
   std::uint32_t gpu_vertex_pages = 6'144;
-  std::uint32_t stream_indices = 262'144;
+  std::uint32_t stream_indices = 131'072;
   std::uint32_t max_views = 1;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
@@ -95,8 +95,9 @@ inline constexpr std::array<ConfigField, 13> kConfigFields = {{
     {"gpu_vertex_pages", &Config::gpu_vertex_pages, 6'144, 1, kMostPages, "pages of 32 vertices, 512 bytes",
      "3 of the 16 MiB: a page a patch and what one pixel of error takes; vertex indices stay below 2^24, the "
      "least maximum OpenGL ES 3.0 allows"},
-    {"stream_indices", &Config::stream_indices, 262'144, kLeastIndicesPerPatch, 1u << 26,
-     "32-bit indices a draw call", "1 of the 16 MiB, 87,381 triangles; a pass with more takes several calls"},
+    {"stream_indices", &Config::stream_indices, 131'072, kLeastIndicesPerPatch, 1u << 26,
+     "32-bit indices a draw call",
+     "0.5 of the 16 MiB, 43,690 triangles; a pass with more takes several calls"},
     {"max_views", &Config::max_views, 1, 1, kMostViews, "views a frame",
      "each has lists and thresholds of its own; all share the pages"},
 }};
