@@ -1,8 +1,8 @@
 #version 300 es
 // SPDX-License-Identifier: MIT
 // Shades what is in the G-buffer, a pixel once; into the host's framebuffer, with depth, so that what the
-// host draws meets the terrain either way round. Where silhouettes are smoothed (KARST_EDGES), the background
-// too.
+// host draws meets the terrain either way round, or where that has the G-buffer's own depth, by a test of it
+// (KARST_SHARE_DEPTH). Where silhouettes are smoothed (KARST_EDGES), the background too.
 precision highp float;
 precision highp int;
 #include "interface.glsl"
@@ -44,7 +44,7 @@ void main() {
   uvec2 texel = texelFetch(geometry, place, 0).xy;
 #ifdef KARST_EDGES
   if (texel.y == 0u && screen_place.z == 0) discard;
-#else
+#elif !defined(KARST_SHARE_DEPTH)
   if (texel.y == 0u) discard;
 #endif
   colour = colour_of(texel);
@@ -55,10 +55,12 @@ void main() {
     colour = mix(colour, colour_of(texelFetch(geometry, place + edge.side, 0).xy), edge.cover);
   }
 #endif
+#ifndef KARST_SHARE_DEPTH
   gl_FragDepth = screen_scale.y;
   if (texel.y > 0u) {
     // Depth as the vertices have it, by the row of clip z.
     float z = dot(screen_depth.xyz, from_eye_of(over_w)) + screen_depth.w;
     gl_FragDepth = z * over_w * screen_scale.z + screen_scale.w;
   }
+#endif
 }

@@ -87,6 +87,7 @@ Status Renderer::create_objects() {
                                  .water = settings_.water,
                                  .blend_map = settings_.blend_width > 0,
                                  .edges = settings_.smooth_edges,
+                                 .share_depth = settings_.share_depth,
                                  .shadows = settings_.cascades > 0,
                                  .first_unit = settings_.first_unit,
                                  .first_block = settings_.first_block,
@@ -227,6 +228,10 @@ GLuint Renderer::shadow_maps() const {
   return name_of(device_, Object::shadow_maps);
 }
 
+GLuint Renderer::shared_depth() const {
+  return settings_.share_depth && settings_.deferred() ? name_of(device_, Object::geometry_depth) : 0;
+}
+
 void Renderer::begin(const PageTable& pages) {
   fences_.wait(device_.gl);
   if (!pages_.flush(device_, pages)) counts_.vertices_lost = true;
@@ -254,6 +259,9 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
   if (!inside(view.width, 1, RendererSettings::kMaxPicture) ||
       !inside(view.height, 1, RendererSettings::kMaxPicture)) {
     return invalid("not within 1..16384 pixels", "viewport");
+  }
+  if (is_deferred(input, target) && settings_.share_depth && (view.x != 0 || view.y != 0)) {
+    return invalid("must begin where the depth that is shared does, at 0, 0", "viewport");
   }
   if (target.depth_zero_to_one && !device_.caps.clip_control) {
     return {StatusCode::unsupported, "the driver lacks clip control", "depth_zero_to_one"};
@@ -306,7 +314,8 @@ Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target)
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
   ViewInput shaded = input;
   if (edge) shaded.shading |= kShadeBlend;  // which the wall needs
-  if (status.ok() && !counts_.vertices_lost) draw_screen(device_, programs_, shaded, target, counts_);
+  if (status.ok() && !counts_.vertices_lost)
+    draw_screen(device_, settings_, programs_, shaded, target, counts_);
   // The background is drawn for its own pixels alone: llvmpipe runs both sides of a branch for all of them.
   if (status.ok() && target.sky && !settings_.smooth_edges)
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);

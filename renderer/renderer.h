@@ -77,6 +77,8 @@ class Renderer {
   GLenum pending_error() const { return pending_error_; }
   const GlCaps& caps() const { return device_.caps; }
   const RendererSettings& settings() const { return settings_; }
+  // The texture that has the targets' depth, or 0: settings().share_depth, and there is a G-buffer.
+  GLuint shared_depth() const;
   // Bytes of buffers and textures that are there.
   std::size_t gpu_bytes() const { return device_.objects.total_bytes(); }
 

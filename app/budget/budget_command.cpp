@@ -134,6 +134,7 @@ Error make_budget(const BudgetOptions& options, Plan& plan, BudgetUse& use) {
   picture.height = options.height;
   picture.rgb565 = board.rgb565;
   picture.samples = samples_of(board.antialias);
+  picture.own_depth = needs.deferred_width == 0;
   use.target = picture.bytes();
   use.cpu = plan.cpu_bytes;
   use.gpu = plan.gpu_bytes + use.target + use.drape;

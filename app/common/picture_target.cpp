@@ -47,7 +47,8 @@ Status PictureSettings::validate() const {
 std::size_t PictureSettings::bytes() const {
   const std::size_t colour = rgb565 ? 2 : 4;
   const std::size_t resolved = samples > 1 ? colour : 0;
-  return pixels_of(*this) * ((colour + 4) * static_cast<std::size_t>(samples) + resolved);
+  const std::size_t depth = own_depth ? 4 : 0;
+  return pixels_of(*this) * ((colour + depth) * static_cast<std::size_t>(samples) + resolved);
 }
 
 Status PictureTarget::load(const GlLoader& loader) {
@@ -108,7 +109,7 @@ Status PictureTarget::create_framebuffers() {
       gl_.RenderbufferStorageMultisample(GL_RENDERBUFFER, settings_.samples,
                                          n == 0 ? colour_format : depth_format, width, height);
     }
-  } else {
+  } else if (settings_.own_depth) {
     gl_.ActiveTexture(GL_TEXTURE0);
     gl_.GenTextures(1, &depth_);
     gl_.BindTexture(GL_TEXTURE_2D, depth_);
@@ -129,7 +130,7 @@ Status PictureTarget::create_framebuffers() {
     if (sampled) {
       gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, sampled_[1]);
     } else if (framebuffer == target_) {
-      gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
+      gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_texture(), 0);
     }
     if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
       return {StatusCode::limit_reached, "the driver could not make a framebuffer of this size",
@@ -247,7 +248,7 @@ Status PictureTarget::read_depth(std::span<float> depth) {
   gl_.Disable(GL_DEPTH_TEST);
   gl_.BindVertexArray(no_attributes_);
   gl_.ActiveTexture(GL_TEXTURE0);
-  gl_.BindTexture(GL_TEXTURE_2D, depth_);
+  gl_.BindTexture(GL_TEXTURE_2D, depth_texture());
   gl_.UseProgram(depth_copy_);
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
   gl_.UseProgram(0);

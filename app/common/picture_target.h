@@ -63,10 +63,12 @@ namespace karst::app {
 struct PictureSettings {
   int width = 1280;  // pixels, 1..kMaxPicture
   int height = 720;
-  bool rgb565 = false;       // 16 bits a pixel instead of 32: for screens that show no more
-  int samples = 1;           // of a pixel's edges: 1, 2 or 4; more than 1 not with keep_depth
-  bool float_depth = false;  // of 32 bits instead of 24, for reversed depth
-  bool keep_depth = false;   // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
+  bool rgb565 = false;              // 16 bits a pixel instead of 32: for screens that show no more
+  int samples = 1;                  // of a pixel's edges: 1, 2 or 4; more than 1 not with keep_depth
+  bool float_depth = false;         // of 32 bits instead of 24, for reversed depth
+  bool own_depth = true;            // else depth_texture is the target's depth: of its size or larger
+  std::uint32_t depth_texture = 0;  // which create() takes
+  bool keep_depth = false;  // keeps the depth of a frame for read_depth(); costs bandwidth on tiling GPUs
 
   static constexpr int kMaxPicture = 16384;  // pixels a side
 
@@ -122,6 +124,9 @@ class PictureTarget {
 #undef KARST_GL_MEMBER
   };
 
+  GLuint depth_texture() const {
+    return settings_.depth_texture != 0 ? settings_.depth_texture : depth_;
+  }
   Status load(const GlLoader& loader);
   Status check_device() const;
   Status create_framebuffers();

@@ -87,7 +87,14 @@ std::uint64_t Stage::target_bytes() const {
   picture.height = height_;
   picture.rgb565 = scene_.rgb565;
   picture.samples = samples_of(scene_.antialias);
+  picture.own_depth = renderer_ == nullptr ? !may_share_depth() : device_info(*renderer_).depth_texture == 0;
   return picture.bytes();
+}
+
+// Pictures that go by the G-buffer need no depth of their own; larger ones do not go by it.
+bool Stage::may_share_depth() const {
+  return static_cast<std::uint32_t>(width_) <= plan_.needs.deferred_width &&
+         static_cast<std::uint32_t>(height_) <= plan_.needs.deferred_height;
 }
 
 // All memory, --max-memory, is the CPU's and the GPU's together: what GL takes is known first, and heights
@@ -142,6 +149,7 @@ Error Stage::attach(Display& display, int width, int height) {
   options.detail = static_cast<Detail>(scene_.detail);
   options.precision = static_cast<Precision>(scene_.precision);
   options.shading = static_cast<Shading>(scene_.shading);
+  options.share_depth = may_share_depth();
   options.smooth_edges = scene_.antialias == Antialias::edges;
   options.timers = true;
   options.drape_repeat = scene_.drape_repeat;
@@ -158,6 +166,8 @@ Error Stage::attach(Display& display, int width, int height) {
   picture.samples = samples_of(scene_.antialias);
   picture.keep_depth = keep_depth;
   picture.float_depth = reversed_depth();
+  picture.depth_texture = device_info(*renderer_).depth_texture;
+  picture.own_depth = picture.depth_texture == 0;
   if (const Status status = target_.create(counting_loader(loader), picture); !status.ok()) {
     detach();
     return {display.name(), status};

@@ -97,6 +97,7 @@ class Stage {
   Error make_plan_for(const Source& file);
   Error check_memory() const;
   std::uint64_t target_bytes() const;
+  bool may_share_depth() const;
 
   struct Free {
     void operator()(std::byte* p) const { std::free(p); }

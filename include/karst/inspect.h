@@ -78,6 +78,9 @@ struct DeviceInfo {
   bool clip_control = false;    // for Target::depth_zero_to_one
   bool deferred = false;        // pixels are shaded once, from a G-buffer
   bool high_precision = false;  // all of a pixel is computed in 32 bits
+  // GL_DEPTH_COMPONENT32F, Needs::deferred_width x deferred_height; 0: none is shared
+  // (GlOptions::share_depth).
+  std::uint32_t depth_texture = 0;
   std::uint64_t gpu_bytes = 0;  // of the objects that exist
   std::uint64_t cpu_bytes = 0;  // taken of the world's memory
 };

@@ -127,6 +127,10 @@ struct GlOptions {
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
   bool smooth_edges = false;  // silhouettes, where shading is deferred; else by samples of the host's target
+  // Where shading is deferred, the depth of all targets is DeviceInfo::depth_texture, which the host attaches
+  // to its framebuffers: 4 bytes a pixel less, and faster. Viewports then begin at 0, 0, and draw() clears
+  // that depth.
+  bool share_depth = false;
   bool timers = false;  // GPU times of passes, in costs(); the host must not time with such queries meanwhile
   bool debug = false;   // the driver's errors go to the world's log; wants a debug context of one's own
   double drape_repeat = 1;  // times that the drape covers the world on each axis, 2^-10..2^10

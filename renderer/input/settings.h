@@ -42,6 +42,7 @@ struct RendererSettings {
   int deferred_width = 0;
   int deferred_height = 0;
   bool smooth_edges = false;  // of what goes by the G-buffer
+  bool share_depth = false;   // of the G-buffer, with the targets of what goes by it
   int cascades = 0;           // shadow maps, 0..kMostCascades; with a drape there are none
   int shadow_size = 1024;     // texels a side, as in CascadeSettings
   int shadow_bits = 16;       // of depth, 16 or 24 (which takes 32)

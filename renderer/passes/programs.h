@@ -18,9 +18,10 @@ struct ProgramSettings {
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
-  bool water = false;      // the world has some
-  bool blend_map = false;  // and one of these
-  bool edges = false;      // the screen pass smooths silhouettes
+  bool water = false;        // the world has some
+  bool blend_map = false;    // and one of these
+  bool edges = false;        // the screen pass smooths silhouettes
+  bool share_depth = false;  // and writes no depth: the G-buffer's is the target's
   bool shadows = false;
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
   std::uint32_t first_block = 0;  // and to its binding points
@@ -46,7 +47,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[192] = {};  // GLSL lines after the variant's macros
+  char defines_[224] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

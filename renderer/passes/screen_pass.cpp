@@ -27,14 +27,23 @@ void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlo
   block.screen_depth = glm::vec4(glm::vec3(glm::dvec3(z) * kSteps), static_cast<float>(z_at_eye));
 }
 
-void draw_screen(const GlDevice& device, const Programs& programs, const ViewInput& input,
-                 const DrawTarget& target, FrameCounts& counts) {
+void draw_screen(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                 const ViewInput& input, const DrawTarget& target, FrameCounts& counts) {
   const Gl& gl = device.gl;
   device.push_group("screen");
   const Rect& view = target.viewport;
   gl.Viewport(view.x, view.y, view.width, view.height);
-  // The sky has the far plane's depth.
-  gl.DepthFunc(input.camera.reversed_depth ? GL_GEQUAL : GL_LEQUAL);
+  const bool reversed = input.camera.reversed_depth;
+  if (!settings.share_depth) {
+    // The sky has the far plane's depth.
+    gl.DepthFunc(reversed ? GL_GEQUAL : GL_LEQUAL);
+  } else {
+    // What is nearer than the far plane is terrain; with silhouettes the background is drawn too.
+    const float far = reversed ? 0.0f : 1.0f;
+    gl.DepthRangef(far, far);
+    gl.DepthFunc(settings.smooth_edges ? GL_ALWAYS : reversed ? GL_LESS : GL_GREATER);
+    gl.DepthMask(GL_FALSE);
+  }
   gl.Disable(GL_CULL_FACE);
   gl.BindVertexArray(name_of(device, Object::no_attributes));
   gl.UseProgram(programs[variant_for(ShaderVariant::screen, frame_shading(input))]);

@@ -12,7 +12,7 @@ namespace karst::core {
 void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlock& block);
 
 // After draw_geometry(), with the target's framebuffer bound; counts what it did.
-void draw_screen(const GlDevice& device, const Programs& programs, const ViewInput& input,
-                 const DrawTarget& target, FrameCounts& counts);
+void draw_screen(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                 const ViewInput& input, const DrawTarget& target, FrameCounts& counts);
 
 }  // namespace karst::core

@@ -64,6 +64,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.precision = options.precision;
   settings.shading = options.shading;
   settings.smooth_edges = options.smooth_edges;
+  settings.share_depth = options.share_depth;
   settings.debug = options.debug;
   settings.timers = options.timers;
   settings.drape_repeat = options.drape_repeat;
@@ -523,6 +524,7 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   info.clip_control = own.gl.caps().clip_control;
   info.deferred = own.gl.settings().deferred();
   info.high_precision = own.gl.settings().precision == Precision::high;
+  info.depth_texture = own.gl.shared_depth();
   info.gpu_bytes = own.gl.gpu_bytes();
   info.cpu_bytes =
       own.world.layout.objects_bytes + own.world.layout.staging_bytes + own.world.terrain.arena.used();

@@ -392,6 +392,64 @@ TEST_F(Frames, TheHostsThingsHideTerrainAlikeInBothWays) {
   EXPECT_LE(differ, kWidth * kHeight / 2000);
 }
 
+// With smooth edges and without, either way of depth, with the sky and without.
+TEST_F(Frames, ASharedDepthShowsTheSame) {
+  Needs needs;
+  needs.deferred_width = kWidth + 7;
+  needs.deferred_height = kHeight;
+  for (const bool edges : {false, true}) {
+    std::vector<Pixels> pictures[2];
+    for (const bool shared : {false, true}) {
+      open(needs, {}, {.shading = Shading::deferred, .smooth_edges = edges, .share_depth = shared});
+      const GLuint depth = device_info(*renderer_).depth_texture;
+      EXPECT_EQ(depth != 0, shared);
+      picture_.use_depth(depth);
+      for (const bool reversed : {false, true}) {
+        for (const bool sky : {false, true}) {
+          ViewState v = view(reversed ? 1 : 2);
+          v.reversed_depth = reversed;
+          if (reversed) set_perspective(v, 60, 1, 2000);
+          Target target{.viewport = {0, 0, kWidth, kHeight}, .sky = sky};
+          target.framebuffer = picture_.name();
+          test::draw_frame(*renderer_, picture_, {v}, 0, &target);
+          pictures[shared].push_back(picture_.read());
+        }
+      }
+      picture_.use_depth(0);
+      close();
+    }
+    for (std::size_t n = 0; n < 4; ++n) {
+      EXPECT_EQ(largest_difference(pictures[0][n], pictures[1][n]), 0) << edges << " " << n;
+      EXPECT_GT(share_beyond(pictures[0][n],
+                             Pixels{kWidth, kHeight, std::vector<std::uint8_t>(kWidth * kHeight * 4)}, 9),
+                0.3);
+    }
+  }
+}
+
+TEST_F(Frames, ASharedDepthBeginsWhereTheViewportDoes) {
+  Needs needs;
+  needs.deferred_width = kWidth;
+  needs.deferred_height = kHeight;
+  open(needs, {}, {.shading = Shading::deferred, .share_depth = true});
+  picture_.use_depth(device_info(*renderer_).depth_texture);
+  const ViewState v = view();
+  FrameInput input;
+  input.views = {&v, 1};
+  FrameResult result;
+  ASSERT_TRUE(renderer_->begin_frame(input, result).ok());
+  const Status status =
+      renderer_->draw(0, {.viewport = {8, 0, kWidth - 8, kHeight}, .framebuffer = picture_.name()});
+  EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+  EXPECT_STREQ(status.field(), "viewport");
+  ASSERT_TRUE(renderer_->end_frame().ok());
+  picture_.use_depth(0);
+  close();
+  // Without a G-buffer there is nothing to share.
+  open({}, {}, {.shading = Shading::forward, .share_depth = true});
+  EXPECT_EQ(device_info(*renderer_).depth_texture, 0u);
+}
+
 TEST_F(Frames, WithoutSkyTheHostsPictureStays) {
   open();
   const ViewState v = view();

@@ -118,6 +118,16 @@ void HostPicture::bind() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
 }
 
+void HostPicture::use_depth(GLuint texture) const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  if (texture != 0) {
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture, 0);
+  } else {
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
+  }
+  EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), GLenum{GL_FRAMEBUFFER_COMPLETE});
+}
+
 void HostPicture::clear(float depth, const float (&rgb)[3]) const {
   bind();
   glClearColor(rgb[0], rgb[1], rgb[2], 1);

@@ -82,6 +82,8 @@ class HostPicture {
   GlLoader loader();
   GLuint name() const { return framebuffer_; }
   void bind() const;
+  // Has this as its depth instead of its own; 0: its own again.
+  void use_depth(GLuint texture) const;
   void clear(float depth = 1, const float (&rgb)[3] = {0, 0, 0}) const;
   Pixels read() const;
   int width() const { return width_; }
