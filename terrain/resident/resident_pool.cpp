@@ -100,11 +100,14 @@ ResidentPool::Stretch ResidentPool::find_free(std::uint32_t pages) const {
 }
 
 // Precondition: as many are free.
-ResidentPool::List ResidentPool::take_free(std::uint32_t pages) {
+ResidentPool::List ResidentPool::take_free(std::uint32_t pages, std::uint32_t before) {
   List taken;
   free_count_ -= pages;
   while (taken.count < pages) {
-    const Stretch stretch = find_free(pages - taken.count);
+    const std::uint32_t next = before == kNoPage ? page_count() : before + 1;
+    const bool goes_on = taken.count == 0 && next < page_count() && next_page(next, true) == next &&
+                         next_page(next, false) - next >= pages;
+    const Stretch stretch = goes_on ? Stretch{next, pages} : find_free(pages - taken.count);
     const std::uint32_t end = stretch.first + std::min(stretch.count, pages - taken.count);
     for (std::uint32_t page = stretch.first; page < end; ++page) {
       storage_.free_pages[page / 64] &= ~(std::uint64_t{1} << page % 64);
@@ -138,10 +141,10 @@ bool ResidentPool::raise(PatchId patch, int level) {
   }
   const std::uint32_t pages = pages_at(level) - pages_at(old_level);
   if (pages > 0) {
-    const List taken = take_free(pages);
     std::uint32_t* link = &storage_.first_page[patch];
-    while (*link != kNoPage) link = &storage_.next_page[*link];
-    *link = taken.first;
+    std::uint32_t last = kNoPage;
+    while (*link != kNoPage) last = *link, link = &storage_.next_page[last];
+    *link = take_free(pages, last).first;
   }
   storage_.levels[patch] = static_cast<std::uint8_t>(level);
   return true;

@@ -3,10 +3,10 @@
 //
 // Vertex memory is one buffer in pages of kPageVertices; a patch resident at level r has a chain of
 // slot_pages(r) pages, in any order (page_table.h), so memory never fragments: whatever gives way makes room
-// for anything. Pages that follow each other in the buffer are taken where there are some, because their
-// indices are written faster (expand_indices.cpp). Vertices are stored level by level (gpu_vertex.h): raising
-// the level appends pages, lowering it drops the last ones. Each resident patch also has a row, for its morph
-// thresholds (morph.h).
+// for anything. Pages that follow each other in the buffer, and the patch's last one, are taken where there
+// are some, because their indices are written faster (expand_indices.cpp). Vertices are stored level by level
+// (gpu_vertex.h): raising the level appends pages, lowering it drops the last ones. Each resident patch also
+// has a row, for its morph thresholds (morph.h).
 //
 // The GPU may still draw a frame when the next ones are prepared: what a patch seen in one of the last
 // kFramesInFlight frames gives up is kept back for as many frames.
@@ -158,7 +158,7 @@ class ResidentPool {
   void set_free(const List& pages);
   std::uint32_t next_page(std::uint32_t page, bool is_free) const;
   Stretch find_free(std::uint32_t pages) const;
-  List take_free(std::uint32_t pages);
+  List take_free(std::uint32_t pages, std::uint32_t before);  // before: the chain's last page, or kNoPage
   void give_back(PatchId patch, std::uint32_t row, const List& pages);
   static std::uint32_t pages_at(int level) { return level <= 0 ? 0 : slot_pages(level); }
   bool has_room(PatchId patch, int level) const;
