@@ -160,6 +160,14 @@ constexpr OptionRow kWorldRows[] = {
 };
 
 constexpr OptionRow kDemRows[] = {
+    {.name = "band",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "the only one",
+     .min = 1,
+     .max = 65'535,
+     .help = "of a raster with several bands: the one that holds the heights",
+     .store = put<&BakeOptions::job, &Bake::read, &ReadElevation::band>},
     {.name = "pixel-size",
      .kind = Kind::number,
      .value = "M",
@@ -247,7 +255,7 @@ constexpr OptionPart kParts[] = {kGroups};
 Error check_source(const CommandLine& line) {
   const bool sample = line.has("sample");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
-  if (!sample && line.positional().size() != 1) return "one DEM or --sample NAME is needed; see --help";
+  if (!sample && line.positional().empty()) return "a DEM or --sample NAME is needed; see --help";
   for (const OptionRow& row : kDemRows) {
     if (sample && line.has(row.name))
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
@@ -261,15 +269,17 @@ Error check_source(const CommandLine& line) {
 constinit const CommandSpec kBakeSpec = {
     .name = "karst-bake",
     .brief = "makes a .karst world from an elevation image or a procedural sample",
-    .usage = "DEM -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]",
+    .usage = "DEM... -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]",
     .about =
-        "DEM is a TIFF or GeoTIFF, PNG or OpenEXR image of one channel, 16-bit or float, or a raw ENVI file "
-        "with its .hdr beside it. Heights are metres. North is up in the image and -z in the world, whose "
-        "x = z = 0 is the image's centre.",
+        "DEM is a raster that GDAL reads as GeoTIFF, PNG, ESRI's and ENVI's raw files with a .hdr beside "
+        "them, Arc/Info ASCII grid, SRTM's .hgt, DTED, USGS DEM, Erdas Imagine, JPEG 2000 or VRT, or an "
+        "OpenEXR image. Several of one grid make one world. Heights are metres unless the file says feet. "
+        "North is -z in the world, whose x = z = 0 is the raster's centre.",
     .parts = kParts,
     .examples =
         "karst-bake dem.tif -o world.karst --voxel 256 --levels 4\n"
         "karst-bake srtm.bil -o world.karst --nodata -9999,hole\n"
+        "karst-bake N46E007.hgt N46E008.hgt -o alps.karst\n"
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"};
@@ -278,7 +288,10 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   if (Error error = line.parse(words, kBakeSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
   if (Error error = check_source(line); !error.ok()) return error;
-  if (!line.has("sample")) options.job.read.path = line.positional()[0];
+  if (!line.has("sample")) {
+    options.job.read.path = line.positional()[0];
+    options.job.read.more.assign(line.positional().begin() + 1, line.positional().end());
+  }
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
   return line.store(targets);

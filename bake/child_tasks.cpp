@@ -2,11 +2,13 @@
 #include "bake/child_tasks.h"
 
 #include "bake/materials/material_files.h"
+#include "bake/rasters/elevation_file.h"
 
 namespace karst::bake {
 
 std::span<const ChildTask> child_tasks() {
-  static const ChildTask kTasks[] = {kReadMaterialImage, kReadBlendMap};
+  static const ChildTask kTasks[] = {kReadMaterialImage, kReadBlendMap, kDescribeRaster,
+                                     kReadRaster,        kDescribeExr,  kReadExr};
   return kTasks;
 }
 

@@ -9,7 +9,6 @@
 #include "bake/bake_options.h"
 #include "bake/base/child.h"
 #include "bake/child_tasks.h"
-#include "bake/elevation/envi.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>
@@ -28,9 +27,9 @@ namespace {
 // The files that a bake reads.
 std::vector<app::NamedFile> files_read(const Bake& job) {
   std::vector<app::NamedFile> files{{"--carve", job.carve_path}, {"--materials", job.materials.path}};
-  if (!job.read.path.empty()) {
-    files.push_back({"DEM", job.read.path});
-    files.push_back({"the DEM's header", find_envi_header(job.read.path)});
+  for (std::string& file : job.read.files()) {
+    const bool named = file == job.read.path;
+    files.push_back({named ? "DEM" : "a file of the DEM", std::move(file)});
   }
   for (std::string& image : material_images(job.materials)) {
     files.push_back({"an image of --materials", std::move(image)});

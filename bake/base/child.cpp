@@ -241,7 +241,8 @@ std::optional<int> serve_as_child(std::span<const char* const> words, std::span<
 
 Error run_in_child(const std::string& subject, const ChildLimits& limits, const ChildTask& task,
                    std::span<const std::byte> request, std::vector<std::byte>& result) {
-  static Child child;
+  static Child children[static_cast<std::size_t>(ChildTask::Library::count)];
+  Child& child = children[static_cast<std::size_t>(task.library)];
   result.clear();
   if (Error error = child.start(); !error.ok()) return subject + ": cannot be read: " + error.text();
   const Asked asked{limits.memory_bytes, request.size(), limits.cpu_seconds,

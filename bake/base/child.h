@@ -28,13 +28,16 @@ struct ChildLimits {
 struct ChildTask {
   std::string_view name;
   Error (*work)(std::span<const std::byte> request, std::vector<std::byte>& result);
+  // Tasks of one library share a process; two libraries may each set handlers of a third for the whole of it.
+  enum class Library : std::uint8_t { open_image_io, gdal, count } library = Library::open_image_io;
 };
 
 // The first call in main(): in a child, works until its parent ends or has no more, and returns the exit
 // code. words: of main(), the program's name first. tasks: all that run_in_child is called with.
 std::optional<int> serve_as_child(std::span<const char* const> words, std::span<const ChildTask> tasks);
 
-// Has task done by a child, which is started by the first call and stays for the next ones, and waits for it.
+// Has task done by a child, which is started by the library's first call and stays for the next ones, and
+// waits for it.
 // result: what the task filled, empty on an error. subject: the file, for messages of a child that died;
 // those of the task are handed on as they are. One call at a time. Under AddressSanitizer and
 // ThreadSanitizer, whose shadow is larger than any limit, memory has none.

@@ -42,16 +42,21 @@ struct Elevation {
 
 struct ReadElevation {
   std::string path{};
+  std::vector<std::string> more{};  // files beside path: one grid, and the first that knows a sample says it
   double pixel_size_m = 0;          // > 0 overrides what the file says; 0: the file must say
   std::optional<double> z_scale{};  // heights are multiplied by this after nodata is taken out
   bool allow_8bit = false;
+  int band = 0;                  // from 1; 0: the only one
   std::vector<double> nodata{};  // values that mark voids, besides those the file names
   int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image
 
-  // Reads TIFF, PNG, OpenEXR (told apart by their first bytes) or ENVI (a raw file with a .hdr beside it),
-  // one channel. Samples that are NaN, infinite, equal to a nodata value or, in signed
+  // Reads what GDAL reads by the drivers of raster_elevation.cpp, and OpenEXR, in a process of its own
+  // (bake/base/child.h). Samples that are NaN, infinite, masked, equal to a nodata value or, in signed
   // 16-bit files, -32768 (SRTM's void) are void. At least one sample is valid.
   Error run(Elevation& result) const;
+
+  // All files that run() reads, as far as they can be found: headers, masks, the parts of mosaics.
+  std::vector<std::string> files() const;
 };
 
 // Fills voids smoothly from the samples around them and marks all samples valid. `voids` keeps its count.

@@ -89,6 +89,13 @@ TiffBuilder& TiffBuilder::geo_keys(const std::vector<std::uint16_t>& key_value_p
   return shorts(34735, directory);
 }
 
+TiffBuilder& TiffBuilder::compressed() {
+  for (Entry& entry : entries_) {
+    if (entry.tag == 259) entry.data = std::string("\10\0", 2);
+  }
+  return *this;
+}
+
 std::string TiffBuilder::bytes() const {
   std::vector<Entry> entries = entries_;
   std::stable_sort(entries.begin(), entries.end(),

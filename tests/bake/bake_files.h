@@ -36,6 +36,8 @@ class TiffBuilder {
   // Pixel scale, tie point and geo keys as most GeoTIFFs have them.
   TiffBuilder& pixel_scale(double x, double y) { return doubles(33550, {x, y, 0}); }
   TiffBuilder& tie_point(double x, double y) { return doubles(33922, {0, 0, 0, x, y, 0}); }
+  // Says that the bytes are compressed (Deflate), whether they are or not.
+  TiffBuilder& compressed();
   TiffBuilder& geo_keys(const std::vector<std::uint16_t>& key_value_pairs);
   std::string bytes() const;
 

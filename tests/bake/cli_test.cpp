@@ -149,8 +149,8 @@ TEST_F(BakeCli, UsageErrors) {
   };
   usage({}, "--help");
   usage({"-o", world_}, "DEM");
+  usage({"-o", world_, "--"}, "DEM");
   usage({dem_}, "-o");
-  usage({dem_, dem_, "-o", world_}, "DEM");
   usage({dem_, "--sample", "hills", "-o", world_}, "both");
   usage({"--sample", "moon", "-o", world_}, "canyon, caves, arches, hills");
   usage({"--sample", "hills", "-o", world_, "--crop", "0,0,9,9"}, "--crop");
@@ -171,6 +171,8 @@ TEST_F(BakeCli, UsageErrors) {
 TEST_F(BakeCli, BadInput) {
   expect_failure(1, {folder_.path("missing.tif"), "-o", world_}, "missing.tif");
   expect_failure(1, {no_size_, "-o", world_}, "--pixel-size");
+  expect_failure(1, {dem_, no_size_, "-o", world_}, "does not say where it lies");
+  expect_failure(1, {dem_, "-o", world_, "--band", "2"}, "--band: the raster has 1");
   expect_failure(1, {dem_, "-o", world_, "--crop", "30,0,20,20"}, "--crop");
   expect_failure(1, {dem_, "-o", world_, "--voxel", "0.1"}, "--voxel");
   expect_failure(1, {dem_, "-o", world_, "--carve", folder_.path("none.json")}, "none.json");

@@ -162,7 +162,7 @@ little_system() {
   export PKG_CONFIG_LIBDIR=$work/pkgconfig PKG_CONFIG_PATH=
   without=()
   local package
-  for package in PNG TIFF OpenImageIO SDL2 GTest nlohmann_json Python3; do
+  for package in PNG GDAL OpenImageIO SDL2 GTest nlohmann_json Python3; do
     without+=("-DCMAKE_DISABLE_FIND_PACKAGE_$package=ON")
   done
 }
@@ -279,7 +279,9 @@ packages() {
   (($(dpkg-deb -c "$work"/debs/karst_*.deb | grep -c /man1/karst) == 5)) || fail "karst has other manuals too"
   [[ $(field karst Depends) == *libegl1* && $(field karst Depends) == *libdrm2* ]] || fail "karst: no libegl1"
   [[ $(field karst Depends) != *libopenimageio* ]] || fail "karst depends on OpenImageIO"
+  [[ $(field karst Depends) != *libgdal* ]] || fail "karst depends on GDAL"
   [[ $(field karst-bake Depends) == *libopenimageio* ]] || fail "karst-bake: no OpenImageIO"
+  [[ $(field karst-bake Depends) == *libgdal* ]] || fail "karst-bake: no GDAL"
 
   # What is in them runs, from a folder that stands for /.
   for package in libkarst libkarst-dev karst karst-bake; do

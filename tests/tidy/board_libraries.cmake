@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # cmake -D OBJDUMP=... -D PROGRAM=... [-D STRIP=... -D COPY=FILE] -P board_libraries.cmake
 #
-# Fails where the board program needs a shared library that boards do not have (OpenImageIO alone would pull
-# in some 260 libraries), or, stripped, is larger than it may be. Prints its size.
+# Fails where the board program needs a shared library that boards do not have (GDAL or OpenImageIO would
+# pull in some 260 libraries), or, stripped, is larger than it may be. Prints its size.
 set(most_bytes 1258291)  # 1.2 MiB
 set(allowed
   libEGL libGLESv2 libgbm libdrm libinput libseat libudev libpng16  # graphics, input, pictures

@@ -151,6 +151,8 @@ string_view angle_problem(string_view path, string_view header) {
   if (inside(header, "OpenImageIO") && !inside(path, "bake") && !inside(path, "tests")) {
     return "OpenImageIO is for karst-bake and tests only";
   }
+  const bool gdal = header.starts_with("gdal") || header.starts_with("ogr_") || header.starts_with("cpl_");
+  if (gdal && !inside(path, "bake") && !inside(path, "tests")) return "GDAL is for karst-bake and tests only";
   if (inside(header, "EGL") && inside(path, "renderer")) return "EGL belongs to platform";
   if ((inside(header, "GLES3") || inside(header, "GLES2")) && inside(path, "platform"))
     return "GL belongs to renderer";

@@ -193,6 +193,7 @@ TEST(RuleTest, LibrariesStayWhereTheyBelong) {
   EXPECT_EQ(includes("terrain/view/a.h", "algorithm"), 0);
   EXPECT_EQ(includes("terrain/base/simd.h", "arm_neon.h"), 0);
   EXPECT_EQ(includes("bake/elevation/a.cpp", "OpenImageIO/imageio.h"), 0);
+  EXPECT_EQ(includes("bake/elevation/a.cpp", "gdal.h"), 0);
   EXPECT_EQ(includes("renderer/a.cpp", "GLES3/gl3.h"), 0);
   EXPECT_EQ(includes("platform/a.cpp", "EGL/egl.h"), 0);
 
@@ -205,6 +206,9 @@ TEST(RuleTest, LibrariesStayWhereTheyBelong) {
   EXPECT_EQ(includes("terrain/world/a.cpp", "fstream"), 1);
   EXPECT_EQ(includes("terrain/patch/a.cpp", "arm_neon.h"), 1);
   EXPECT_EQ(includes("app/main.cpp", "OpenImageIO/imageio.h"), 1);
+  for (const char* header : {"gdal.h", "ogr_srs_api.h", "cpl_conv.h"}) {
+    EXPECT_EQ(includes("app/main.cpp", header), 1) << header;
+  }
   EXPECT_EQ(includes("renderer/a.cpp", "EGL/egl.h"), 1);
   EXPECT_EQ(includes("platform/a.cpp", "GLES3/gl3.h"), 1);
 }

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include "bake/rasters/mosaic_check.h"
+
+#include <cpl_error.h>
+#include <cpl_minixml.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string_view>
+
+namespace karst::bake {
+namespace {
+
+constexpr std::uintmax_t kMostBytes = 16 << 20;
+constexpr int kMostSources = 10'000;
+constexpr int kMostDepth = 16;
+constexpr std::size_t kStartBytes = 1'024;  // GDAL looks at as many
+
+// What gdalbuildvrt and gdal_translate -of VRT write of a raster that is made of parts of files.
+constexpr std::string_view kElements[] = {"VRTDataset",    "SRS",
+                                          "GeoTransform",  "Metadata",
+                                          "MDI",           "VRTRasterBand",
+                                          "MaskBand",      "NoDataValue",
+                                          "ColorInterp",   "Description",
+                                          "UnitType",      "Offset",
+                                          "Scale",         "SimpleSource",
+                                          "ComplexSource", "SourceBand",
+                                          "SrcRect",       "SourceProperties",
+                                          "DstRect",       "SourceFilename",
+                                          "NODATA",        "UseMaskBand",
+                                          "BlockXSize",    "BlockYSize",
+                                          "Histograms",    "HideNoDataValue"};
+constexpr std::string_view kSubClasses = "subClass";  // of bands that compute, warp or sharpen
+
+struct DestroyXml {
+  void operator()(CPLXMLNode* node) const { CPLDestroyXMLNode(node); }
+};
+
+std::filesystem::path real(const std::filesystem::path& path) {
+  std::error_code failed;
+  std::filesystem::path result = std::filesystem::canonical(path, failed);
+  return failed ? std::filesystem::path() : result;
+}
+
+bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const auto [in_folder, in_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return in_folder == folder.end() && in_path != path.end();
+}
+
+class Checker {
+ public:
+  explicit Checker(const std::string& path)
+      : path_(path), parent_(std::filesystem::path(path).parent_path()) {
+    folder_ = real(parent_.empty() ? "." : parent_);
+  }
+
+  Error check(const CPLXMLNode* node, int depth) {
+    if (depth > kMostDepth) return failure("is nested too deep");
+    for (; node != nullptr; node = node->psNext) {
+      if (node->eType == CXT_Attribute && node->pszValue == kSubClasses)
+        return failure(std::string("has a band that is computed (") + CPLGetXMLValue(node, nullptr, "") +
+                       ")");
+      if (node->eType != CXT_Element) continue;
+      const std::string_view name = node->pszValue;
+      if (name.starts_with('?')) continue;  // <?xml ...?>
+      // Statistics and the like: GDAL reads no file for them.
+      if (name == "Metadata" || name == "Histograms") continue;
+      if (std::find(std::begin(kElements), std::end(kElements), name) == std::end(kElements))
+        return failure("has a <" + std::string(name.substr(0, 40)) + ">");
+      if (name == "SourceFilename") {
+        if (Error error = check_source(node); !error.ok()) return error;
+      }
+      if (Error error = check(node->psChild, depth + 1); !error.ok()) return error;
+    }
+    return {};
+  }
+
+ private:
+  Error failure(const std::string& what) const {
+    return path_ + ": the VRT " + what + "; gdal_translate makes a GeoTIFF of it";
+  }
+
+  Error check_source(const CPLXMLNode* node) {
+    if (++sources_ > kMostSources) return failure("has more than " + std::to_string(kMostSources) + " parts");
+    const std::string name = CPLGetXMLValue(node, nullptr, "");
+    const bool relative = std::string_view(CPLGetXMLValue(node, "relativeToVRT", "0")) != "0";
+    const std::filesystem::path source = relative ? parent_ / name : std::filesystem::path(name);
+    const std::filesystem::path found = name.starts_with("/vsi") ? std::filesystem::path() : real(source);
+    std::error_code failed;
+    if (found.empty() || !std::filesystem::is_regular_file(found, failed))
+      return failure("names '" + name + "', which is no file");
+    if (!lies_below(found, folder_)) return failure("names '" + name + "', which is not in its folder");
+    if (is_mosaic(found.string())) return failure("names another VRT, '" + name + "'");
+    return {};
+  }
+
+  const std::string& path_;
+  std::filesystem::path parent_, folder_;
+  int sources_ = 0;
+};
+
+}  // namespace
+
+bool is_mosaic(const std::string& path) {
+  std::string start(kStartBytes, '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start.find("<VRTDataset") != std::string::npos;
+}
+
+Error check_mosaic(const std::string& path) {
+  std::error_code failed;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, failed);
+  if (failed || bytes > kMostBytes) return path + ": the VRT is longer than 16 MiB";
+  const std::unique_ptr<CPLXMLNode, DestroyXml> root(CPLParseXMLFile(path.c_str()));
+  if (root == nullptr) return path + ": damaged VRT: " + CPLGetLastErrorMsg();
+  return Checker(path).check(root.get(), 0);
+}
+
+}  // namespace karst::bake

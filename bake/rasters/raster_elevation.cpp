@@ -1,0 +1,536 @@
+// SPDX-License-Identifier: MIT
+// Elevation through GDAL: all kinds of raster of a list that is stated here, and no other.
+#include "bake/rasters/elevation_file.h"
+
+#include "bake/rasters/ground_size.h"
+#include "bake/rasters/mosaic_check.h"
+#include "bake/rasters/sample_sink.h"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <cpl_string.h>
+#include <gdal.h>
+#include <gdal_frmts.h>
+#include <gdal_priv.h>
+#include <ogr_srs_api.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+namespace karst::bake {
+namespace {
+
+constexpr std::uint64_t kLargeBlockBytes = 16u << 20;  // from here on a block needs bytes in the file
+constexpr std::uint64_t kMostBlockBytes = 128u << 20;
+constexpr std::uint64_t kMostUnpacked = 64;  // bytes of a large block a byte of file
+constexpr std::uint64_t kCacheBytes = 32u << 20;
+constexpr std::uint64_t kBandBytes = 16u << 20;  // of rows that are read together, as doubles
+constexpr int kBandRows = 64;
+constexpr std::size_t kMostMessages = 3;
+constexpr int kMostHandlers = 1'000;
+constexpr std::size_t kEnviHeaderBytes = 1 << 16;  // that are looked at; most have a few hundred
+
+// GDAL reads what these drivers read, from files, by one thread.
+void prepare_gdal() {
+  static bool prepared = false;
+  if (std::exchange(prepared, true)) return;
+  GDALRegister_GTiff();
+  GDALRegister_VRT();
+  GDALRegister_PNG();
+  GDALRegister_HFA();
+  GDALRegister_JP2OpenJPEG();
+  GDALRegister_DTED();
+  GDALRegister_SRTMHGT();
+  GDALRegister_AAIGrid();
+  GDALRegister_USGSDEM();
+  // Last: they take whatever has a .hdr beside it.
+  GDALRegister_EHdr();
+  GDALRegister_ENVI();
+  CPLSetConfigOption("GDAL_NUM_THREADS", "1");
+  CPLSetConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE");  // asks for neighbours by name
+  CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");
+  CPLSetConfigOption("GDAL_PAM_ENABLED", "YES");
+  OSRSetPROJEnableNetwork(0);
+}
+
+// What GDAL says of a file. One for the process: drivers that fail can leave handlers behind that they have
+// pushed over ours.
+class Messages {
+ public:
+  static Messages& of_process() {
+    static Messages messages;
+    return messages;
+  }
+
+  // name: of the file, as GDAL gets it. What messages say of it is left out.
+  void start(const std::string& name) {
+    failures_.clear();
+    warnings_.clear();
+    names_[0] = name + ": ";
+    names_[1] = name.substr(name.find_last_of('/') + 1) + ": ";
+    names_[2] = name;
+    CPLSetErrorHandlerEx(note, this);
+    for (int k = 0; k < kMostHandlers && CPLGetErrorHandlerUserData() != this; ++k) CPLPopErrorHandler();
+    CPLErrorReset();
+  }
+
+  const std::vector<std::string>& failures() const { return failures_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  bool mentions(std::string_view words) const {
+    for (const std::vector<std::string>* list : {&failures_, &warnings_}) {
+      for (const std::string& text : *list) {
+        if (text.find(words) != std::string::npos) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static void CPL_STDCALL note(CPLErr kind, CPLErrorNum, const char* text) {
+    Messages& self = of_process();
+    if (kind != CE_Warning && kind != CE_Failure && kind != CE_Fatal) return;
+    std::vector<std::string>& list = kind == CE_Warning ? self.warnings_ : self.failures_;
+    std::string line(text);
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    for (const std::string& name : self.names_) {
+      if (const std::size_t at = line.find(name); at != std::string::npos) line.erase(at, name.size());
+    }
+    if (list.size() < kMostMessages && std::find(list.begin(), list.end(), line) == list.end())
+      list.push_back(std::move(line));
+  }
+
+  std::string names_[3];
+  std::vector<std::string> failures_, warnings_;
+};
+
+struct CloseFile {
+  void operator()(void* file) const { GDALClose(file); }
+};
+
+// A name that GDAL takes for that of a file, whatever it is.
+std::string plain_name(const std::string& path) {
+  return path.starts_with('/') ? "/." + path : "./" + path;
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+// Of a unit of heights, by the names that drivers give it; 0: not known.
+double metres_of(std::string_view name) {
+  const std::string unit = lower(name);
+  static constexpr struct {
+    std::string_view name;
+    double metres;
+  } kUnits[] = {{"m", 1},
+                {"metre", 1},
+                {"metres", 1},
+                {"meter", 1},
+                {"meters", 1},
+                {"ft", 0.3048},
+                {"foot", 0.3048},
+                {"feet", 0.3048},
+                {"us survey foot", 1200.0 / 3937},
+                {"us survey feet", 1200.0 / 3937},
+                {"foot_us", 1200.0 / 3937},
+                {"us-ft", 1200.0 / 3937},
+                {"ftus", 1200.0 / 3937},
+                {"cm", 0.01},
+                {"centimetre", 0.01},
+                {"centimeter", 0.01},
+                {"dm", 0.1},
+                {"decimetre", 0.1},
+                {"decimeter", 0.1},
+                {"km", 1000},
+                {"kilometre", 1000},
+                {"kilometer", 1000}};
+  for (const auto& known : kUnits) {
+    if (known.name == unit) return known.metres;
+  }
+  return 0;
+}
+
+// An open raster, and the band of it that holds the heights.
+class Raster {
+ public:
+  // Both outlive it.
+  Raster(const ReadElevation& settings, const std::string& path) : settings_(settings), path_(path) {}
+
+  Error open() {
+    messages_.start(plain_name(path_));
+    prepare_gdal();
+    GDALSetCacheMax64(kCacheBytes);
+    if (is_mosaic(path_)) {
+      if (Error error = check_mosaic(path_); !error.ok()) return error;
+    }
+    file_.reset(
+        GDALOpenEx(plain_name(path_).c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+    if (file_ == nullptr) {
+      if (!messages_.failures().empty() && !messages_.mentions("not recognized")) return unreadable();
+      return failure("not a raster that karst-bake reads: see DEM in karst-bake --help");
+    }
+    if (Error error = choose_band(); !error.ok()) return error;
+    if (Error error = read_format(); !error.ok()) return error;
+    if (Error error = check_raw_file(); !error.ok()) return error;
+    const Error turned = placement_.read(file_.get());
+    return turned.ok() ? check_messages() : failure(turned.text());
+  }
+
+  Error describe(ElevationGrid& grid) {
+    grid = {};
+    grid.width = GDALGetRasterXSize(file_.get());
+    grid.height = GDALGetRasterYSize(file_.get());
+    grid.placed = placement_.placed;
+    if (grid.placed) {
+      grid.west = placement_.to_crs[0];
+      grid.north = placement_.to_crs[3];
+      grid.step_x = placement_.to_crs[1];
+      grid.step_z = -placement_.to_crs[5];
+    }
+    if (const OGRSpatialReferenceH srs = GDALGetSpatialRef(file_.get())) {
+      char* text = nullptr;
+      if (OSRExportToWkt(srs, &text) == OGRERR_NONE && text != nullptr) grid.crs = text;
+      CPLFree(text);
+    }
+    char** const files = GDALGetFileList(file_.get());
+    for (char** name = files; name != nullptr && *name != nullptr; ++name) grid.files.emplace_back(*name);
+    CSLDestroy(files);
+    return check_blocks(grid);
+  }
+
+  Error read(const Window& whole, const Window& part, ElevationPart& result) {
+    GroundSize size;
+    if (Error error = size.read(file_.get(), placement_, whole, settings_.pixel_size_m); !error.ok())
+      return failure(error.text());
+    if (Error error = read_height_unit(size); !error.ok()) return error;
+    result.spacing_x_m = size.x_m;
+    result.spacing_z_m = size.z_m;
+    for (const std::string& warning : size.warnings) result.warnings.push_back(path_ + ": " + warning);
+    if (!size.note.empty()) format_.kind += ", " + size.note;
+    ElevationGrid grid;
+    if (Error error = describe(grid); !error.ok()) return error;
+    GDALSetCacheMax64(static_cast<GIntBig>(kCacheBytes + grid.block_row_bytes));
+    SampleSink sink(settings_, path_, format_, result);
+    if (Error error = read_rows(part, sink); !error.ok()) return error;
+    if (Error error = check_messages(); !error.ok()) return error;
+    for (const std::string& warning : messages_.warnings())
+      result.warnings.push_back(path_ + ": GDAL: " + warning);
+    return sink.finish();
+  }
+
+ private:
+  Error failure(const std::string& what) const { return path_ + ": " + what; }
+  Error unreadable() const {
+    return failure("unreadable raster: " +
+                   (messages_.failures().empty() ? "truncated or damaged" : messages_.failures().front()));
+  }
+
+  // What GDAL goes on without, and what files mean two things by.
+  Error check_messages() const {
+    if (messages_.mentions("IO error")) return failure("truncated: what the file says of itself is cut off");
+    if (messages_.mentions("ScaleY")) {
+      return failure(
+          "pixel size: below 0; gdal_translate -a_ullr LEFT TOP RIGHT BOTTOM says where its corners are");
+    }
+    const OGRSpatialReferenceH srs = GDALGetSpatialRef(file_.get());
+    if (messages_.mentions("not found") && !settings_.z_scale) {
+      return failure(
+          "units: it names a coordinate reference system or a unit that PROJ does not know; give "
+          "--z-scale S, the metres of a unit of height" +
+          std::string(srs == nullptr || OSRIsLocal(srs) != 0 ? ", and --pixel-size M" : ""));
+    }
+    return {};
+  }
+
+  // Raw samples with a header beside them. What is behind the file's end GDAL reads as 0, and it takes the
+  // first meaning for what a header leaves open.
+  Error check_raw_file() const {
+    GDALDataset::RawBinaryLayout layout;
+    GDALDataset* const file = GDALDataset::FromHandle(file_.get());
+    if (!file->GetRawBinaryLayout(layout)) return {};
+    const GDALDataType type = GDALGetRasterDataType(band_);
+    const auto last = [](int count, GIntBig step) {
+      return static_cast<double>(count - 1) * static_cast<double>(step);
+    };
+    const double end =
+        static_cast<double>(layout.nImageOffset) + last(GDALGetRasterCount(file_.get()), layout.nBandOffset) +
+        last(GDALGetRasterYSize(file_.get()), layout.nLineOffset) +
+        last(GDALGetRasterXSize(file_.get()), layout.nPixelOffset) + GDALGetDataTypeSizeBytes(type);
+    std::error_code failed;
+    const auto bytes = static_cast<double>(
+        std::filesystem::file_size(layout.osRawFilename.empty() ? path_ : layout.osRawFilename, failed));
+    if (failed || end > bytes) {
+      return failure("truncated: its header says " + number(end) + " bytes, and it has " + number(bytes));
+    }
+    const auto envi = [&](const char* key) {
+      const char* const text = GDALGetMetadataItem(file_.get(), key, "ENVI");
+      return std::string(text == nullptr ? "" : text);
+    };
+    if (std::string_view(GDALGetDriverShortName(GDALGetDatasetDriver(file_.get()))) != "ENVI") return {};
+    const std::string offset = envi("header_offset");
+    if (!offset.empty() && offset != std::to_string(layout.nImageOffset))
+      return failure("header offset: '" + offset + "' is not a number of bytes in the file");
+    if (type != GDT_Byte && envi("byte_order") != "0" && envi("byte_order") != "1")
+      return failure("byte order: its header says neither 0 (the lower byte first) nor 1");
+    return settings_.pixel_size_m > 0 ? Error() : check_envi_unit();
+  }
+
+  // GDAL takes units that it does not know for metres, and does not tell.
+  Error check_envi_unit() const {
+    char** const files = GDALGetFileList(file_.get());
+    std::string text(kEnviHeaderBytes, '\0');
+    for (char** name = files; name != nullptr && *name != nullptr; ++name) {
+      if (!std::string_view(*name).ends_with(".hdr") && !std::string_view(*name).ends_with(".HDR")) continue;
+      std::ifstream(*name, std::ios::binary).read(text.data(), static_cast<std::streamsize>(text.size()));
+    }
+    CSLDestroy(files);
+    text = lower(text.c_str());
+    const std::size_t map = text.find("map info"), end = text.find('}', map);
+    if (map == std::string::npos) return {};
+    const std::size_t at = text.substr(0, end).find("units=", map);
+    if (at == std::string::npos) return {};
+    const std::string unit = text.substr(at + 6, text.find_first_of(",}\r\n", at) - at - 6);
+    static constexpr std::string_view kKnown[] = {"meters",  "feet",    "yards",   "miles", "nautical miles",
+                                                  "degrees", "minutes", "seconds", "km",    "radians"};
+    if (std::find(std::begin(kKnown), std::end(kKnown), unit) != std::end(kKnown)) return {};
+    return failure("map info: units '" + unit + "' are not known; give --pixel-size M");
+  }
+
+  Error choose_band() {
+    const int count = GDALGetRasterCount(file_.get());
+    int bands = 0, first = 0, alpha = 0;  // bands: without those that mask another
+    for (int k = count; k > 0; --k) {
+      const bool is_alpha =
+          GDALGetRasterColorInterpretation(GDALGetRasterBand(file_.get(), k)) == GCI_AlphaBand;
+      (is_alpha ? alpha : first) = k;
+      bands += is_alpha ? 0 : 1;
+    }
+    if (settings_.band > count || count == 0) {
+      return failure(count == 0
+                         ? std::string("bands: none; it is a collection of rasters: gdalinfo names them")
+                         : "--band: the raster has " + std::to_string(count));
+    }
+    if (settings_.band == 0 && bands != 1) {
+      return failure("bands: " + std::to_string(count) + "; --band N takes one of them as the elevation");
+    }
+    const int chosen = settings_.band > 0 ? settings_.band : first;
+    band_ = GDALGetRasterBand(file_.get(), chosen);
+    if (alpha > 0 && alpha != chosen) {
+      mask_ = GDALGetRasterBand(file_.get(), alpha);
+    } else if ((GDALGetMaskFlags(band_) & (GMF_ALL_VALID | GMF_NODATA)) == 0) {
+      mask_ = GDALGetMaskBand(band_);
+    }
+    const GDALDataType type = GDALGetRasterDataType(band_);
+    if (GDALDataTypeIsComplex(type) != 0 || type == GDT_Unknown)
+      return failure(std::string("sample type: ") + GDALGetDataTypeName(type) + " is no height");
+    const char* const bits = GDALGetMetadataItem(band_, "NBITS", "IMAGE_STRUCTURE");
+    const char* const signs = GDALGetMetadataItem(band_, "PIXELTYPE", "IMAGE_STRUCTURE");
+    if (signs != nullptr && std::string_view(signs) == "SIGNEDBYTE")
+      return failure("sample type: signed bytes are not read; gdal_translate -ot Int16 makes whole numbers");
+    const bool few_bits = bits != nullptr && std::atoi(bits) <= 8;
+    return check_8bit(settings_, path_, type == GDT_Byte || few_bits);
+  }
+
+  Error read_format() {
+    const GDALDataType type = GDALGetRasterDataType(band_);
+    format_.kind = std::string(GDALGetDriverShortName(GDALGetDatasetDriver(file_.get()))) + " " +
+                   GDALGetDataTypeName(type);
+    format_.is_8bit = type == GDT_Byte;
+    format_.is_signed_16bit = type == GDT_Int16;
+    format_.is_float = type == GDT_Float32;
+    format_.is_unsigned = type == GDT_UInt16 || type == GDT_UInt32 || type == GDT_UInt64;
+    int known = 0;
+    if (type == GDT_Int64) {
+      const auto value = GDALGetRasterNoDataValueAsInt64(band_, &known);
+      if (known != 0) format_.nodata = static_cast<double>(value);
+    } else if (type == GDT_UInt64) {
+      const auto value = GDALGetRasterNoDataValueAsUInt64(band_, &known);
+      if (known != 0) format_.nodata = static_cast<double>(value);
+    } else {
+      const double value = GDALGetRasterNoDataValue(band_, &known);
+      if (known != 0) format_.nodata = value;
+    }
+    format_.scale = GDALGetRasterScale(band_, nullptr);
+    format_.offset = GDALGetRasterOffset(band_, nullptr);
+    if (format_.scale == 0 || !std::isfinite(format_.scale) || !std::isfinite(format_.offset))
+      return failure("scale and offset of the samples: " + number(format_.scale) + ", " +
+                     number(format_.offset) + "; gdal_translate -a_scale 1 -a_offset 0 takes them away");
+    return {};
+  }
+
+  // What the band says, else what the vertical part of its CRS does.
+  Error read_height_unit(GroundSize& size) {
+    std::string unit = GDALGetRasterUnitType(band_);
+    double metres = metres_of(unit);
+    bool said = !unit.empty();
+    const OGRSpatialReferenceH srs = GDALGetSpatialRef(file_.get());
+    if (!said && srs != nullptr && OSRGetAttrValue(srs, "VERT_CS", 0) != nullptr) {
+      char* name = nullptr;
+      metres = OSRGetTargetLinearUnits(srs, "VERT_CS", &name);
+      unit = name == nullptr ? "" : name;
+      said = true;
+    }
+    if (said && !(metres > 0) && !settings_.z_scale) {
+      return failure("heights: their unit '" + unit +
+                     "' is not known; give --z-scale S, the metres of a unit");
+    }
+    format_.metres_per_unit = metres > 0 ? metres : 1;
+    if (!said && size.in_feet && !settings_.z_scale) {
+      size.warnings.emplace_back(
+          "its axes are in feet and nothing says what heights are in: taken as metres; --z-scale 0.3048 "
+          "takes "
+          "them as feet, --z-scale 1 says that they are metres");
+    }
+    return {};
+  }
+
+  // Blocks are decoded whole.
+  Error check_blocks(ElevationGrid& grid) const {
+    std::uint64_t file_bytes = 0;
+    for (const std::string& name : grid.files) {
+      std::error_code failed;
+      const std::uintmax_t bytes = std::filesystem::file_size(name, failed);
+      if (!failed) file_bytes += bytes;
+    }
+    for (const GDALRasterBandH band : {band_, mask_}) {
+      if (band == nullptr) continue;
+      int width = 0, height = 0;
+      GDALGetBlockSize(band, &width, &height);
+      const auto side = [](int n) { return static_cast<std::uint64_t>(std::max(1, n)); };
+      const std::uint64_t sample =
+          static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(GDALGetRasterDataType(band)));
+      const std::uint64_t block = side(width) * side(height) * sample;
+      if (block > kMostBlockBytes || (block > kLargeBlockBytes && block / kMostUnpacked > file_bytes)) {
+        return failure("blocks: one is " + std::to_string(width) + " x " + std::to_string(height) +
+                       " samples in a file of " + std::to_string(file_bytes) +
+                       " bytes; gdal_translate -co TILED=YES makes smaller ones");
+      }
+      grid.block_row_bytes += side(std::max(width, grid.width)) * side(height) * sample;
+    }
+    return {};
+  }
+
+  int coverage(const Window& window) const {
+    return GDALGetDataCoverageStatus(band_, window.column, window.row, window.width, window.height, 0,
+                                     nullptr);
+  }
+
+  // Where a file has no block, and a mosaic no part, GDAL reads 0. Here it is NaN, a void. window: of the
+  // file as it is; samples: its rows, stride apart.
+  void mark_absent(const Window& window, double* samples, std::size_t stride) const {
+    const int status = coverage(window);
+    if ((status & GDAL_DATA_COVERAGE_STATUS_EMPTY) == 0) return;
+    const bool has_data = (status & GDAL_DATA_COVERAGE_STATUS_DATA) != 0;
+    if (has_data && window.width * window.height > 1) {
+      const bool across = window.width >= window.height;
+      int block[2] = {1, 1};
+      GDALGetBlockSize(band_, &block[0], &block[1]);
+      const int first = across ? window.column : window.row, size = across ? window.width : window.height;
+      const int middle = first + size / 2, edge = middle - middle % std::max(1, block[across ? 0 : 1]);
+      const int half = (edge > first ? edge : middle) - first;
+      Window near = window, far = window;
+      if (across) {
+        near.width = half;
+        far.column += half;
+        far.width -= half;
+      } else {
+        near.height = half;
+        far.row += half;
+        far.height -= half;
+      }
+      mark_absent(near, samples, stride);
+      mark_absent(far, samples + static_cast<std::size_t>(half) * (across ? 1 : stride), stride);
+      return;
+    }
+    if (has_data) return;
+    for (int row = 0; row < window.height; ++row) {
+      double* const start = samples + static_cast<std::size_t>(row) * stride;
+      std::fill(start, start + window.width, std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  Error read_rows(const Window& part, SampleSink& sink) {
+    const int raster_width = GDALGetRasterXSize(file_.get()), raster_height = GDALGetRasterYSize(file_.get());
+    const bool may_lack = !format_.nodata && (coverage({0, 0, raster_width, raster_height}) &
+                                              GDAL_DATA_COVERAGE_STATUS_EMPTY) != 0;
+    const auto width = static_cast<std::size_t>(part.width);
+    const auto most_rows =
+        static_cast<int>(std::max<std::uint64_t>(1, kBandBytes / (width * sizeof(double))));
+    const int band_rows = std::min(kBandRows, most_rows);
+    std::vector<double> samples;
+    std::vector<unsigned char> mask;
+    const int column = placement_.columns_from_east ? raster_width - part.column - part.width : part.column;
+    for (int first = part.row; first < part.row + part.height; first += band_rows) {
+      const int rows = std::min(band_rows, part.row + part.height - first);
+      const int file_row = placement_.rows_from_south ? raster_height - first - rows : first;
+      samples.resize(width * static_cast<std::size_t>(rows));
+      if (GDALRasterIO(band_, GF_Read, column, file_row, part.width, rows, samples.data(), part.width, rows,
+                       GDT_Float64, 0, 0) != CE_None)
+        return unreadable();
+      if (may_lack) mark_absent({column, file_row, part.width, rows}, samples.data(), width);
+      if (mask_ != nullptr) {
+        mask.resize(samples.size());
+        if (GDALRasterIO(mask_, GF_Read, column, file_row, part.width, rows, mask.data(), part.width, rows,
+                         GDT_Byte, 0, 0) != CE_None)
+          return unreadable();
+      }
+      for (int k = 0; k < rows; ++k) {
+        const int from = placement_.rows_from_south ? rows - 1 - k : k;
+        const std::size_t start = width * static_cast<std::size_t>(from);
+        const std::span<double> row = std::span(samples).subspan(start, width);
+        const std::span<unsigned char> row_mask =
+            mask_ != nullptr ? std::span(mask).subspan(start, width) : std::span<unsigned char>();
+        if (placement_.columns_from_east) {
+          std::reverse(row.begin(), row.end());
+          std::reverse(row_mask.begin(), row_mask.end());
+        }
+        if (Error error = sink.take_row(first + k, part.column, row, row_mask); !error.ok()) return error;
+      }
+    }
+    return {};
+  }
+
+  const ReadElevation& settings_;
+  const std::string& path_;
+  Messages& messages_ = Messages::of_process();
+  std::unique_ptr<void, CloseFile> file_;
+  GDALRasterBandH band_ = nullptr;
+  GDALRasterBandH mask_ = nullptr;  // 0 where band_ is void; null: it is nowhere
+  SampleFormat format_;
+  Placement placement_;
+};
+
+}  // namespace
+
+Error describe_raster(const ReadElevation& settings, const std::string& path, ElevationGrid& grid) {
+  Raster raster(settings, path);
+  if (Error error = raster.open(); !error.ok()) return error;
+  return raster.describe(grid);
+}
+
+Error read_raster(const ReadElevation& settings, const std::string& path, const Window& whole,
+                  const Window& part, ElevationPart& result) {
+  Raster raster(settings, path);
+  if (Error error = raster.open(); !error.ok()) return error;
+  return raster.read(whole, part, result);
+}
+
+}  // namespace karst::bake
