@@ -16,9 +16,9 @@ namespace karst::bake {
 namespace {
 
 // Samples that are taken whatever the length of the files, and more for each of their bytes: elevation is
-// compressed to a byte or two a sample, and a sea to less.
-constexpr std::uint64_t kFreeSamples = 4'096 * 4'096;
-constexpr std::uint64_t kSamplesAByte = 16;
+// compressed to a byte or two a sample. What is beyond is a sea, or made to take memory and time.
+constexpr std::uint64_t kFreeSamples = 1 << 21;
+constexpr std::uint64_t kSamplesAByte = 4;
 constexpr double kOffGrid = 0.01;  // samples
 
 Error failure(const std::string& path, const std::string& what) {
@@ -145,11 +145,13 @@ class Reader {
     }
     if (Error error = check_size(settings_.path, width, height); !error.ok()) return error;
     const auto samples = static_cast<std::uint64_t>(width * height);
-    if (samples > kFreeSamples + kSamplesAByte * bytes_) {
+    const auto allowed = static_cast<std::uint64_t>(std::max(settings_.max_samples, 0));
+    if (samples > std::max(allowed, kFreeSamples + kSamplesAByte * bytes_)) {
       return failure(settings_.path, "size: " + std::to_string(width) + " x " + std::to_string(height) +
                                          " samples in " + std::to_string(bytes_) +
-                                         " bytes; --crop takes a part, gdal_translate -co COMPRESS=NONE "
-                                         "makes a file that holds them");
+                                         " bytes, which hold few heights; --crop takes a part, "
+                                         "--max-samples " +
+                                         std::to_string(samples) + " all of them");
     }
     result_.width = static_cast<int>(width);
     result_.height = static_cast<int>(height);
