@@ -3,14 +3,33 @@
 
 #include "app/render/output_name.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+
 namespace karst::app {
 namespace {
 
 using Kind = ValueKind;
 
+// Pictures are PNG, and a name that says otherwise would deceive.
+Error check_extension(std::string_view name) {
+  const std::size_t dot = name.find_last_of("./");
+  if (dot == std::string_view::npos || name[dot] != '.') return {};
+  std::string extension(name.substr(dot + 1));
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  static constexpr std::string_view kOthers[] = {"jpg", "jpeg", "jpe",  "jp2", "jxl", "webp", "avif", "heic",
+                                                 "gif", "tif",  "tiff", "bmp", "tga", "exr",  "hdr",  "ppm",
+                                                 "pgm", "pnm",  "pam",  "svg", "pdf", "mp4"};
+  if (std::find(std::begin(kOthers), std::end(kOthers), extension) == std::end(kOthers)) return {};
+  return "--output: pictures are PNG, not " + extension + "; name it " + std::string(name.substr(0, dot)) +
+         ".png";
+}
+
 Error store_output(void* options, const OptionValue& value) {
   auto& render = *static_cast<RenderOptions*>(options);
   render.output = value.text;
+  if (Error error = check_extension(value.text); !error.ok()) return error;
   return OutputName().parse(value.text);
 }
 
@@ -19,9 +38,9 @@ constexpr OptionRow kOutputRows[] = {
      .letter = 'o',
      .kind = Kind::file,
      .value = "FILE",
-     .help =
-         "the picture; for several frames OUT_0000.png, OUT_0001.png, ..., or frame%04d.png says where the "
-         "number goes",
+     .help = "the picture, a PNG; for several frames OUT_0000.png, OUT_0001.png, ..., or frame%04d.png says "
+             "where the "
+             "number goes",
      .store = store_output},
     {.name = "stats",
      .kind = Kind::file,

@@ -241,6 +241,15 @@ class Baker {
     }
   }
 
+  // What leaves a world of so many patches within the limits.
+  static std::string fewer(std::size_t patches) {
+    int level = kMaxLevel;
+    const auto bytes = [&] { return patches * static_cast<std::size_t>(patch_vertices(level)) * 2; };
+    while (level > 0 && bytes() > kMaxHeightBytes) --level;
+    return patches <= kMostPatches && level > 0 ? "try --levels " + std::to_string(level)
+                                                : std::string("use a larger --voxel");
+  }
+
   Error extract() {
     report_.filled_voxels = voxels_.octree.count_filled();
     ExtractSurface extract;
@@ -253,7 +262,8 @@ class Baker {
     const std::size_t samples = counts.patches * static_cast<std::size_t>(patch_vertices(level_));
     if (counts.patches > kMostPatches || samples * sizeof(std::int16_t) > kMaxHeightBytes) {
       return "--levels: " + std::to_string(counts.patches) + " patches at level " + std::to_string(level_) +
-             " take more than 4 GiB; use a lower level or larger voxels";
+             " are more than a world holds, " + std::to_string(kMostPatches) + " and 4 GiB of heights; " +
+             fewer(counts.patches);
     }
     volumes_.resize(counts.volumes);
     patches_.resize(counts.patches);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 
 namespace karst::bake {
@@ -14,34 +16,67 @@ namespace {
 // A side that is a whole number of voxels but for rounding counts as whole.
 constexpr double kRoundingVoxels = 1e-6;
 constexpr double kMostVoxels = 1 << kMaxDepth;
+constexpr int kMostTries = 1'000;
+constexpr double kTryStep = 1.01;
 
-// text: "x" or "y".
-Error too_many(const char* axis, double voxels, double voxel_m) {
-  const double fits = voxel_m * voxels / (kMostVoxels - 2);
-  return "--voxel: voxels of " + std::to_string(voxel_m) + " m are " +
-         std::to_string(static_cast<long long>(std::min(voxels, 1e15))) + " along " + axis +
-         ", and the most is 512; try --voxel " +
-         std::to_string(static_cast<long long>(std::ceil(fits * 1.02)));
+// Voxels of a grid around content, with the layers below it and the one above. Not yet whole numbers: they
+// may be beyond all of them.
+struct Needs {
+  double x, y, z, bottom;
+
+  Needs(const Box& content_m, double voxel_m) {
+    const glm::dvec3 size = (content_m.max - content_m.min) / voxel_m;
+    x = std::floor(size.x + kRoundingVoxels) + 1;
+    z = std::floor(size.z + kRoundingVoxels) + 1;
+    bottom = std::floor(content_m.min.y / voxel_m + kRoundingVoxels);
+    y = std::ceil(content_m.max.y / voxel_m - kRoundingVoxels) - bottom + WorldGrid::kLayersBelow + 1;
+  }
+  // The axis that has too many; 0: none.
+  char too_long() const {
+    if (!(x <= kMostVoxels)) return 'x';
+    if (!(z <= kMostVoxels)) return 'z';
+    return y <= kMostVoxels - 1 ? 0 : 'y';  // the layer above is air
+  }
+};
+
+std::string number(double value, const char* format) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// Of two or three digits, above voxel_m, and not much larger than need be.
+std::string voxel_that_fits(const Box& content_m, double voxel_m) {
+  const glm::dvec3 size = content_m.max - content_m.min;
+  double tried = std::max(voxel_m, std::max({size.x, size.y, size.z}) / kMostVoxels);
+  for (int k = 0; k < kMostTries; ++k, tried *= kTryStep) {
+    const double unit = std::pow(10.0, std::floor(std::log10(tried)) - 1);
+    std::string text = number(std::ceil(tried / unit) * unit, "%.6g");
+    if (Needs(content_m, std::strtod(text.c_str(), nullptr)).too_long() == 0) return text;
+  }
+  return number(tried, "%.3g");
 }
 
 }  // namespace
 
 Error WorldGrid::around(const Box& content_m, double voxel_m, WorldGrid& grid) {
-  const glm::dvec3 size = (content_m.max - content_m.min) / voxel_m;
-  const double bottom = std::floor(content_m.min.y / voxel_m + kRoundingVoxels);
-  const double top = std::ceil(content_m.max.y / voxel_m - kRoundingVoxels);
-  if (!(std::floor(size.x + kRoundingVoxels) + 1 <= kMostVoxels)) return too_many("x", size.x, voxel_m);
-  if (!(std::floor(size.z + kRoundingVoxels) + 1 <= kMostVoxels)) return too_many("z", size.z, voxel_m);
-  const double layers = top - bottom + kLayersBelow + 1;
-  if (!(layers <= kMostVoxels - 1)) return too_many("y", layers, voxel_m);
-
+  const Needs needs(content_m, voxel_m);
+  if (const char axis = needs.too_long(); axis != 0) {
+    const double voxels = axis == 'x' ? needs.x : axis == 'z' ? needs.z : needs.y;
+    return "--voxel: voxels of " + number(voxel_m, "%.6g") + " m are " + number(voxels, "%.0f") + " along " +
+           axis + ", and the most is " + (axis == 'y' ? "511" : "512") + "; try --voxel " +
+           voxel_that_fits(content_m, voxel_m);
+  }
   grid = {};
   grid.voxel_m = voxel_m;
-  const double x = std::floor(size.x + kRoundingVoxels), z = std::floor(size.z + kRoundingVoxels);
-  if (x < 1 || z < 1) return "--voxel: a voxel of " + std::to_string(voxel_m) + " m is wider than the world";
-  grid.extent = {static_cast<int>(x) + 1, static_cast<int>(layers), static_cast<int>(z) + 1};
+  if (needs.x < 2 || needs.z < 2) {
+    const glm::dvec3 size = content_m.max - content_m.min;
+    return "--voxel: a voxel of " + number(voxel_m, "%.6g") + " m is wider than the world; try --voxel " +
+           number(0.5 * std::min(size.x, size.z), "%.3g") + " or less";
+  }
+  grid.extent = {static_cast<int>(needs.x), static_cast<int>(needs.y), static_cast<int>(needs.z)};
   const glm::dvec3 middle = 0.5 * (content_m.min + content_m.max);
-  grid.origin_m = {middle.x - 0.5 * voxel_m * grid.extent.x, voxel_m * (bottom - kLayersBelow),
+  grid.origin_m = {middle.x - 0.5 * voxel_m * grid.extent.x, voxel_m * (needs.bottom - kLayersBelow),
                    middle.z - 0.5 * voxel_m * grid.extent.z};
   grid.depth = 1;
   while ((1 << grid.depth) < std::max({grid.extent.x, grid.extent.z, grid.extent.y + 1})) ++grid.depth;

@@ -44,11 +44,28 @@ TEST(WorldGrid, NamesTheVoxelSizeThatIsWrong) {
   EXPECT_NE(error_of({{0, 0, 0}, {512, 1, 511}}, 1), "");
 }
 
+// What is suggested works, as it is printed, and is not much larger than what does not.
 TEST(WorldGrid, SuggestedVoxelSizeFits) {
-  const std::string message = error_of({{0, 0, 0}, {10'000, 100, 700}}, 3);
-  const std::size_t at = message.find("try --voxel ");
-  ASSERT_NE(at, std::string::npos) << message;
-  EXPECT_EQ(error_of({{0, 0, 0}, {10'000, 100, 700}}, std::stod(message.substr(at + 12))), "");
+  const auto check = [](const Box& box, double voxel_m) {
+    const std::string message = error_of(box, voxel_m);
+    const std::size_t at = message.find("try --voxel ");
+    ASSERT_NE(at, std::string::npos) << message;
+    const double suggested = std::stod(message.substr(at + 12));
+    EXPECT_EQ(error_of(box, suggested), "") << message;
+    if (suggested > voxel_m) {
+      EXPECT_NE(error_of(box, suggested / 1.2), "") << message;
+    }
+  };
+  check({{0, 0, 0}, {10'000, 100, 700}}, 3);
+  check({{0, 0, 0}, {700, 100, 10'000}}, 19);
+  check({{0, 0, 0}, {512, 1, 511}}, 1);
+  check({{-5, 0, -5}, {5, 1'000, 5}}, 1);
+  check({{-5, 8'848.86, -5}, {5, 9'358.9, 5}}, 1);
+  check({{0, -0.26, 0}, {0.9, 0.77, 0.5}}, 0.001);
+  check({{0, 0, 0}, {1e9, 1, 1e9}}, 1e-6);
+  check({{-1e-3, 0, -1e-3}, {1e-3, 1e-3, 1e-3}}, 1e-6);
+  check({{-5, 0, -5}, {5, 1, 5}}, 11);
+  for (double size = 100; size < 1'000; size *= 1.007) check({{0, 0.3, 0}, {size, size * 1.7, 20}}, 0.1);
 }
 
 Elevation slope(int width, int height) {

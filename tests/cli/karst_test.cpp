@@ -141,6 +141,8 @@ TEST_F(Karst, UsageErrors) {
       {{"render", world_, "-o"}, "'-o' needs a value"},
       {{"render", world_, "-o", ""}, "--output: the file name is empty"},
       {{"render", world_, "-o", "--size"}, "'-o' needs a value, not '--size'"},
+      {{"render", world_, "-o", "x.d/a.jpg"}, "--output: pictures are PNG, not jpg; name it x.d/a.png"},
+      {{"render", world_, "-o", "a%04d.TIFF"}, "name it a%04d.png"},
       {{"render", world_, "-o", out, "-o", out}, "given twice"},
       {{"render", world_, "-o", out, "--colour", "red"}, "unknown option '--colour'"},
       {{"render", world_, "-o", out, "--help=yes"}, "takes no value"},
