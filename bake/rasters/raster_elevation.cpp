@@ -8,6 +8,7 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_http.h>
 #include <cpl_string.h>
 #include <gdal.h>
 #include <gdal_frmts.h>
@@ -29,7 +30,7 @@
 namespace karst::bake {
 namespace {
 
-constexpr std::uint64_t kLargeBlockBytes = 16u << 20;  // from here on a block needs bytes in the file
+constexpr std::uint64_t kLargeBlockBytes = 4u << 20;  // from here on a block needs bytes in the file
 constexpr std::uint64_t kMostBlockBytes = 128u << 20;
 constexpr std::uint64_t kMostUnpacked = 64;  // bytes of a large block a byte of file
 constexpr std::uint64_t kCacheBytes = 32u << 20;
@@ -38,6 +39,11 @@ constexpr int kBandRows = 64;
 constexpr std::size_t kMostMessages = 3;
 constexpr int kMostHandlers = 1'000;
 constexpr std::size_t kEnviHeaderBytes = 1 << 16;  // that are looked at; most have a few hundred
+
+CPLHTTPResult* fetch_nothing(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*,
+                             void*) {
+  return nullptr;
+}
 
 // GDAL reads what these drivers read, from files, by one thread.
 void prepare_gdal() {
@@ -60,6 +66,7 @@ void prepare_gdal() {
   CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");
   CPLSetConfigOption("GDAL_PAM_ENABLED", "YES");
   OSRSetPROJEnableNetwork(0);
+  CPLHTTPSetFetchCallback(fetch_nothing, nullptr);
 }
 
 // What GDAL says of a file. One for the process: drivers that fail can leave handlers behind that they have
@@ -224,6 +231,10 @@ class Raster {
     result.spacing_x_m = size.x_m;
     result.spacing_z_m = size.z_m;
     for (const std::string& warning : size.warnings) result.warnings.push_back(path_ + ": " + warning);
+    if (GDALGetMetadata(file_.get(), "SUBDATASETS") != nullptr) {
+      result.warnings.push_back(
+          path_ + ": the file holds several rasters, and the first is taken; gdalinfo names them");
+    }
     if (!size.note.empty()) format_.kind += ", " + size.note;
     ElevationGrid grid;
     if (Error error = describe(grid); !error.ok()) return error;

@@ -119,7 +119,7 @@ TEST_F(Raster, EveryKindIsRead) {
 }
 
 // What says where it lies by its name and its kind.
-TEST_F(Raster, TilesOfSrtmAndDtedAreRead) {
+TEST_F(Raster, TilesOfSrtmDtedAndUsgsAreRead) {
   Source srtm(GDT_Int16, 1201, 1201);
   srtm.at(7 - 0.5 / 1200, 47 + 0.5 / 1200, 1.0 / 1200).in(4326);
   const auto set_first = [&](std::int16_t height) {
@@ -129,7 +129,8 @@ TEST_F(Raster, TilesOfSrtmAndDtedAreRead) {
   srtm.save(GDALRegister_SRTMHGT, "SRTMHGT", folder_.path("N46E007.hgt"));
   set_first(-32767);
   srtm.save(GDALRegister_DTED, "DTED", folder_.path("n46.dt1"));
-  for (const char* name : {"N46E007.hgt", "n46.dt1"}) {
+  srtm.save(GDALRegister_USGSDEM, "USGSDEM", folder_.path("n46.dem"));
+  for (const char* name : {"N46E007.hgt", "n46.dt1", "n46.dem"}) {
     SCOPED_TRACE(name);
     const Elevation e = elevation_of({.path = folder_.path(name), .crop = {0, 0, 100, 100}});
     EXPECT_EQ(e.voids, 1u);
@@ -313,6 +314,17 @@ TEST_F(Raster, BombsAreRefusedAndSeasAreNot) {
   const int crop[] = {100, 100, 1'400, 1'400};
   std::copy(std::begin(crop), std::end(crop), tiles.crop);
   EXPECT_EQ(elevation_of(tiles).heights_m[1'000'000], 7);
+}
+
+TEST_F(Raster, OfSeveralInAFileTheFirstIsToldToBeTaken) {
+  const std::string path = folder_.path("pages.tif");
+  Source(GDT_Int16).save(GDALRegister_GTiff, "GTiff", path);
+  EXPECT_TRUE(elevation_of({.path = path, .pixel_size_m = 30}).warnings.empty());
+  Source(GDT_Int16, 9, 9).save(GDALRegister_GTiff, "GTiff", path, {"APPEND_SUBDATASET=YES"});
+  const Elevation e = elevation_of({.path = path, .pixel_size_m = 30});
+  EXPECT_EQ(e.width, kWidth);
+  ASSERT_EQ(e.warnings.size(), 1u);
+  EXPECT_NE(e.warnings[0].find("several rasters"), std::string::npos);
 }
 
 // Tiles that a GeoTIFF leaves out are 0 to GDAL, unless it names a nodata value.
