@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "platform/base/freed_memory.h"
+#include "platform/base/text.h"
 
 namespace karst::app {
 namespace {
@@ -60,7 +61,7 @@ int run(std::span<const char* const> words) {
   for (const Command& command : kCommands) {
     if (word_of(command) == name) return command.run(words.subspan(1));
   }
-  print_error("karst", "unknown command '" + std::string(name) + "'; see karst --help");
+  print_error("karst", "unknown command " + quote(name) + "; see karst --help");
   return kExitUsage;
 }
 

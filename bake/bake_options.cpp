@@ -3,6 +3,7 @@
 
 #include "app/common/arguments.h"
 #include "bake/samples/samples.h"
+#include "platform/base/text.h"
 #include "terrain/base/lattice.h"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ Error store_sample(void* options, const OptionValue& value) {
     if (sample.name == value.text) return {};
     known.append(known.empty() ? "" : ", ").append(sample.name);
   }
-  return wrong(value, "'").append(value.text).append("' is not one of ").append(known);
+  return wrong(value, quote(value.text) + " is not one of " + known);
 }
 
 Error store_z_scale(void* options, const OptionValue& value) {
@@ -56,7 +57,7 @@ Error store_nodata(void* options, const OptionValue& value) {
       double height = 0;
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), height);
       if (word.empty() || error != std::errc() || end != word.data() + word.size()) {
-        return wrong(value, "'").append(word).append("' is not a number, fill or hole");
+        return wrong(value, quote(word) + " is not a number, fill or hole");
       }
       job.read.nodata.push_back(height);
     }

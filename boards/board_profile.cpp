@@ -151,7 +151,7 @@ Error parse_line(std::string_view line, bool (&given)[kKeyCount], BoardProfile& 
   const std::string_view value = trimmed(line.substr(equals + 1, hash - equals - 1));
   const std::string_view reason = hash == std::string_view::npos ? "" : trimmed(line.substr(hash + 1));
   const std::size_t key = find_key(name);
-  if (key == kKeyCount) return std::string("unknown key '").append(name).append("'");
+  if (key == kKeyCount) return "unknown key " + quote(name);
   const std::string what = kKeys[key].name;
   if (given[key]) return what + " is given twice";
   given[key] = true;
@@ -207,7 +207,7 @@ Error find_board(std::string_view name, BoardProfile& profile) {
     }
     names.append(names.empty() ? "" : ", ").append(board.name);
   }
-  return std::string("'").append(name).append("' is not one of ").append(names);
+  return quote(name) + " is not one of " + names;
 }
 
 }  // namespace karst

@@ -2,6 +2,7 @@
 #include "app/command_line/command_line.h"
 
 #include "app/common/arguments.h"
+#include "platform/base/text.h"
 
 namespace karst::app {
 namespace {
@@ -10,13 +11,6 @@ bool looks_like_option(std::string_view word) {
   if (word.size() < 2 || word[0] != '-') return false;
   const char next = word[1];
   return !(next >= '0' && next <= '9') && next != '.';  // -12.5,3,4 is a camera
-}
-
-std::string quoted(std::string_view text) {
-  std::string result = "'";
-  result += text;
-  result += '\'';
-  return result;
 }
 
 const OptionRow* find_row(const CommandSpec& spec, std::string_view word) {
@@ -37,7 +31,7 @@ Error read_word(std::string_view text, const OptionRow& row, const std::string& 
     if (blank == std::string_view::npos) break;
     rest.remove_prefix(blank + 1);
   }
-  return what + ": " + quoted(text) + " is not one of " + row.words;
+  return what + ": " + quote(text) + " is not one of " + row.words;
 }
 
 Error read_value(const OptionRow& row, const std::string& what, OptionValue& value) {
@@ -85,16 +79,16 @@ Error CommandLine::parse(std::span<const char* const> words, const CommandSpec& 
     const std::size_t equals = word.starts_with("--") ? word.find('=') : std::string_view::npos;
     const std::string_view name = word.substr(0, equals);
     const OptionRow* row = find_row(spec, name);
-    if (row == nullptr) return "unknown option " + quoted(name);
-    if (find(*row) != nullptr) return "option " + quoted(name) + " is given twice";
+    if (row == nullptr) return "unknown option " + quote(name);
+    if (find(*row) != nullptr) return "option " + quote(name) + " is given twice";
     std::string_view value;
     if (equals != std::string_view::npos) {
-      if (row->kind == ValueKind::flag) return "option " + quoted(name) + " takes no value";
+      if (row->kind == ValueKind::flag) return "option " + quote(name) + " takes no value";
       value = word.substr(equals + 1);
     } else if (row->kind != ValueKind::flag) {
-      if (i + 1 == words.size()) return "option " + quoted(name) + " needs a value";
+      if (i + 1 == words.size()) return "option " + quote(name) + " needs a value";
       value = words[++i];
-      if (looks_like_option(value)) return "option " + quoted(name) + " needs a value, not " + quoted(value);
+      if (looks_like_option(value)) return "option " + quote(name) + " needs a value, not " + quote(value);
     }
     given_.push_back({row, value});
   }

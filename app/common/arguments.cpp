@@ -11,13 +11,6 @@
 namespace karst::app {
 namespace {
 
-std::string quoted(std::string_view text) {
-  std::string result = "'";
-  result += text;
-  result += '\'';
-  return result;
-}
-
 template <class T>
 bool read_whole(std::string_view text, T& out) {
   // from_chars knows no leading '+', which people write for offsets.
@@ -35,9 +28,9 @@ std::string number_text(double number) {
 
 Error parse_number(std::string_view text, std::string_view what, double min, double max, double& out) {
   double number = 0;
-  if (!read_whole(text, number)) return std::string(what) + ": " + quoted(text) + " is not a number";
+  if (!read_whole(text, number)) return std::string(what) + ": " + quote(text) + " is not a number";
   if (!(number >= min && number <= max)) {
-    return std::string(what) + ": " + std::string(text) + " is not in " + number_text(min) + " to " +
+    return std::string(what) + ": " + excerpt(text) + " is not in " + number_text(min) + " to " +
            number_text(max);
   }
   out = number;
@@ -47,9 +40,9 @@ Error parse_number(std::string_view text, std::string_view what, double min, dou
 Error parse_integer(std::string_view text, std::string_view what, std::int64_t min, std::int64_t max,
                     std::int64_t& out) {
   std::int64_t number = 0;
-  if (!read_whole(text, number)) return std::string(what) + ": " + quoted(text) + " is not a whole number";
+  if (!read_whole(text, number)) return std::string(what) + ": " + quote(text) + " is not a whole number";
   if (number < min || number > max) {
-    return std::string(what) + ": " + std::string(text) + " is not in " + std::to_string(min) + " to " +
+    return std::string(what) + ": " + excerpt(text) + " is not in " + std::to_string(min) + " to " +
            std::to_string(max);
   }
   out = number;
@@ -85,17 +78,17 @@ Error parse_numbers(std::string_view text, std::string_view what, char separator
     case NumbersFault::none:
       return {};
     case NumbersFault::number:
-      return std::string(what) + ": " + quoted(read.part) + " is not a number";
+      return std::string(what) + ": " + quote(read.part) + " is not a number";
     case NumbersFault::count:
       break;
   }
-  return std::string(what) + ": " + quoted(text) + " is not " + std::to_string(out.size()) + " numbers";
+  return std::string(what) + ": " + quote(text) + " is not " + std::to_string(out.size()) + " numbers";
 }
 
 Error parse_size(std::string_view text, std::string_view what, int max, int& width, int& height) {
   const std::size_t cross = text.find('x');
   if (cross == std::string_view::npos) {
-    return std::string(what) + ": " + quoted(text) + " is not WIDTHxHEIGHT";
+    return std::string(what) + ": " + quote(text) + " is not WIDTHxHEIGHT";
   }
   std::int64_t w = 0;
   std::int64_t h = 0;

@@ -17,6 +17,7 @@
 #include "app/common/arguments.h"
 #include "platform/base/clock.h"
 #include "platform/base/log.h"
+#include "platform/base/text.h"
 
 namespace karst::app {
 namespace {
@@ -81,7 +82,7 @@ Error check_pose_source(std::string_view text) {
   Address ignored;
   if (text == "-") return {};
   if (text.starts_with("udp:")) return parse_udp(text, ignored);
-  return "--poses: '" + std::string(text) + "' is not -, udp:PORT or udp:ADDRESS:PORT";
+  return "--poses: " + quote(text) + " is not -, udp:PORT or udp:ADDRESS:PORT";
 }
 
 bool PoseLines::feed(std::string_view bytes, std::int64_t now, CameraPlace& place) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/render/output_name.h"
+#include "platform/base/text.h"
 
 namespace karst::app {
 namespace {
@@ -30,7 +31,7 @@ Error OutputName::parse(std::string_view pattern) {
     const bool width = i < pattern.size() && pattern[i] >= '1' && pattern[i] <= '9';
     const std::size_t digits = width ? static_cast<std::size_t>(pattern[i++] - '0') : 0;
     if (i >= pattern.size() || pattern[i] != 'd' || numbered_) {
-      return "--output: '" + std::string(pattern) + "' may hold one %d or %04d, and %% for a percent sign";
+      return "--output: " + quote(pattern) + " may hold one %d or %04d, and %% for a percent sign";
     }
     numbered_ = true;
     digits_ = digits;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bake/base/json_fields.h"
 
+#include "platform/base/text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -12,7 +14,6 @@ namespace karst::bake {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = 16u << 20;
-constexpr std::size_t kMaxQuote = 40;  // bytes of a name in a message
 
 // Tells how far the parser has read.
 struct CountingIterator {
@@ -61,8 +62,7 @@ class JsonBuilder final : public nlohmann::json_sax<nlohmann::json> {
   bool end_object() override { return close(); }
   bool end_array() override { return close(); }
   bool key(string_t& name) override {
-    if (open_.back()->contains(name))
-      return fail(std::string("'").append(name, 0, kMaxQuote).append("' is given twice"));
+    if (open_.back()->contains(name)) return fail(quote(name) + " is given twice");
     key_ = std::move(name);
     return true;
   }
@@ -181,7 +181,7 @@ void JsonFields::only(std::initializer_list<const char*> allowed) const {
   for (const auto& item : object_.items()) {
     bool known = false;
     for (const char* a : allowed) known = known || item.key() == a;
-    if (!known) fail(item.key().substr(0, 40), "unknown field");
+    if (!known) fail(excerpt(item.key()), "unknown field");
   }
 }
 

@@ -6,6 +6,7 @@
 #include "bake/materials/material_files.h"
 #include "bake/procedural/sample_materials.h"
 #include "bake/textures/texture_pyramid.h"
+#include "platform/base/text.h"
 
 #include <algorithm>
 #include <cstring>
@@ -120,7 +121,7 @@ Error BakeMaterials::blend(BakedMaterials& baked) const {
   const std::vector<std::string>& names = file_.blend_map->materials;
   for (std::size_t channel = 0; channel < names.size(); ++channel) {
     const int number = number_of(baked.set, names[channel]);
-    if (number < 0) return options.path + ": blend_map: materials: there is no '" + names[channel] + "'";
+    if (number < 0) return options.path + ": blend_map: materials: there is no " + quote(names[channel]);
     map.materials[channel] = static_cast<std::uint8_t>(number + 1);
   }
   baked.blend_map = map_texels_;
@@ -188,7 +189,7 @@ Error BakeMaterials::paint(BakedMaterials& baked) const {
     const PaintBox& box = file_.paint[b];
     const int found = number_of(baked.set, box.material);
     if (found < 0) {
-      return options.path + ": paint " + std::to_string(b) + ": material: there is no '" + box.material + "'";
+      return options.path + ": paint " + std::to_string(b) + ": material: there is no " + quote(box.material);
     }
     const auto number = static_cast<std::uint8_t>(found + 1);
     const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);

@@ -9,6 +9,7 @@
 #include "bake/samples/samples.h"
 #include "bake/surroundings/sink_sea.h"
 #include "bake/surroundings/trace_rim.h"
+#include "platform/base/text.h"
 #include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/field/voxelize.h"
@@ -130,7 +131,7 @@ class Baker {
 
   Error read_sample() {
     Sample sample = make_sample(job_.sample, job_.threads);
-    if (sample.solid == nullptr) return "--sample: there is no sample '" + job_.sample + "'";
+    if (sample.solid == nullptr) return "--sample: there is no sample " + quote(job_.sample);
     base_ = std::move(sample.solid);
     level_ = job_.level > 0 ? job_.level : sample.level;
     return choose_grid(sample.content_m, job_.voxel_m > 0 ? job_.voxel_m : sample.voxel_m);

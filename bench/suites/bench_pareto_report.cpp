@@ -10,6 +10,7 @@
 #include "app/common/json_writer.h"
 #include "bench/plots/plot_svg.h"
 #include "bench/suites/bench_pareto.h"
+#include "platform/base/text.h"
 
 namespace karst::bench {
 using namespace app;
@@ -101,7 +102,7 @@ struct PeerTable {
       if (names.empty()) {
         names = split(line);
       } else if (split(line).size() != names.size()) {
-        return "a line has not as many values as the first: '" + std::string(line.substr(0, 60)) + "'";
+        return "a line has not as many values as the first: " + quote(line);
       } else {
         rows.push_back(split(line));
       }

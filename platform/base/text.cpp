@@ -54,6 +54,24 @@ std::string printable(std::string_view text) {
   return line;
 }
 
+std::string excerpt(std::string_view text) {
+  if (text.size() <= kMostQuote) return std::string(text);
+  std::size_t end = 0;
+  for (;;) {
+    char32_t code = 0;
+    const std::size_t bytes = utf8_character(text.substr(end), code);
+    if (end + (bytes == 0 ? 1 : bytes) > kMostQuote) break;
+    end += bytes == 0 ? 1 : bytes;
+  }
+  return std::string(text.substr(0, end)) + "...";
+}
+
+std::string quote(std::string_view text) {
+  std::string line(1, '\'');
+  line += excerpt(text);
+  return line += '\'';
+}
+
 std::string_view without_byte_order_mark(std::string_view text) {
   return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text;
 }

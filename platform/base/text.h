@@ -19,6 +19,12 @@ bool is_printable(char32_t code);
 // printable.
 std::string printable(std::string_view text);
 
+// What messages quote of text that somebody else wrote, at most kMostQuote bytes of it: cut between
+// characters, with ... where something is left out. quote(): in single quotes.
+inline constexpr std::size_t kMostQuote = 80;
+std::string excerpt(std::string_view text);
+std::string quote(std::string_view text);
+
 // Without the byte order mark that some editors begin UTF-8 with.
 std::string_view without_byte_order_mark(std::string_view text);
 

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "platform/base/text.h"
+
 namespace karst {
 namespace {
 
@@ -47,7 +49,7 @@ Error parse_mode(std::string_view text, std::string_view what, ModeRequest& requ
   if (text == "preferred") return {};
   request.kind = text == "highest" ? ModeRequest::Kind::highest : ModeRequest::Kind::exact;
   if (text == "highest" || read_exact(text, request)) return {};
-  return std::string(what) + ": '" + std::string(text) + "' is not preferred, highest or WxH[@HZ]";
+  return std::string(what) + ": " + quote(text) + " is not preferred, highest or WxH[@HZ]";
 }
 
 double refresh_hz(const drmModeModeInfo& mode) {

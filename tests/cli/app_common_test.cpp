@@ -15,11 +15,13 @@
 #include <gtest/gtest.h>
 
 #include "app/common/arguments.h"
+#include "app/common/camera_path.h"
 #include "app/common/json_writer.h"
 #include "app/files/atomic_file.h"
 #include "app/files/output_place.h"
 #include "app/files/png_file.h"
 #include "app/files/whole_file.h"
+#include "boards/board_profile.h"
 #include "platform/base/text.h"
 #include "tests/support/process.h"
 
@@ -79,6 +81,43 @@ TEST(Text, NothingThatATerminalObeysIsPrinted) {
   EXPECT_EQ(printable("H\xC3\xBCgel 5 m"), "H\xC3\xBCgel 5 m");
   // ESC, DEL, CSI of C1 in UTF-8 and as a byte, right-to-left override, end of line.
   EXPECT_EQ(printable("a\x1b[2J\x7f\xC2\x9B\x9B\xE2\x80\xAE\n"), "a?[2J?????");
+}
+
+TEST(Text, QuotesAreCutBetweenCharacters) {
+  EXPECT_EQ(quote("a \xC3\xA9"), "'a \xC3\xA9'");
+  EXPECT_EQ(excerpt(std::string(80, 'x')), std::string(80, 'x'));
+  EXPECT_EQ(excerpt(std::string(81, 'x')), std::string(80, 'x') + "...");
+  // The 80th byte is inside of a character of two, three and four bytes.
+  for (const char* character : {"\xC3\xA9", "\xE2\x82\xAC", "\xF0\x9F\x8F\x94"}) {
+    const std::string before(79, 'x');
+    EXPECT_EQ(excerpt(before + character + "y"), before + "...");
+  }
+  EXPECT_EQ(excerpt(std::string(81, '\xFF')), std::string(80, '\xFF') + "...") << "no UTF-8 counts by bytes";
+}
+
+// However long a user's text is, the line that it is quoted in stays short.
+TEST(Text, MessagesQuoteAPartOfLongText) {
+  const std::string text(5'000, 'q'), seven = std::string(5'000, '0') + "7";
+  double value = 0;
+  std::int64_t whole = 0;
+  int width = 0, height = 0;
+  CameraPlace place;
+  std::vector<CameraPlace> path;
+  BoardProfile board;
+  const Error errors[] = {parse_number(text, "--fov", 0, 1, value),
+                          parse_number(seven, "--fov", 0, 1, value),
+                          parse_integer(text, "--level", 0, 1, whole),
+                          parse_integer(seven, "--level", 0, 1, whole),
+                          parse_size(text, "--size", 9, width, height),
+                          parse_size(text + "x1", "--size", 9, width, height),
+                          parse_camera(text, "--camera", place),
+                          parse_camera_path(text, "path.txt", path),
+                          parse_board(text + " = 1 # r", "a.board", board),
+                          find_board(text, board)};
+  for (const Error& error : errors) {
+    EXPECT_FALSE(error.ok());
+    EXPECT_LT(error.text().size(), 300u) << error.text();
+  }
 }
 
 TEST(Png, LargePicturesAreRefusedBeforeTheyAreRead) {
