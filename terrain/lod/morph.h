@@ -188,9 +188,10 @@ inline float least_apparent_distance(const PatchLod& lod, const LodEye& view) {
 // The least level whose dropped vertices have all arrived at this distance or further.
 inline int level_at(const PatchLod& lod, float least_apparent) {
   const float units = least_apparent * (1.0f / kThresholdUnit);
-  const std::int32_t bits = std::bit_cast<std::int32_t>(units) - (112 << 23);
   // As a half, cut off: a threshold is above it exactly when it is above the distance. 0: nearer than any.
-  const std::int32_t half = units > 0x1p-14f ? bits >> 13 : 0;
+  // Unsigned, because the bits of negative distances are as low as they get.
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(units) - (112u << 23);
+  const std::int32_t half = units > 0x1p-14f ? static_cast<std::int32_t>(bits >> 13) : 0;
   int level = 1;
   for (int m = 2; m <= kMaxLevel; ++m) level += lod.threshold[m] > half ? 1 : 0;
   return level;

@@ -239,6 +239,18 @@ TEST(Morph, LevelsAreThoseOfTheThresholds) {
   }
 }
 
+// An eye inside of a patch's reach: the distance is below 0, by however little, and nothing has arrived.
+TEST(Morph, LevelsOfDistancesBelowZeroAreTheFinest) {
+  Made made(6, 6);
+  made.stage(make_error_scale(camera_with(60, 1.5), 1080, 720, 4.0)).run();
+  for (const PatchLod& lod : made.lods) {
+    const int finest = level_at(lod, 0.0f);
+    for (const float distance : {-0.0f, -1e-45f, -1e-30f, -1e-6f, -1.0f, -1e10f, -1e38f, -HUGE_VALF}) {
+      ASSERT_EQ(level_at(lod, distance), finest) << distance;
+    }
+  }
+}
+
 TEST(Morph, MaxLevelAndNoMorphing) {
   Made made(5, 7);
   const ErrorScale scale = make_error_scale(camera_with(60, 1.5), 1080, 720, 1.0);
