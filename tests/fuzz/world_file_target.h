@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Reads any bytes as a world file, all the way down, and traps where an accepted file breaks a promise of
-// terrain/file/world_reader.h. Used by world_file_test.cpp and by libFuzzer (world_file_target.cpp).
+// terrain/file/world_reader.h. Used by world_file_test.cpp and by libFuzzer (targets/world.cpp,
+// sections.cpp).
 #pragma once
 
 #include "terrain/base/arena.h"

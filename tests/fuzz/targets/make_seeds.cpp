@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// make_seeds FOLDER: what mutations of each target start from, as FOLDER/TARGET/N.
+#include "app/files/png_file.h"
+#include "boards/board_profile.h"
+#include "tests/fuzz/targets/seed_worlds.h"
+#ifdef KARST_FUZZ_BAKE
+#include "tests/bake/bake_files.h"
+#endif
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+std::filesystem::path root;
+
+void write(const std::string& target, std::string_view text) {
+  static int number = 0;
+  std::filesystem::create_directories(root / target);
+  std::ofstream(root / target / std::to_string(number++), std::ios::binary) << text;
+}
+
+std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+void write_worlds() {
+  using namespace karst::core;
+  const std::vector<std::vector<std::byte>> worlds = karst::seed_worlds();
+  for (std::size_t w = 0; w < worlds.size(); ++w) {
+    write("world", text_of(worlds[w]));
+    const auto sections = load_at<std::uint32_t>(worlds[w], world_offsets::kSections);
+    for (std::uint32_t s = 0; s <= sections; ++s) {
+      std::string input = {static_cast<char>(w), static_cast<char>(s)};
+      if (s < sections)
+        input +=
+            text_of(section_at(worlds[w], world_offsets::kTable + std::size_t{s} * world_offsets::kEntry));
+      write("sections", input);
+    }
+  }
+}
+
+void write_texts() {
+  const char path[] = "# east up south yaw pitch\n0 120.5 -40 90 -12\r\n1e3 ~1.7 -2.5e2 -180 0  # a walker\n";
+  write("camera_path", path);
+  write("camera_path",
+        "\xef\xbb\xbf"
+        "0 ~2 0 0 0\n");
+  write("camera_path", "10,~2,-20,45,-3");
+  write("poses", std::string("\x07") + path + "1 2 3\n");
+  write("poses",
+        "\x01"
+        "1 2 3 4 5\n6 7 8 9 10");
+  for (const karst::BoardText& board : karst::board_texts()) write("board", board.text);
+  write("carve", R"([{"shape": "box", "op": "fill", "center": [0, 10, 0], "size": [5, 4, 3], "radius": 1},
+ {"shape": "sphere", "op": "empty", "blend": 2.5, "center": [1e3, -4, 2], "radius": 7},
+ {"shape": "capsule", "op": "empty", "radius": 3, "points": [[0, 0, 0], [10, 2, 3], [20, 0, 8]]}])");
+  write("material_file", R"({"side": 64, "format": "etc2", "repeat": 2, "materials": [
+ {"name": "rock", "sample": "rock", "slope": [null, 0.6], "fray": 0.5},
+ {"name": "mud", "albedo": "mud.png", "height": "h.png", "normal": "n.png", "roughness": "r.png",
+  "relief": 0.1, "elevation": [-5, 200], "slope_soft": 0.1, "elevation_soft": 3, "cave": 1}],
+ "paint": [{"center": [0, 0, 0], "size": [9, 9, 9], "material": "mud"}],
+ "blend_map": {"image": "map.png", "materials": ["rock", "mud"]},
+ "lights": [{"position": [1, 2, 3], "radius": 8, "color": [1, 0.5, 0.25]}]})");
+}
+
+void write_pictures() {
+  std::vector<std::uint8_t> rgba(4 * 7 * 5);
+  for (std::size_t k = 0; k < rgba.size(); ++k) rgba[k] = static_cast<std::uint8_t>(37 * k);
+  std::vector<std::byte> png;
+  if (!karst::app::encode_png(rgba, 7, 5, png).ok()) std::exit(1);
+  write("png", text_of(png));
+  write("material_image", text_of(png));
+  write("elevation", text_of(png));
+}
+
+#ifdef KARST_FUZZ_BAKE
+void write_images() {
+  using namespace karst::bake;
+  std::vector<float> samples;
+  for (int k = 0; k < 16 * 12; ++k) samples.push_back(static_cast<float>(k % 23) / 32.0f);
+  const auto image = [&](const char* name, const char* type, int tile) {
+    const std::string file = root / name;
+    write_image(file, 16, 12, samples, type, tile);
+    std::ifstream in(file, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    write("elevation", bytes);
+    write("material_image", bytes);
+    if (name == std::string_view("a.png")) write("png", bytes);
+    std::filesystem::remove(file);
+  };
+  image("a.tif", "float", 0);
+  image("b.tif", "int16", 16);
+  image("c.tif", "uint8", 0);
+  image("a.png", "uint16", 0);
+  image("a.exr", "half", 0);
+  image("b.exr", "float", 16);
+  const std::string raw(24, '\x05');
+  write("elevation", TiffBuilder(4, 3, 16, 2, raw)
+                         .pixel_scale(30, 30)
+                         .tie_point(0, 200)
+                         .geo_keys({1024, 1, 1025, 1, 3072, 32633})
+                         .ascii(42113, "-9999")
+                         .bytes());
+  write("elevation", std::string("ENVI\nsamples = 4\nlines = 3\nbands = 1\ndata type = 2\nbyte order = 0\n"
+                                 "interleave = bsq\nmap info = {UTM, 1, 1, 0, 0, 30, 30, 33, North}\n") +
+                         '\0' + raw);
+  write("elevation", std::string("BYTEORDER I\nLAYOUT BIL\nNROWS 3\nNCOLS 4\nNBANDS 1\nNBITS 16\n"
+                                 "PIXELTYPE SIGNEDINT\nNODATA -9999\n") +
+                         '\0' + raw);
+}
+#endif
+
+}  // namespace
+
+int main(int count, char** words) {
+  if (count != 2) {
+    std::fprintf(stderr, "usage: make_seeds FOLDER\n");
+    return 2;
+  }
+  root = words[1];
+  std::filesystem::remove_all(root);
+  write_worlds();
+  write_texts();
+  write_pictures();
+#ifdef KARST_FUZZ_BAKE
+  write_images();
+#endif
+  return 0;
+}

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// Of targets that work in their own process.
+#include "tests/fuzz/targets/fuzz_target.h"
+
+namespace karst {
+
+void start_target(std::span<char* const>) {}
+
+}  // namespace karst
