@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Profiles of boards.
 #include "boards/board_profile.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 namespace karst {
 

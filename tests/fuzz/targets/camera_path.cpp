@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Paths of cameras, and one camera as it is given on a command line.
 #include "app/common/camera_path.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Shapes in JSON.
 #include "bake/carve/carve.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // Elevation images as karst-bake reads them. What begins with ENVI or BYTEORDER is a text header up to the
 // first zero byte, and the raw samples beside it.
 #include "bake/elevation/elevation.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 #include "tests/fuzz/targets/image_place.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Materials in JSON.
 #include "bake/materials/material_json.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Images of materials and of painted weights as karst-bake reads them: by a child with limits.
 #include "bake/materials/material_files.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 #include "tests/fuzz/targets/image_place.h"
 
 #include <cmath>

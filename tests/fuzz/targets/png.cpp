@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // PNG as it is, and with checksums that fit; what is accepted is written and read again.
 #include "app/files/png_file.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <zlib.h>
 

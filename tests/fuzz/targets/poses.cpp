@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lines of poses: in pieces of any size they are what they are in one; and as a datagram.
 #include "app/motion/pose_stream.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <algorithm>
 #include <cmath>

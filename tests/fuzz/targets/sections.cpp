@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One section of a world file that is right elsewhere. Input: the world's number, the section's, then what
 // the section holds; a number past the last puts a section of unknown kind behind the others.
-#include "tests/fuzz/targets/fuzz_target.h"
-#include "tests/fuzz/targets/seed_worlds.h"
+#include "tests/fuzz/run/fuzz_target.h"
+#include "tests/fuzz/run/seed_worlds.h"
 #include "tests/fuzz/world_file_target.h"
 #include "tests/support/world_damage.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A world file as it is, and with checksums that fit, or nothing behind them would ever be reached.
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 #include "tests/fuzz/world_file_target.h"
 #include "tests/support/world_damage.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Of targets that work in their own process.
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 namespace karst {
 

@@ -2,7 +2,7 @@
 // make_seeds FOLDER: what mutations of each target start from, as FOLDER/TARGET/N.
 #include "app/files/png_file.h"
 #include "boards/board_profile.h"
-#include "tests/fuzz/targets/seed_worlds.h"
+#include "tests/fuzz/run/seed_worlds.h"
 #ifdef KARST_FUZZ_BAKE
 #include "tests/bake/bake_files.h"
 #endif

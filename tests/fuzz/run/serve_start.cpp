@@ -3,7 +3,7 @@
 #include "bake/base/child.h"
 #include "bake/base/image_threads.h"
 #include "bake/child_tasks.h"
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <cstdlib>
 

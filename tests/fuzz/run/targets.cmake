@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
-# Targets of fuzzing: a program each, karst_fuzz_NAME, and karst_make_seeds. With KARST_FUZZ (preset fuzz) they
-# are libFuzzer's; in all other builds they run over their seeds and simple damage of them.
+# Targets of fuzzing, tests/fuzz/targets: a program each, karst_fuzz_NAME, and karst_make_seeds. With
+# KARST_FUZZ (preset fuzz) they are libFuzzer's; in all other builds they run over their seeds and simple
+# damage of them.
 find_package(ZLIB REQUIRED)
-set(fuzz_folder ${CMAKE_CURRENT_LIST_DIR})
+set(fuzz_run ${CMAKE_CURRENT_LIST_DIR})
+set(fuzz_targets ${fuzz_run}/../targets)
 set(fuzz_seeds ${CMAKE_CURRENT_BINARY_DIR}/fuzz_seeds)
 add_custom_target(karst_fuzz_targets)
 
-add_executable(karst_make_seeds ${fuzz_folder}/make_seeds.cpp)
+add_executable(karst_make_seeds ${fuzz_run}/make_seeds.cpp)
 target_link_libraries(karst_make_seeds PRIVATE karst_test_options karst_test_support GTest::gtest
   karst_app_common karst_boards)
 if(TARGET karst_bake_lib)
@@ -26,8 +28,8 @@ function(karst_fuzz name start)
   if(KARST_FUZZ)
     set(main libfuzzer_main)
   endif()
-  add_executable(${target} ${fuzz_folder}/${name}.cpp ${fuzz_folder}/${start}_start.cpp
-    ${fuzz_folder}/${main}.cpp)
+  add_executable(${target} ${fuzz_targets}/${name}.cpp ${fuzz_run}/${start}_start.cpp
+    ${fuzz_run}/${main}.cpp)
   target_link_libraries(${target} PRIVATE karst_test_options ${ARGN})
   add_dependencies(karst_fuzz_targets ${target})
   if(KARST_FUZZ)

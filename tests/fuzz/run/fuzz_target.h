@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A target of libFuzzer: a program of one file here, which defines fuzz_one, and of libfuzzer_main.cpp, or,
-// in builds of other compilers, of replay_main.cpp. `./dev fuzz` runs all of them.
+// A target of libFuzzer: a program of one file of tests/fuzz/targets, which defines fuzz_one, and of
+// libfuzzer_main.cpp, or, in builds without libFuzzer, of replay_main.cpp. `./dev fuzz` runs all of them.
 #pragma once
 
 #include "platform/base/error.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // TARGET [--as-they-are] FILE|FOLDER...: runs a target over files without libFuzzer: each as it is, and
 // unless told otherwise, cut everywhere and with each byte changed in turn, up to kMostRuns a file.
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 #include <algorithm>
 #include <cstdio>

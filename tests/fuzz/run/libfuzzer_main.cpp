@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The entries that libFuzzer calls.
-#include "tests/fuzz/targets/fuzz_target.h"
+#include "tests/fuzz/run/fuzz_target.h"
 
 extern "C" int LLVMFuzzerInitialize(int* count, char*** words);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
