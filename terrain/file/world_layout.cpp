@@ -170,6 +170,11 @@ Status read_entry(std::span<const std::byte> file, std::uint64_t entry, std::uin
   return {};
 }
 
+// Of kinds that this version does not know, which only verify() reads: enough for what a later version could
+// add, and too little to keep a reader busy.
+constexpr std::uint32_t kMostUnknown = 4;
+constexpr std::uint64_t kMostUnknownBytes = std::uint64_t{16} << 20;
+
 // Whether a section can be so long in a world with these counts.
 bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (kind_of(section).bytes != nullptr) return bytes == kind_of(section).bytes(info);
@@ -210,6 +215,8 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
   table = {};
   const auto count = load<std::uint32_t>(head, kSections.offset);
   std::uint64_t end = kHeaderBytes + std::uint64_t{count} * kEntryBytes;
+  std::uint32_t unknown = 0;
+  std::uint64_t unknown_bytes = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     Entry& entry = table.entries[table.count++];
     std::size_t known = kWorldSectionKinds;
@@ -217,7 +224,16 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
         !status.ok()) {
       return status;
     }
-    if (known == kWorldSectionKinds) continue;
+    if (known == kWorldSectionKinds) {
+      unknown_bytes += entry.bytes;  // all of them lie in the file, one behind the other
+      if (++unknown > kMostUnknown)
+        return {StatusCode::unsupported, "more than 4 sections of unknown kinds", "section kind", entry.at};
+      if (unknown_bytes > kMostUnknownBytes) {
+        return {StatusCode::unsupported, "sections of unknown kinds hold more than 16 MiB", "section bytes",
+                entry.at + kEntryBytesField};
+      }
+      continue;
+    }
     const Field name{kSectionKinds[known].name, entry.at};
     if (table.places[known].present) return corrupt("a section is there twice", name);
     if (!fits(static_cast<WorldSection>(known), entry.bytes, info)) {

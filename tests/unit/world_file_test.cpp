@@ -332,17 +332,19 @@ TEST(WorldFile, SectionTableFaultsAreNamed) {
   EXPECT_EQ(status_of(rename(1)).code(), StatusCode::unsupported);
 }
 
-TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
-  const TestWorld world(4, 2, 6);
-  const std::vector<std::byte> file = world.bytes();
-  // The header grows by one entry, so every section moves by 64 bytes at most; the stranger goes last.
+// The file with sections of kinds that no version has behind its own, each so long.
+std::vector<std::byte> with_strangers(std::span<const std::byte> file, std::size_t count,
+                                      std::size_t stranger_bytes) {
+  // The header grows, so every section moves.
   const std::size_t old_header = kTable + kWorldSections * kEntry;
-  const std::size_t new_header = old_header + kEntry;
+  const std::size_t sections = kWorldSections + count;
+  const std::size_t new_header = kTable + sections * kEntry;
   std::vector<std::byte> longer(new_header);
   std::copy_n(file.begin(), old_header, longer.begin());
-  for (std::size_t i = 0; i <= kWorldSections; ++i) {
+  for (std::size_t i = 0; i < sections; ++i) {
     const std::size_t entry = kTable + i * kEntry;
-    const std::uint64_t bytes = i < kWorldSections ? load_at<std::uint64_t>(file, entry + kEntryBytes) : 5;
+    const std::uint64_t bytes =
+        i < kWorldSections ? load_at<std::uint64_t>(file, entry + kEntryBytes) : stranger_bytes;
     longer.resize((longer.size() + 63) / 64 * 64);
     store_at(longer, entry + kEntryOffset, std::uint64_t{longer.size()});
     store_at(longer, entry + kEntryBytes, bytes);
@@ -352,13 +354,19 @@ TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
                     file.begin() + static_cast<std::ptrdiff_t>(offset + bytes));
     } else {
       std::memcpy(longer.data() + entry, "NEWS", 4);
-      longer.resize(longer.size() + 5, std::byte{0x5a});
+      longer.resize(longer.size() + stranger_bytes, std::byte{0x5a});
     }
   }
-  store_at(longer, kSections, static_cast<std::uint32_t>(kWorldSections + 1));
+  store_at(longer, kSections, static_cast<std::uint32_t>(sections));
   store_at(longer, kHeaderBytes, static_cast<std::uint32_t>(new_header));
   store_at(longer, kFileBytes, std::uint64_t{longer.size()});
   fix_checksums(longer);
+  return longer;
+}
+
+TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
+  const TestWorld world(4, 2, 6);
+  std::vector<std::byte> longer = with_strangers(world.bytes(), 1, 5);
   WorldInfo info;
   const Status status = read_world_info(longer, info);
   ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
@@ -371,6 +379,37 @@ TEST(WorldFile, OptionalSectionsOfLaterVersionsAreSkipped) {
   fix_checksums(longer);
   EXPECT_EQ(read_world_info(longer, info).code(), StatusCode::unsupported);
   EXPECT_STREQ(read_world_info(longer, info).field(), "section kind");
+}
+
+// What nobody reads cannot keep a reader busy: too much of it is refused by the head alone.
+TEST(WorldFile, SectionsOfUnknownKindsAreFewAndSmall) {
+  const std::vector<std::byte> file = TestWorld(2, 1, 6).bytes();
+  constexpr std::size_t kMost = 16u << 20;
+  const auto status_of = [&](std::size_t count, std::size_t bytes) {
+    const std::vector<std::byte> longer = with_strangers(file, count, bytes);
+    std::uint64_t read = 0;
+    struct Counted {
+      std::span<const std::byte> bytes;
+      std::uint64_t* read;
+    } const counted{longer, &read};
+    WorldReader reader;
+    const Status status = reader.open(
+        {longer.size(), &counted, [](const void* from, std::uint64_t at, std::span<std::byte> out) {
+           const auto* const source = static_cast<const Counted*>(from);
+           *source->read += out.size();
+           std::copy_n(source->bytes.begin() + static_cast<std::ptrdiff_t>(at), out.size(), out.begin());
+           return true;
+         }});
+    EXPECT_LT(read, 2'000u);
+    return status;
+  };
+  EXPECT_TRUE(status_of(4, 5).ok());
+  EXPECT_TRUE(status_of(1, kMost).ok());
+  EXPECT_TRUE(status_of(4, kMost / 4).ok());
+  EXPECT_EQ(status_of(5, 5).code(), StatusCode::unsupported);
+  EXPECT_STREQ(status_of(5, 5).field(), "section kind");
+  EXPECT_EQ(status_of(1, kMost + 1).code(), StatusCode::unsupported);
+  EXPECT_STREQ(status_of(4, kMost / 4 + 1).field(), "section bytes");
 }
 
 TEST(WorldFile, ContentsThatContradictTheHeaderAreNamed) {
