@@ -59,7 +59,9 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, std::ui
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;
   source_ = file_.source();
-  if (Error error = make_plan_for(source_); !error.ok()) return error;
+  Head head;
+  if (const Status status = read_head(source_, head); !status.ok()) return {path_, status};
+  if (Error error = make_plan_for(head); !error.ok()) return error;
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kMemoryAlignment, plan_.cpu_bytes)));
   if (memory_ == nullptr) return path_ + ": cannot get " + format_mebibytes(plan_.cpu_bytes) + " of memory";
   const karst::Log log{
@@ -99,9 +101,8 @@ bool Stage::may_share_depth() const {
 
 // All memory, --max-memory, is the CPU's and the GPU's together: what GL takes is known first, and heights
 // get what is left.
-Error Stage::make_plan_for(const Source& file) {
-  WorldInfo info;
-  if (const Status status = read_world_info(file, info); !status.ok()) return {path_, status};
+Error Stage::make_plan_for(const Head& head) {
+  const WorldInfo info = info_of(head);
   Needs& needs = plan_.needs;
   plan_.placement.axes = Axes::east_up_south;
   needs.level = static_cast<std::uint32_t>(scene_.level);
@@ -118,12 +119,12 @@ Error Stage::make_plan_for(const Source& file) {
   needs.drape_width = static_cast<std::uint32_t>(drape_.width);
   needs.drape_height = static_cast<std::uint32_t>(drape_.height);
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
-  if (const Status status = make_plan(file, plan_); !status.ok()) return {path_, status};
+  if (const Status status = make_plan(head, plan_); !status.ok()) return {path_, status};
   const std::uint64_t others = gpu_bytes() + drape_.rgba.size();
   std::uint64_t max_cpu = scene_.max_memory - std::min(scene_.max_memory, others);
   if (scene_.max_cpu > 0) max_cpu = std::min(max_cpu, scene_.max_cpu);
   needs.max_cpu_bytes = max_cpu;
-  const Status status = make_plan(file, plan_);
+  const Status status = make_plan(head, plan_);
   if (Error error = check_memory(); !error.ok()) return error;
   return {path_, status};
 }

@@ -94,7 +94,7 @@ class Stage {
 
  private:
   Error load_drape();
-  Error make_plan_for(const Source& file);
+  Error make_plan_for(const Head& head);
   Error check_memory() const;
   std::uint64_t target_bytes() const;
   bool may_share_depth() const;

@@ -2,6 +2,7 @@
 // Memory before anything else: what a simulator needs, and what that takes to the byte.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -41,6 +42,12 @@ struct Needs {
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };
 
+// A file's head, read and checked once and handed on: what becomes of the file afterwards changes none of it.
+struct Head {
+  std::uint64_t hash = 0;                 // of the head's bytes; 0: none was read
+  alignas(8) std::byte state[4096] = {};  // karst's own
+};
+
 // Bytes of one part, for people and for CI.
 struct Term {
   const char* name;
@@ -64,7 +71,7 @@ struct Plan {
   std::uint64_t cpu_bytes = 0;  // of the memory that World::create() wants, aligned to kMemoryAlignment
   std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own
   bool holds_all_heights = false;
-  std::uint64_t file_hash = 0;  // of the head it was made for: World::create() refuses another file; 0: none
+  Head head;  // that it was made for: World::create() refuses another file; hash 0: none
   Term terms[32] = {};
   std::uint32_t term_count = 0;
   Limit limits[24] = {};
@@ -72,9 +79,13 @@ struct Plan {
 };
 inline constexpr std::uint64_t kMemoryAlignment = 64;
 
-// Reads the file's head. Errors of the file, of needs and placement (invalid_argument names the field), and
-// limit_reached ("max_cpu_bytes", "max_gpu_bytes", with the bytes that are needed) where a coarse version of
-// the whole world finds no room.
+// Errors of the file.
+KARST_API Status read_head(const Source& file, Head& head) noexcept;
+// For the file whose head that is, without reading it. Errors of needs and placement (invalid_argument names
+// the field), and limit_reached ("max_cpu_bytes", "max_gpu_bytes", with the bytes that are needed) where a
+// coarse version of the whole world finds no room.
+KARST_API Status make_plan(const Head& head, Plan& plan) noexcept;
+// Both in one.
 KARST_API Status make_plan(const Source& file, Plan& plan) noexcept;
 // Without a file: for a world as large as the defaults of the limits.
 KARST_API Status make_plan(Plan& plan) noexcept;

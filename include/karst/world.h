@@ -32,7 +32,8 @@ struct WorldInfo {
   Vec3 low_m, high_m;
 };
 
-// What a file's head says; nothing else of it is read.
+// What a file's head says; nothing else of it is read. Of no head: nothing.
+KARST_API WorldInfo info_of(const Head& head) noexcept;
 KARST_API Status read_world_info(const Source& file, WorldInfo& info) noexcept;
 // Reads all of it and checks every byte against checksums, ranges and counts.
 KARST_API Status check_world(const Source& file, WorldInfo& info) noexcept;
@@ -43,9 +44,9 @@ class KARST_API World {
   World& operator=(const World&) = delete;
 
   // Lives at the start of memory: plan.cpu_bytes of it, aligned to kMemoryAlignment, the caller's until
-  // destroy() has returned. Reads the file, and later reads heights from it where they did not all find room
-  // (plan.holds_all_heights), so the source must outlive the world. Any thread.
-  // invalid_argument ("plan": not made for this file; "memory"); corrupt, unsupported: the file,
+  // destroy() has returned. Reads the file behind its head, which plan has, and later reads heights from it
+  // where they did not all find room (plan.holds_all_heights), so the source must outlive the world. Any
+  // thread. invalid_argument ("plan": not made for this file; "memory"); corrupt, unsupported: the file,
   // which names "file" where it cannot be read.
   static Status create(const Plan& plan, const Source& file, std::span<std::byte> memory, World*& out,
                        Log log = {}) noexcept;

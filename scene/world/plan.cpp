@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "scene/world/placement.h"
 #include "scene/world/plan_layout.h"
-#include "terrain/base/checksum.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/resident/height_cache.h"
@@ -210,27 +210,19 @@ karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials
   return out;
 }
 
-std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials) {
-  const karst::WorldInfo all = public_info(info, materials, 0, Surroundings());
-  const double numbers[] = {all.voxel_size_m,
-                            all.origin_m.x,
-                            all.origin_m.y,
-                            all.origin_m.z,
-                            static_cast<double>(all.extent[0]),
-                            static_cast<double>(all.extent[1]),
-                            static_cast<double>(all.extent[2]),
-                            static_cast<double>(all.level),
-                            static_cast<double>(all.octets),
-                            static_cast<double>(all.volumes),
-                            static_cast<double>(all.patches),
-                            static_cast<double>(all.height_blocks),
-                            static_cast<double>(materials.count),
-                            static_cast<double>(materials.side),
-                            static_cast<double>(materials.format),
-                            static_cast<double>(all.blend_map[0]),
-                            static_cast<double>(all.blend_map[1])};
-  // Never 0, which a plan without a file has.
-  return std::uint64_t{1} << 32 | crc32c(std::as_bytes(std::span(numbers)));
+void store_reader(const WorldReader& reader, Head& head) {
+  static_assert(std::is_trivially_copyable_v<WorldReader> && sizeof(WorldReader) <= sizeof head.state);
+  // Never 0, which no head has.
+  head.hash = std::uint64_t{1} << 32 | reader.head_crc();
+  WorldReader alone = reader;
+  alone.forget_source();
+  std::memcpy(head.state, &alone, sizeof alone);
+}
+
+bool read_from(const Head& head, WorldReader& reader) {
+  if (head.hash == 0) return false;
+  std::memcpy(static_cast<void*>(&reader), head.state, sizeof reader);
+  return true;
 }
 
 namespace {
@@ -240,7 +232,7 @@ void add_term(Plan& plan, const char* name, bool gpu, std::uint64_t bytes) {
     plan.terms[plan.term_count++] = {name, gpu, bytes};
 }
 
-void fill_plan(const PlanLayout& layout, std::uint64_t hash, Plan& plan) {
+void fill_plan(const PlanLayout& layout, Plan& plan) {
   plan.term_count = 0;
   plan.limit_count = 0;
   for (const Budget::Term& term : layout.budget.terms()) add_term(plan, term.name, term.gpu, term.bytes);
@@ -257,7 +249,6 @@ void fill_plan(const PlanLayout& layout, std::uint64_t hash, Plan& plan) {
   plan.cpu_bytes = layout.cpu_bytes();
   plan.gpu_bytes = layout.budget.gpu_bytes();
   plan.holds_all_heights = layout.holds_all_heights;
-  plan.file_hash = hash;
 }
 
 Status check_room(const Plan& plan) {
@@ -275,9 +266,17 @@ Status check_room(const Plan& plan) {
 }  // namespace
 }  // namespace core
 
-Status make_plan(const Source& file, Plan& plan) noexcept {
+Status read_head(const Source& file, Head& head) noexcept {
+  head = {};
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
+  core::store_reader(reader, head);
+  return {};
+}
+
+Status make_plan(const Head& head, Plan& plan) noexcept {
+  core::WorldReader reader;
+  if (!core::read_from(head, reader)) return {StatusCode::invalid_argument, "holds none", "head"};
   const core::WorldInfo& info = reader.info();
   core::PlacementFrame frame;
   const core::WorldFrame world{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
@@ -285,8 +284,15 @@ Status make_plan(const Source& file, Plan& plan) noexcept {
   core::PlanLayout layout;
   if (const Status status = core::lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
     return status;
-  core::fill_plan(layout, core::head_hash(info, reader.materials()), plan);
+  plan.head = head;
+  core::fill_plan(layout, plan);
   return core::check_room(plan);
+}
+
+Status make_plan(const Source& file, Plan& plan) noexcept {
+  Head head;
+  const Status status = read_head(file, head);
+  return status.ok() ? make_plan(head, plan) : status;
 }
 
 Status make_plan(Plan& plan) noexcept {
@@ -313,15 +319,29 @@ Status make_plan(Plan& plan) noexcept {
   info.patches = config.max_patches;
   if (const Status status = core::lay_out_config(info, core::MaterialSet(), plan.needs, layout); !status.ok())
     return status;
-  core::fill_plan(layout, 0, plan);
+  plan.head = {};
+  core::fill_plan(layout, plan);
   return core::check_room(plan);
+}
+
+namespace {
+
+WorldInfo info_in(const core::WorldReader& reader) {
+  return core::public_info(reader.info(), reader.materials(),
+                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
+}
+
+}  // namespace
+
+WorldInfo info_of(const Head& head) noexcept {
+  core::WorldReader reader;
+  return core::read_from(head, reader) ? info_in(reader) : WorldInfo();
 }
 
 Status read_world_info(const Source& file, WorldInfo& info) noexcept {
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
-  info = core::public_info(reader.info(), reader.materials(),
-                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
+  info = info_in(reader);
   return {};
 }
 
@@ -329,8 +349,7 @@ Status check_world(const Source& file, WorldInfo& info) noexcept {
   core::WorldReader reader;
   if (const Status status = reader.open(core::byte_source(file)); !status.ok()) return status;
   if (const Status status = reader.verify(); !status.ok()) return status;
-  info = core::public_info(reader.info(), reader.materials(),
-                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
+  info = info_in(reader);
   return {};
 }
 

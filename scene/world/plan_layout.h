@@ -13,6 +13,7 @@
 #include "terrain/base/config.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
+#include "terrain/file/world_reader.h"
 #include "terrain/query/query.h"
 
 namespace karst::core {
@@ -49,7 +50,8 @@ std::size_t objects_bytes(std::uint32_t queries);
 karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
                              const Surroundings& surroundings);
 
-// Tells files apart, for World::create().
-std::uint64_t head_hash(const WorldInfo& info, const MaterialSet& materials);
+// Readers in heads, without their sources. read_from(): false where the head holds none.
+void store_reader(const WorldReader& reader, Head& head);
+bool read_from(const Head& head, WorldReader& reader);
 
 }  // namespace karst::core

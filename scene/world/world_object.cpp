@@ -63,11 +63,11 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   file = source;
   log = lines;
   WorldReader reader;
-  if (const Status status = reader.open(byte_source(file)); !status.ok()) return status;
+  const Status other{StatusCode::invalid_argument, "not made for this file", "plan"};
+  if (!read_from(plan.head, reader)) return other;
+  if (const Status status = reader.go_on(byte_source(file)); !status.ok())
+    return status.code() == StatusCode::invalid_argument ? other : status;
   const WorldInfo& info = reader.info();
-  if (plan.file_hash != head_hash(info, reader.materials())) {
-    return {StatusCode::invalid_argument, "not made for this file", "plan"};
-  }
   if (const Status status = lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
     return status;
   if (layout.cpu_bytes() != plan.cpu_bytes || layout.budget.gpu_bytes() != plan.gpu_bytes) {
@@ -83,7 +83,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   staging = pieces.take(layout.staging_bytes);
   if (const Status status = terrain.create(layout.config, pieces.take(layout.terrain_bytes)); !status.ok())
     return status;
-  if (const Status status = terrain.load(byte_source(file)); !status.ok()) return status;
+  if (const Status status = terrain.load(reader); !status.ok()) return status;
   const core::World& world = terrain.world;
   if (world.patch_count() == 0) return {StatusCode::corrupt, "the world has no surface", "patches"};
 

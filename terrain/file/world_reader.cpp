@@ -78,7 +78,20 @@ Status WorldReader::open(const ByteSource& source) {
     return status;
   }
   info_ = info;
+  head_crc_ = load<std::uint32_t>(head, kHeaderCrc.offset);
   return {};
+}
+
+Status WorldReader::go_on(const ByteSource& source) {
+  const auto other = [] {
+    return Status(StatusCode::invalid_argument, "not the file whose head was read", "file");
+  };
+  if (source.bytes != source_.bytes) return other();
+  source_ = source;
+  std::uint32_t crc = 0;
+  const Status status = read_bytes(kHeaderCrc.offset, std::as_writable_bytes(std::span(&crc, 1)));
+  if (!status.ok()) return status;
+  return crc == head_crc_ ? Status() : other();
 }
 
 Status WorldReader::read_materials() {

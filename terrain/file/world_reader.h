@@ -26,6 +26,14 @@ class WorldReader {
   // Checks the header, materials, lights and surroundings. The source is borrowed for the reader's life.
   // info() and the others are empty after a failure.
   Status open(const ByteSource& source);
+  // The same file through another source; what open() has read and checked is not read again.
+  // invalid_argument ("file") where its length or its header's checksum differs. Precondition: open()
+  // succeeded.
+  Status go_on(const ByteSource& source);
+  // Of sources the length alone is kept.
+  void forget_source() { source_ = {source_.bytes}; }
+  // Of the header, which holds those of all sections.
+  std::uint32_t head_crc() const { return head_crc_; }
   const WorldInfo& info() const { return info_; }
   const MaterialSet& materials() const { return materials_; }
   std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
@@ -101,6 +109,7 @@ class WorldReader {
   Status verify_rim() const;
 
   ByteSource source_;
+  std::uint32_t head_crc_ = 0;
   WorldInfo info_;
   world_layout::Table table_;
   MaterialSet materials_;

@@ -31,7 +31,14 @@ Status TerrainParts::create(const Config& config, std::span<std::byte> memory) {
 }
 
 Status TerrainParts::load(const ByteSource& source) {
-  const Status loaded = world.load(source);
+  return attach(world.load(source));
+}
+
+Status TerrainParts::load(const WorldReader& opened) {
+  return attach(world.load(opened));
+}
+
+Status TerrainParts::attach(const Status& loaded) {
   const Status attached = residency.attach(world);
   for (ViewState& view : views_of(world.config().max_views)) view.attach(world);
   return loaded.ok() ? attached : loaded;

@@ -36,6 +36,7 @@ struct TerrainParts {
   Status create(const Config& config, std::span<std::byte> memory);
   // World::load() and attaching the others to it. After a failure the world is empty.
   Status load(const ByteSource& source);
+  Status load(const WorldReader& opened);
   Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
 
   // Precondition: count <= Config::max_views.
@@ -43,6 +44,9 @@ struct TerrainParts {
     KARST_ASSERT(count <= world.config().max_views);
     return std::span(views).first(count);
   }
+
+  // The others to the world, whatever became of it.
+  Status attach(const Status& loaded);
 
   World world;
   Residency residency;

@@ -103,19 +103,31 @@ World::Lent World::lend() {
 // --- Loading
 
 Status World::load(const ByteSource& source) {
+  WorldReader opened;
+  const Status status = opened.open(source);
+  if (status.ok()) return load(opened);
+  unload();
+  return status;
+}
+
+Status World::load(const WorldReader& opened) {
   info_ = {};
   heights_are_read_ = false;
-  Status status = reader_.open(source);
-  if (status.ok()) status = check_limits(reader_.info());
+  reader_ = opened;
+  Status status = check_limits(reader_.info());
   if (status.ok()) {
     info_ = reader_.info();
     status = load_parts();
   }
-  if (status.ok()) return {};
+  if (!status.ok()) unload();
+  return status;
+}
+
+void World::unload() {
   slots_.adopt(0, 0);
   info_ = {};
   reader_ = {};
-  return status;
+  heights_are_read_ = false;
 }
 
 Status World::check_limits(const WorldInfo& info) const {

@@ -67,6 +67,8 @@ class World {
   // ("patches", "volumes", "heights") where the file contradicts the surface of its own voxels. After a
   // failure the world is empty and can be loaded again.
   Status load(const ByteSource& source);
+  // The same for a file whose head was read already.
+  Status load(const WorldReader& opened);
   Status load(std::span<const std::byte> file) { return load(ByteSource::of(file)); }
 
   const Config& config() const { return config_; }
@@ -180,6 +182,7 @@ class World {
   static std::size_t scratch_size(const Config& config);
   std::size_t level_error_count() const;
   Status check_limits(const WorldInfo& info) const;
+  void unload();
   Status load_parts();
   Status load_surface();
   Status load_patches();

@@ -161,13 +161,13 @@ TEST_F(Plans, TermsSumUpToTheTotals) {
       needs.drape_width = needs.drape_height = queries == 7 ? 77 : 0;
     });
     check(plan);
-    EXPECT_NE(plan.file_hash, 0u);
+    EXPECT_NE(plan.head.hash, 0u);
   }
   Plan without;
   without.needs.max_gpu_bytes = without.needs.max_cpu_bytes = std::uint64_t{1} << 40;
   ASSERT_TRUE(make_plan(without).ok());
   check(without);
-  EXPECT_EQ(without.file_hash, 0u);
+  EXPECT_EQ(without.head.hash, 0u);
 }
 
 TEST_F(Plans, VerticesOfAnySizeGiveAPlanOrAreNamed) {
@@ -234,6 +234,51 @@ TEST_F(Worlds, APlanForAnotherFileIsRefused) {
   EXPECT_EQ(refused_field(try_file(source, without)), "plan");
   EXPECT_EQ(refused_field(try_file(source, Plan())), "plan");
   memory_is_usable();
+}
+
+// Of what make_plan() has read nothing but the header's checksum is asked for again, so a head that somebody
+// changes in between is not seen: the world is the one that was planned.
+TEST_F(Worlds, TheHeadIsReadOnce) {
+  std::vector<std::byte> bytes = test::cave_world_file();
+  const auto sections = core::load_at<std::uint32_t>(bytes, core::world_offsets::kSections);
+  const std::size_t head_end = core::world_offsets::kTable + sections * core::world_offsets::kEntry;
+  struct Watched {
+    std::vector<std::byte>* bytes;
+    std::size_t head_end;
+    std::uint64_t head_bytes = 0;  // read of the head
+  } watched{&bytes, head_end};
+  const Source from{bytes.size(),
+                    [](void* user, std::uint64_t offset, std::byte* out, std::size_t count) {
+                      auto* const w = static_cast<Watched*>(user);
+                      std::copy_n(w->bytes->begin() + static_cast<std::ptrdiff_t>(offset), count, out);
+                      if (offset < w->head_end) w->head_bytes += std::min(count, w->head_end - offset);
+                      return true;
+                    },
+                    &watched};
+  Head head;
+  ASSERT_TRUE(read_head(from, head).ok());
+  const WorldInfo info = info_of(head);
+  EXPECT_GT(info.patches, 0u);
+  const std::uint64_t once = watched.head_bytes;
+  EXPECT_EQ(once, head_end);
+  Plan own;
+  own.needs = plan.needs;
+  ASSERT_TRUE(make_plan(head, own).ok());
+  own.needs.max_cpu_bytes = own.cpu_bytes;
+  ASSERT_TRUE(make_plan(head, own).ok());
+  EXPECT_EQ(watched.head_bytes, once);
+  // More patches, a coarser level, another table: none of it is looked at.
+  for (const std::size_t at : {core::world_offsets::kPatches, core::world_offsets::kLevel,
+                               core::world_offsets::kTable + core::world_offsets::kEntryOffset})
+    bytes[at] ^= std::byte{0x7f};
+  World* world = nullptr;
+  test::AlignedBytes room(own.cpu_bytes);
+  const Status status = World::create(own, from, room.bytes(), world);
+  ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+  EXPECT_EQ(world->info().patches, info.patches);
+  world->destroy();
+  EXPECT_EQ(watched.head_bytes, once + 4) << "its checksum, to tell files apart";
+  EXPECT_EQ(make_plan(Head(), own).code(), StatusCode::invalid_argument);
 }
 
 TEST_F(Worlds, APlanThatWasChangedIsRefused) {
