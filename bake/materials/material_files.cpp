@@ -46,6 +46,14 @@ struct Pixels {
 enum class Use : std::uint32_t { colour, value, normal };
 void change_row(Use use, std::span<float> rgb, bool linear);
 
+// What a child is asked for; the path follows.
+struct Asked {
+  std::uint64_t bytes = 0;  // of the file
+  std::int32_t side = 0;
+  Use use = Use::colour;
+  std::uint32_t channels = 0;
+};
+
 // Along one axis: how much of each texel goes into a texel of the result and how much into the next one.
 class Shares {
  public:
@@ -75,16 +83,17 @@ void add_scaled(std::span<const float> row, float weight, float* out) {
   for (std::size_t k = 0; k < row.size(); ++k) out[k] += weight * row[k];
 }
 
-// Takes rows from the top. What is more than twice as wide or high as `side` is averaged to twice, so that
-// memory depends on the texture and not on the image.
+// Takes rows from the top. What is at least twice as wide and high as `side` is averaged to it, what is more
+// than twice as wide or high to twice, so that memory depends on the texture and not on the image.
 class ReduceRows {
  public:
   ReduceRows(int width, int height, int side, Pixels& pixels)
       : width_(width),
         pixels_(pixels),
-        across_(width, std::min(width, 2 * side)),
-        down_(height, std::min(height, 2 * side)) {
-    pixels = {std::min(width, 2 * side), std::min(height, 2 * side), {}};
+        across_(width, reduced(width, std::min(width, height), side)),
+        down_(height, reduced(height, std::min(width, height), side)) {
+    pixels = {
+        reduced(width, std::min(width, height), side), reduced(height, std::min(width, height), side), {}};
     pixels.rgb.assign(stride() * static_cast<std::size_t>(pixels.height), 0.0f);
   }
 
@@ -107,6 +116,9 @@ class ReduceRows {
   }
 
  private:
+  static int reduced(int size, int smaller, int side) {
+    return smaller >= 2 * side ? side : std::min(size, 2 * side);
+  }
   std::size_t stride() const { return 3 * static_cast<std::size_t>(pixels_.width); }
 
   int width_;
@@ -230,22 +242,34 @@ Error read_rows_of(const std::string& path, std::uint64_t bytes, const Begin& be
   return {};
 }
 
-Error read_pixels(const std::string& path, std::uint64_t bytes, int side, Use use, Pixels& pixels) {
+// is_reduced: they are asked.side a side, which the image is not.
+Error read_pixels(const std::string& path, const Asked& asked, Pixels& pixels, bool& is_reduced) {
   std::optional<ReduceRows> reduce;
   std::size_t channels = 0;
   std::vector<float> rgb;
   const auto begin = [&](const OIIO::ImageSpec& spec) {
     channels = static_cast<std::size_t>(spec.nchannels);
     rgb.resize(3 * static_cast<std::size_t>(spec.width));
-    reduce.emplace(spec.width, spec.height, side, pixels);
+    reduce.emplace(spec.width, spec.height, asked.side, pixels);
+    is_reduced = spec.width >= 2 * asked.side && spec.height >= 2 * asked.side;
   };
-  return read_rows_of(path, bytes, begin, [&](int row, std::span<const float> values, bool floats) {
+  return read_rows_of(path, asked.bytes, begin, [&](int row, std::span<const float> values, bool floats) {
     for (std::size_t x = 0; 3 * x < rgb.size(); ++x) {
       for (std::size_t c = 0; c < 3; ++c) rgb[3 * x + c] = values[channels * x + (channels < 3 ? 0 : c)];
     }
-    change_row(use, rgb, floats);
+    change_row(asked.use, rgb, floats);
     reduce->take(row, rgb);
   });
+}
+
+// From the lowest row up.
+void flip(const Pixels& pixels, std::vector<float>& texels) {
+  texels.clear();
+  const auto stride = 3 * static_cast<std::size_t>(pixels.width);
+  for (std::size_t row = pixels.rgb.size(); row > 0; row -= stride) {
+    texels.insert(texels.end(), pixels.rgb.begin() + static_cast<std::ptrdiff_t>(row - stride),
+                  pixels.rgb.begin() + static_cast<std::ptrdiff_t>(row));
+  }
 }
 
 // To side x side texels. The image is repeated around its borders, so that the filter sees what tiling shows
@@ -298,14 +322,6 @@ void change_row(Use use, std::span<float> rgb, bool linear) {
   }
 }
 
-// What a child is asked for; the path follows.
-struct Asked {
-  std::uint64_t bytes = 0;  // of the file
-  std::int32_t side = 0;
-  Use use = Use::colour;
-  std::uint32_t channels = 0;
-};
-
 std::vector<std::byte> request_for(const Asked& asked, const std::string& path) {
   std::vector<std::byte> request(sizeof asked + path.size());
   std::memcpy(request.data(), &asked, sizeof asked);
@@ -324,9 +340,14 @@ Error read_in_child(std::span<const std::byte> request, std::vector<std::byte>& 
   Asked asked;
   const std::string path = path_in_request(request, asked);
   Pixels pixels;
-  if (Error error = read_pixels(path, asked.bytes, asked.side, asked.use, pixels); !error.ok()) return error;
+  bool is_reduced = false;
+  if (Error error = read_pixels(path, asked, pixels, is_reduced); !error.ok()) return error;
   std::vector<float> resized;
-  if (Error error = resize(pixels, path, asked.side, resized); !error.ok()) return error;
+  if (is_reduced) {
+    flip(pixels, resized);
+  } else if (Error error = resize(pixels, path, asked.side, resized); !error.ok()) {
+    return error;
+  }
   const auto sent = std::as_bytes(std::span(resized));
   result.assign(sent.begin(), sent.end());
   return {};

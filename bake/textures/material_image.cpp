@@ -14,7 +14,9 @@ double power_2_4(double x) {
   double root = 1;
   for (int k = 0; k < 60; ++k) {
     const double fourth = root * root * root * root;
-    root -= (root * fourth - x) / (5 * fourth);
+    const double better = root - (root * fourth - x) / (5 * fourth);
+    if (better == root) break;  // all steps that follow would be none
+    root = better;
   }
   return x * x * root * root;
 }

@@ -99,6 +99,24 @@ TEST_F(MaterialFiles, ResizingKeepsTiles) {
   }
 }
 
+// Twice as large and more in both directions: each texel is the mean of what it covers, whatever filters do.
+TEST_F(MaterialFiles, LargeImagesAreAveraged) {
+  const auto noise = [](int x, int y, int c) { return (x * 7 + y * 13 + x * y % 11 + c * 5) % 32 / 32.0; };
+  for (const auto& [width, height] : {std::array{32, 32}, {64, 96}, {160, 32}}) {
+    const MaterialImage image = read(spec(write("n.tif", width, height, 3, noise, "float")), 16);
+    const int across = width / 16, down = height / 16;
+    for (int j = 0; j < 16; ++j) {
+      for (int i = 0; i < 16; ++i) {
+        double sum = 0;
+        for (int y = 0; y < down; ++y) {
+          for (int x = 0; x < across; ++x) sum += noise(i * across + x, (15 - j) * down + y, 1);
+        }
+        ASSERT_NEAR(image.albedo[image.at(i, j)].y, sum / (across * down), 1e-5) << width << " x " << height;
+      }
+    }
+  }
+}
+
 TEST_F(MaterialFiles, HeightNormalAndRoughnessAreTaken) {
   const auto grey = [](int, int, int) { return 0.5; };
   MaterialSpec own = spec(write("g.png", 8, 8, 3, grey));
