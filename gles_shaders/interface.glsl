@@ -83,6 +83,11 @@
 #else
 #define KARST_FADE 2.0
 #endif
+// In how many places at most a device looks up the longer side of a pixel's footprint; the renderer defines
+// it.
+#ifndef KARST_ANISOTROPY
+#define KARST_ANISOTROPY 1
+#endif
 // epsilon of K's equation 4.4: 0.15 to 0.25 are good.
 #define KARST_TRIPLANAR_EPSILON 0.2
 // Levels of detail that lookups are blurred by: slopes at one texel a pixel would beat with the pixel grid.
@@ -176,7 +181,9 @@ KARST_BLOCK(FrameBlock) {
 
 // What stays the same for a world. Material, terrain/shading/materials.h, by layer.
 KARST_BLOCK(MaterialBlock) {
-  vec4 material_scale;    // log2 of texels a voxel: y: of near ones, at the first scale; z: of the blend map
+  // x: 1 / texels of a near texture's side; log2 of texels a voxel: y: of near ones, at the first scale,
+  // z: of the blend map
+  vec4 material_scale;
   ivec4 material_repeat;  // x: log2 of voxels that a repeat covers, at the first scale; y: scales - 2
   // Limits of the normal's y: the way through the low one is y + value * x, that through the high one
   // z - value * x; w: how far noise moves both.

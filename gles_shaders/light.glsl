@@ -39,11 +39,22 @@ const KARST_MEDIUM vec3 kLamp = vec3(1.5, 1.2, 0.85);
 // Share of the light that surfaces reflect like mirrors, looked at straight on: what rock and plants have.
 const KARST_MEDIUM float kMirrored = 0.04;
 
-// Voxels a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump
+// What a pixel covers, from distance (1 in parallel views) and slope. Screen-space derivatives would jump
 // between triangles, and mean nothing in thin ones. At grazing angles the long side of the footprint alone
-// would blur everything: take a third of it, which the textures stand without visible flicker.
-float pixel_footprint(float distance_voxels, float facing_eye) {
-  return distance_voxels * view_scale.y * max(1.0, 0.35 / max(facing_eye, 0.05));
+// would blur everything: without anisotropic lookups take a third of it, which the textures stand without
+// visible flicker. With them, lookups are blurred by KARST_SOFTEN_LEVELS on the short side alone.
+Footprint footprint_of(float distance_voxels, vec3 normal, vec3 direction) {
+  float voxels = distance_voxels * view_scale.y;
+  float facing_eye = max(-dot(normal, direction), 0.05);
+#if KARST_ANISOTROPY > 1
+  float longer = max(1.0, exp2(-KARST_SOFTEN_LEVELS) / facing_eye);
+  float ratio = min(longer, float(KARST_ANISOTROPY));
+  // Looked at straight on, any two axes will do.
+  vec3 across = normalize(cross(normal, direction + 1e-3 * normalize(ray_up.xyz)));
+  return Footprint(voxels * (longer / ratio), across, cross(normal, across) * ratio);
+#else
+  return Footprint(voxels * max(1.0, 0.35 / facing_eye), vec3(0.0), vec3(0.0));
+#endif
 }
 
 // Sunlight thrown back as by rough mirrors, a sunlit white surface being 1: GGX facets, with a fit of what
@@ -69,9 +80,8 @@ vec3 light_from(Point point) {
     distance_voxels = max(dot(point.from_eye, direction), 0.0);
     seen_from = 1.0;
   }
-  float footprint = pixel_footprint(seen_from, -dot(normal, direction));
-  float lod = log2(footprint) + material_scale.y + KARST_SOFTEN_LEVELS;
-  Lookup at = lookup_at(point.voxel, point.in_voxel, lod);
+  Footprint footprint = footprint_of(seen_from, normal, direction);
+  Lookup at = lookup_at(point.voxel, point.in_voxel, footprint);
   Planes planes = planes_of(normal);
 
   KARST_COUNT_LOOKUPS(1);

@@ -15,6 +15,15 @@ uniform KARST_MEDIUM sampler2D blend_map;  // weights of up to four materials (B
 #endif
 #endif
 
+// What a pixel covers of the ground, an ellipse. Where the device looks up its longer side in several places
+// (KARST_ANISOTROPY above 1), the two half axes are known, in multiples of `voxels`: `across` is 1 long,
+// `along` 1 to KARST_ANISOTROPY. Everywhere else they are not used.
+struct Footprint {
+  float voxels;  // side of a square that is looked up instead, or of one of the places
+  vec3 across;
+  vec3 along;
+};
+
 struct Surface {
   KARST_MEDIUM vec3 albedo;
   KARST_MEDIUM float height;
@@ -42,6 +51,7 @@ struct Lookup {
   KARST_MEDIUM float smoothness;
   bool details;  // whether near textures are looked up
   bool rests;    // and far ones at the near scale
+  Footprint footprint;
 };
 
 // In repeats of 2^repeat_log2 voxels; whole ones are left out.
@@ -50,8 +60,8 @@ vec3 place_in(ivec3 patch_voxel, vec3 in_patch, int repeat_log2) {
   return voxels * intBitsToFloat((127 - repeat_log2) << 23);  // times 2^-repeat_log2
 }
 
-// lod: of near textures, at the first scale.
-Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
+Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, Footprint footprint) {
+  float lod = log2(footprint.voxels) + material_scale.y + KARST_SOFTEN_LEVELS;  // of near ones, first scale
   const float kLevels = float(KARST_SCALE_LOG2);
   int scale = clamp(int(floor((lod - KARST_SCALE_BEGINS) / kLevels)), 0, material_repeat.y);
   int repeat_log2 = material_repeat.x + KARST_SCALE_LOG2 * scale;
@@ -81,7 +91,7 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, float lod) {
   return Lookup(place_in(patch_voxel, in_patch, repeat_log2),
                 place_in(patch_voxel, in_patch, repeat_log2 + KARST_SCALE_LOG2), near_lod, far_lod,
                 far_lod + kLevels, detail, hue, rest, detail * (1.0 - rest), smoothness * (1.0 - rest),
-                details, rests);
+                details, rests, footprint);
 }
 
 // Along the world's y, t runs upwards on both upright planes, so that strata lie level.
@@ -129,9 +139,23 @@ KARST_MEDIUM vec3 decode_albedo(KARST_MEDIUM vec3 srgb) {
 
 const KARST_MEDIUM vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);  // ITU-R BT.709
 
-void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM float weight,
+// A level of a texture of 1 / texel texels a side; with several places the one that gradients of this length
+// ask for.
+KARST_MEDIUM vec4 look(KARST_MEDIUM sampler2DArray textures, vec3 place, float lod, float texel,
+                       Footprint footprint, int axis) {
+#if KARST_ANISOTROPY > 1
+  float size = exp2(lod) * texel;
+  return textureGrad(textures, place, on_plane(footprint.across, axis) * size,
+                     on_plane(footprint.along, axis) * size);
+#else
+  return textureLod(textures, place, lod);
+#endif
+}
+
+void add_detail(inout Sums sums, vec3 near, Lookup at, int axis, KARST_MEDIUM float weight,
                 KARST_MEDIUM vec2 decoding) {
-  KARST_MEDIUM vec4 texel = textureLod(near_textures, near, lod);
+  KARST_MEDIUM vec4 texel =
+      look(near_textures, near, at.near_lod, material_scale.x, at.footprint, axis);
   sums.near += weight * texel.rg;
   // A height's slope along s and t is the surface's gradient along two of the world's axes, whichever way it
   // faces: M. Mikkelsen, "Surface Gradient Based Bump Mapping Framework", 2020.
@@ -143,10 +167,13 @@ void add_detail(inout Sums sums, vec3 near, float lod, int axis, KARST_MEDIUM fl
 void add_plane(inout Sums sums, float layer, Lookup at, int axis, KARST_MEDIUM float weight,
                KARST_MEDIUM vec2 decoding) {
   KARST_COUNT_LOOKUPS(1 + int(at.details) + int(at.rests));
-  sums.far += weight * textureLod(far_textures, vec3(on_plane(at.far, axis), layer), at.far_lod);
+  float texel = 2.0 * material_scale.x;
+  vec3 far = vec3(on_plane(at.far, axis), layer);
   vec3 near = vec3(on_plane(at.near, axis), layer);
-  if (at.details) add_detail(sums, near, at.near_lod, axis, weight, decoding);
-  if (at.rests) sums.rest += weight * textureLod(far_textures, near, at.rest_lod).rgb;
+  sums.far += weight * look(far_textures, far, at.far_lod, texel, at.footprint, axis);
+  if (at.details) add_detail(sums, near, at, axis, weight, decoding);
+  if (at.rests)
+    sums.rest += weight * look(far_textures, near, at.rest_lod, texel, at.footprint, axis).rgb;
 }
 
 Surface surface_of(int material, Lookup at, Planes planes) {
@@ -189,11 +216,17 @@ float within(vec4 ways, float moved) {
 
 // Painted weights over a place (K 6.2), of the materials of the blend map's channels, 1 together at most.
 // They fade out towards ground that faces down and in caves: the map does not see them.
-KARST_MEDIUM vec4 painted_at(vec2 place, float footprint, float upwards, float cave) {
+KARST_MEDIUM vec4 painted_at(vec2 place, Footprint footprint, float upwards, float cave) {
 #ifdef KARST_BLEND_MAP
   KARST_COUNT_LOOKUPS(1);
   vec2 at = place * material_blend_place.xy + material_blend_place.zw;
-  KARST_MEDIUM vec4 weights = textureLod(blend_map, at, log2(footprint) + material_scale.z);
+#if KARST_ANISOTROPY > 1
+  vec2 voxels = footprint.voxels * material_blend_place.xy;
+  KARST_MEDIUM vec4 weights =
+      textureGrad(blend_map, at, footprint.across.xz * voxels, footprint.along.xz * voxels);
+#else
+  KARST_MEDIUM vec4 weights = textureLod(blend_map, at, log2(footprint.voxels) + material_scale.z);
+#endif
   KARST_MEDIUM float sum = dot(weights, vec4(1.0));
   return weights * (clamp(1.0 + 5.0 * upwards, 0.0, 1.0) * (1.0 - cave) / max(sum, 1.0));
 #else

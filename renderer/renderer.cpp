@@ -46,6 +46,12 @@ bool wants_high(Precision precision, const GlCaps& caps) {
   return precision == Precision::automatic ? caps.software : precision == Precision::high;
 }
 
+// Where a processor renders, each place is as dear as a lookup.
+int anisotropy_of(int wanted, const GlCaps& caps) {
+  const int places = wanted > 0 ? wanted : caps.software ? 1 : RendererSettings::kAutomaticAnisotropy;
+  return std::clamp(places, 1, std::max(1, caps.max_anisotropy));
+}
+
 }  // namespace
 
 Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
@@ -68,6 +74,7 @@ Status Renderer::create(const Gl& gl, const RendererSettings& settings) {
                             : settings.shading == karst::Shading::deferred;
   if (!deferred) settings_.deferred_width = settings_.deferred_height = 0;
   settings_.precision = wants_high(settings.precision, device_.caps) ? Precision::high : Precision::medium;
+  settings_.anisotropy = anisotropy_of(settings.anisotropy, device_.caps);
   if (const Status status = check_device(); !status.ok()) return status;
   created_ = true;  // from here on destroy() has something to do
   listen(true);
@@ -81,6 +88,7 @@ Status Renderer::create_objects() {
   const Gl& gl = device_.gl;
   const ProgramSettings programs{.materials = std::max(static_cast<int>(settings_.material_count), 1),
                                  .detail = static_cast<int>(settings_.detail),
+                                 .anisotropy = settings_.anisotropy,
                                  .high_precision = settings_.precision == Precision::high,
                                  .drape = settings_.drape_width > 0,
                                  .deferred = settings_.deferred(),

@@ -84,6 +84,12 @@ Error store_camera(void* options, const OptionValue& value) {
   return parse_camera(value.text, value.what, camera.camera);
 }
 
+Error store_anisotropy(void* options, const OptionValue& value) {
+  // Words are auto, 1, 2, 4, 8 and 16.
+  static_cast<SceneArguments*>(options)->anisotropy = value.integer == 0 ? 0 : 1 << (value.integer - 1);
+  return {};
+}
+
 using Kind = ValueKind;
 
 constexpr OptionRow kPictureRows[] = {
@@ -148,6 +154,14 @@ constexpr OptionRow kPictureRows[] = {
      .words = "low medium high",
      .help = "of textures: low, far scale alone; medium, the near one's nearest mip; high, mips are mixed",
      .store = put<&SceneArguments::detail>},
+    {.name = "anisotropy",
+     .kind = Kind::word,
+     .value = "N",
+     .initial = "auto",
+     .words = "auto 1 2 4 8 16",
+     .help = "lookups in the ground's textures mix 1, 2, 4, 8 or 16 places at most along a pixel's longer "
+             "side, so that ground at a grazing angle is sharp; auto: 4, or 1 where a processor renders",
+     .store = store_anisotropy},
     {.name = "shading",
      .kind = Kind::word,
      .value = "NAME",

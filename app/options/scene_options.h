@@ -55,6 +55,7 @@ struct SceneArguments {
   ShadingChoice shading = ShadingChoice::automatic;
   DetailChoice detail = DetailChoice::medium;
   PrecisionChoice precision = PrecisionChoice::automatic;
+  int anisotropy = 0;  // 0: as fits the device
   Antialias antialias = Antialias::none;
   std::uint32_t drawn_anyway = 0;  // bit n: SkipChoice n is switched off
 

@@ -104,6 +104,7 @@ std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& 
   json.field("driver", device.version);
   json.key("shading").begin_object().field("way", device.deferred ? "deferred" : "forward");
   json.field("precision", device.high_precision ? "high" : "medium");
+  json.field("anisotropy", std::uint64_t{device.anisotropy});
   json.field("lookups_per_pixel", lookups).end_object();
   write_times(json, frames);
   const LoadTimes& times = stage.load_times();

@@ -149,6 +149,7 @@ Error Stage::attach(Display& display, int width, int height) {
   GlOptions options;
   options.detail = static_cast<Detail>(scene_.detail);
   options.precision = static_cast<Precision>(scene_.precision);
+  options.anisotropy = static_cast<std::uint32_t>(scene_.anisotropy);
   options.shading = static_cast<Shading>(scene_.shading);
   options.share_depth = may_share_depth();
   options.smooth_edges = scene_.antialias == Antialias::edges;

@@ -75,9 +75,10 @@ KARST_API const FrameCosts& costs(const Renderer& renderer) noexcept;
 struct DeviceInfo {
   const char* renderer = "";  // as the driver names itself
   const char* version = "";
-  bool clip_control = false;    // for Target::depth_zero_to_one
-  bool deferred = false;        // pixels are shaded once, from a G-buffer
-  bool high_precision = false;  // all of a pixel is computed in 32 bits
+  bool clip_control = false;     // for Target::depth_zero_to_one
+  bool deferred = false;         // pixels are shaded once, from a G-buffer
+  bool high_precision = false;   // all of a pixel is computed in 32 bits
+  std::uint32_t anisotropy = 1;  // places at most that a lookup in the ground's textures mixes
   // GL_DEPTH_COMPONENT32F, Needs::deferred_width x deferred_height; 0: none is shared
   // (GlOptions::share_depth).
   std::uint32_t depth_texture = 0;

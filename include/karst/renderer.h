@@ -126,6 +126,10 @@ struct GlOptions {
   Shading shading = Shading::automatic;
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
+  // Of ground seen at a grazing angle: places at most that a lookup in its textures, or the drape, mixes
+  // along a pixel's longer side, where the driver has EXT_texture_filter_anisotropic. 1..16, 1: none; 0: 4,
+  // or 1 where a processor renders.
+  std::uint32_t anisotropy = 0;
   bool smooth_edges = false;  // silhouettes, where shading is deferred; else by samples of the host's target
   // Where shading is deferred, the depth of all targets is DeviceInfo::depth_texture, which the host attaches
   // to its framebuffers: 4 bytes a pixel less, and faster. Viewports then begin at 0, 0, and draw() clears

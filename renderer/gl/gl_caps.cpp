@@ -34,8 +34,14 @@ std::int32_t version_of(const char* version, bool desktop) {
   return version_number(desktop ? version : version + length);
 }
 
-// All that extensions add; `es3` is for ARB_ES3_compatibility.
-void read_extension(const char* name, GlCaps& caps, bool& es3) {
+// What is not kept by itself.
+struct Found {
+  bool es3 = false;  // ARB_ES3_compatibility
+  bool anisotropy = false;
+};
+
+// All that extensions add.
+void read_extension(const char* name, GlCaps& caps, Found& found) {
   const struct {
     const char* name;
     bool* flag;
@@ -48,7 +54,9 @@ void read_extension(const char* name, GlCaps& caps, bool& es3) {
                 {"GL_EXT_sRGB_write_control", &caps.srgb_switch},
                 {"GL_NV_polygon_mode", &caps.polygon_mode},
                 {"GL_EXT_multisample_compatibility", &caps.multisample_switch},
-                {"GL_ARB_ES3_compatibility", &es3}};
+                {"GL_EXT_texture_filter_anisotropic", &found.anisotropy},
+                {"GL_ARB_texture_filter_anisotropic", &found.anisotropy},
+                {"GL_ARB_ES3_compatibility", &found.es3}};
   for (const auto& known : kKnown) {
     if (std::strcmp(name, known.name) == 0) *known.flag = true;
   }
@@ -93,7 +101,7 @@ Status query_gl_caps(const Gl& gl, bool desktop, GlCaps& caps) {
   gl.GetInteger64v(GL_MAX_ELEMENT_INDEX, &index);
   caps.max_element_index = index;
 
-  bool es3 = false;
+  Found found;
   bool clip_distances = desktop;
   GLint count = 0;
   gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
@@ -101,11 +109,12 @@ Status query_gl_caps(const Gl& gl, bool desktop, GlCaps& caps) {
     const GLubyte* text = gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
     if (text == nullptr) continue;
     const char* name = reinterpret_cast<const char*>(text);
-    read_extension(name, caps, es3);
+    read_extension(name, caps, found);
     clip_distances = clip_distances || has_clip_distances(name);
   }
   if (desktop) {
-    if (!es3) return {StatusCode::unsupported, "the driver lacks an extension", "GL_ARB_ES3_compatibility"};
+    if (!found.es3)
+      return {StatusCode::unsupported, "the driver lacks an extension", "GL_ARB_ES3_compatibility"};
     caps.depth_clamp = caps.srgb_switch = caps.polygon_mode = caps.multisample_switch = true;
     if (gl.ProvokingVertex == nullptr) {
       return {StatusCode::unsupported, "the driver lacks a function of OpenGL", "glProvokingVertex"};
@@ -114,6 +123,7 @@ Status query_gl_caps(const Gl& gl, bool desktop, GlCaps& caps) {
   caps.sample_mask = desktop || caps.number >= 31;
   caps.sample_shading = desktop || caps.number >= 32;
   if (clip_distances) gl.GetIntegerv(GL_MAX_CLIP_DISTANCES_EXT, &caps.max_clip_distances);
+  if (found.anisotropy) gl.GetIntegerv(GL_MAX_TEXTURE_MAX_ANISOTROPY_EXT, &caps.max_anisotropy);
   require_functions(gl, caps);
   constexpr const char* kSoftware[] = {"llvmpipe", "softpipe", "SwiftShader"};
   for (const char* name : kSoftware) {

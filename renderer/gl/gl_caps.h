@@ -28,6 +28,9 @@ struct GlCaps {
   bool software = false;     // a processor renders
   bool debug = false;        // KHR_debug: labels, groups, messages
   bool timer_query = false;  // EXT_disjoint_timer_query
+  // Places at most that a lookup mixes along a pixel's longer side, EXT_texture_filter_anisotropic; 1:
+  // without.
+  std::int32_t max_anisotropy = 1;
 
   // State that OpenGL ES 3.0 does not have and a host may have set.
   bool clip_control = false;            // EXT_clip_control

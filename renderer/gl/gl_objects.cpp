@@ -50,6 +50,7 @@ void specify_texture(const Gl& gl, const ObjectShape& shape) {
   set(GL_TEXTURE_WRAP_S, shape.wrap);
   set(GL_TEXTURE_WRAP_T, shape.wrap);
   if (shape.target == GL_TEXTURE_3D) set(GL_TEXTURE_WRAP_R, shape.wrap);
+  if (shape.anisotropy > 1) gl.TexParameteri(shape.target, GL_TEXTURE_MAX_ANISOTROPY_EXT, shape.anisotropy);
   if (!shape.compare) return;
   set(GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   set(GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);

@@ -30,6 +30,7 @@ struct ObjectShape {
   int levels = 1, width = 1, height = 1, depth = 1;
   GLenum min_filter = GL_NEAREST, mag_filter = GL_NEAREST;
   GLenum wrap = GL_CLAMP_TO_EDGE;
+  int anisotropy = 1;    // above 1: EXT_texture_filter_anisotropic is there
   bool compare = false;  // lookups compare: passes where the reference is not above the texel
 };
 

@@ -42,6 +42,7 @@ Status RendererSettings::validate() const {
     if (!inside(blend_depth, 1, kMostBlendSide)) return invalid("not within 1..1024", "blend_depth");
     if (material_count == 0) return invalid("there are no materials to blend", "blend_width");
   }
+  if (!inside(anisotropy, 0, kMostAnisotropy)) return invalid("not within 0..16", "anisotropy");
   if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
   if (!inside(air_blocks, 0, kMostAirBlocks)) return invalid("not within 0..8", "air_blocks");
   CascadeSettings shadows;

@@ -35,6 +35,9 @@ struct RendererSettings {
   std::uint32_t blend_depth = 0;
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
+  // Places at most that a lookup in the ground's textures mixes along a pixel's longer side, 0..16; 0: as
+  // fits the device. create() sets it to what is done.
+  int anisotropy = 0;
   bool water = true;  // of the world; false: shaders know none
   karst::Shading shading = karst::Shading::automatic;
   // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets
@@ -58,6 +61,8 @@ struct RendererSettings {
 
   static constexpr int kMaxPicture = 16384;  // pixels a side
   static constexpr int kMostAirBlocks = 8;
+  static constexpr int kMostAnisotropy = 16;
+  static constexpr int kAutomaticAnisotropy = 4;  // where a GPU renders
 
   bool deferred() const { return deferred_width > 0 && drape_width == 0; }
   // Whether there is room for a rim: with a drape a world has none.

@@ -15,6 +15,7 @@ namespace karst::core {
 struct ProgramSettings {
   int materials = 1;            // 1..kMostMaterials
   int detail = 2;               // KARST_DETAIL_...
+  int anisotropy = 1;           // KARST_ANISOTROPY
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
@@ -47,7 +48,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[224] = {};  // GLSL lines after the variant's macros
+  char defines_[288] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

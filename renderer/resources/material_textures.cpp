@@ -64,7 +64,7 @@ GLenum gl_format(TextureFormat format) {
 shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent) {
   shader::MaterialBlock block{};
   const float levels = materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side));
-  block.material_scale = {0.0f, levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
+  block.material_scale = {std::exp2(-levels), levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
   block.material_repeat = {materials.repeat_log2, more_scales(materials.repeat_log2, extent), 0, 0};
   block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_tint[0] = {1.0f, 1.0f, 1.0f, 0.0f};

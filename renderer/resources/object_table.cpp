@@ -54,6 +54,7 @@ ObjectShape drape(const Settings& s) {
   // One level a pixel: half the texels of trilinear filtering.
   shape.min_filter = GL_LINEAR_MIPMAP_NEAREST;
   shape.wrap = GL_REPEAT;
+  shape.anisotropy = s.anisotropy;
   return shape;
 }
 
@@ -69,7 +70,8 @@ ObjectShape materials(const Settings& s) {
           .depth = plain ? 1 : static_cast<int>(s.material_count),
           .min_filter = GL_LINEAR_MIPMAP_LINEAR,
           .mag_filter = GL_LINEAR,
-          .wrap = GL_REPEAT};
+          .wrap = GL_REPEAT,
+          .anisotropy = s.anisotropy};
 }
 
 ObjectShape variation(const Settings& /*settings*/) {
@@ -89,6 +91,7 @@ ObjectShape blend_map(const Settings& s) {
   shape.levels =
       std::min(kMostBlendLevels, static_cast<int>(std::bit_width(std::max(s.blend_width, s.blend_depth))));
   shape.min_filter = GL_LINEAR_MIPMAP_NEAREST;  // weights are smooth: a level is as good as two
+  shape.anisotropy = s.anisotropy;
   return shape;
 }
 

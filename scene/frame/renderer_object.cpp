@@ -62,6 +62,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.detail = options.detail;
   settings.water = world.terrain.world.surroundings().has_water();
   settings.precision = options.precision;
+  settings.anisotropy = static_cast<int>(std::min(options.anisotropy, 255u));
   settings.shading = options.shading;
   settings.smooth_edges = options.smooth_edges;
   settings.share_depth = options.share_depth;
@@ -523,6 +524,7 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   info.version = own.gl.caps().version;
   info.clip_control = own.gl.caps().clip_control;
   info.deferred = own.gl.settings().deferred();
+  info.anisotropy = static_cast<std::uint32_t>(own.gl.settings().anisotropy);
   info.high_precision = own.gl.settings().precision == Precision::high;
   info.depth_texture = own.gl.shared_depth();
   info.gpu_bytes = own.gl.gpu_bytes();

@@ -123,6 +123,7 @@ constexpr SceneCase kCases[] = {
     {"show", "levels", [](Scene s) { return s.show == ShowChoice::levels; }, "pareto"},
     {"antialias", "msaa4", [](Scene s) { return s.antialias == Antialias::msaa4; }, "pareto"},
     {"detail", "high", [](Scene s) { return s.detail == DetailChoice::high; }, "pareto"},
+    {"anisotropy", "8", [](Scene s) { return s.anisotropy == 8; }, "pareto"},
     {"shading", "forward", [](Scene s) { return s.shading == ShadingChoice::forward; }, "pareto"},
     {"precision", "high", [](Scene s) { return s.precision == PrecisionChoice::high; }, "pareto"},
     {"no-skip", "backface,cave", [](Scene s) { return s.drawn_anyway == (1u << 1 | 1u << 9); }, "pareto"},

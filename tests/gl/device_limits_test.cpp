@@ -41,6 +41,8 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = 0; }},
       {"morph_rows", [](RendererSettings& s) { s.morph_rows = kMostViews * kMostPages + 1; }},
       {"stream_indices", [](RendererSettings& s) { s.stream_indices = 23; }},
+      {"anisotropy", [](RendererSettings& s) { s.anisotropy = 17; }},
+      {"anisotropy", [](RendererSettings& s) { s.anisotropy = -1; }},
       {"cascades", [](RendererSettings& s) { s.cascades = 4; }},
       {"air_blocks", [](RendererSettings& s) { s.air_blocks = 9; }},
       {"shadow_size", [](RendererSettings& s) { s.shadow_size = 1000; }},
@@ -190,6 +192,36 @@ TEST(DeviceLimits, WorksWithoutExtensions) {
   ASSERT_TRUE(make_camera(CameraSettings(), input.camera).ok());
   EXPECT_TRUE(renderer.draw(input, kSmall).ok());
   EXPECT_NE(renderer.terrain_gpu_ms(), renderer.terrain_gpu_ms());  // NaN
+}
+
+TEST(DeviceLimits, AnisotropyFitsTheDevice) {
+  const struct {
+    const char* what;
+    bool extensions;
+    int most, wanted, expected;
+  } cases[] = {{"by itself", true, 16, 0, 4},          {"of a lesser device", true, 2, 0, 2},
+               {"as wanted", true, 16, 8, 8},          {"more than there is", true, 4, 16, 4},
+               {"none wanted", true, 16, 1, 1},        {"no extension", false, 16, 8, 1},
+               {"a driver that says 0", true, 0, 8, 1}};
+  for (const auto& c : cases) {
+    const Gl gl = NoopGl::reset();
+    NoopGl::get().extensions = c.extensions;
+    NoopGl::get().max_anisotropy = c.most;
+    Renderer renderer;
+    RendererSettings settings = small_settings();
+    settings.anisotropy = c.wanted;
+    ASSERT_TRUE(renderer.create(gl, settings).ok());
+    EXPECT_EQ(renderer.settings().anisotropy, c.expected) << c.what;
+    // Near and far textures. Where it is 1, a driver without the extension would take the call for an error.
+    EXPECT_EQ(NoopGl::get().anisotropic_textures, c.expected > 1 ? 2u : 0u) << c.what;
+    EXPECT_EQ(NoopGl::get().anisotropy, c.expected > 1 ? c.expected : 0) << c.what;
+  }
+  const Gl gl = NoopGl::reset();
+  Renderer renderer;
+  RendererSettings settings = small_settings();
+  settings.drape_width = settings.drape_height = 16;
+  ASSERT_TRUE(renderer.create(gl, settings).ok());
+  EXPECT_EQ(NoopGl::get().anisotropic_textures, 3u);
 }
 
 TEST(DeviceLimits, TimerReportsTheGpusTime) {

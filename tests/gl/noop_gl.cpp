@@ -82,6 +82,11 @@ void fill_objects(Gl& gl) {
   gl.DeleteProgram = remove_one;
   gl.DeleteShader = remove_one;
   gl.TexStorage2D = texture_storage;
+  gl.TexParameteri = [](GLenum, GLenum name, GLint value) {
+    if (name != GL_TEXTURE_MAX_ANISOTROPY_EXT) return;
+    NoopGl::get().anisotropy = std::max(NoopGl::get().anisotropy, value);
+    ++NoopGl::get().anisotropic_textures;
+  };
   gl.TexStorage3D = [](GLenum, GLsizei levels, GLenum format, GLsizei width, GLsizei height, GLsizei depth) {
     for (GLsizei layer = 0; layer < depth; ++layer)
       texture_storage(GL_TEXTURE_2D, levels, format, width, height);
@@ -110,7 +115,9 @@ void fill_queries(Gl& gl) {
   };
   gl.GetStringi = [](GLenum, GLuint index) {
     ask();
-    return text(index == 0 ? "GL_KHR_debug" : "GL_EXT_disjoint_timer_query");
+    constexpr const char* kNames[] = {"GL_KHR_debug", "GL_EXT_disjoint_timer_query",
+                                      "GL_EXT_texture_filter_anisotropic"};
+    return text(index < 3 ? kNames[index] : "");
   };
   gl.GetIntegerv = [](GLenum name, GLint* value) {
     const NoopGl& self = ask();
@@ -118,8 +125,9 @@ void fill_queries(Gl& gl) {
     if (name == GL_MAX_TEXTURE_SIZE) *value = self.max_texture_size;
     if (name == GL_MAX_RENDERBUFFER_SIZE) *value = self.max_renderbuffer_size;
     if (name == GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) *value = 32;
+    if (name == GL_MAX_TEXTURE_MAX_ANISOTROPY_EXT) *value = self.max_anisotropy;
     if (name == GL_MAX_UNIFORM_BUFFER_BINDINGS) *value = 24;
-    if (name == GL_NUM_EXTENSIONS) *value = self.extensions ? 2 : 0;
+    if (name == GL_NUM_EXTENSIONS) *value = self.extensions ? 3 : 0;
     if (name == GL_MAX_VIEWPORT_DIMS) value[0] = value[1] = self.max_renderbuffer_size;
   };
   gl.GetInteger64v = [](GLenum, GLint64* value) { *value = ask().max_element_index; };

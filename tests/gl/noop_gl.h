@@ -28,8 +28,12 @@ struct NoopGl {
   std::int32_t max_texture_size = 2048;
   std::int32_t max_renderbuffer_size = 2048;
   std::int64_t max_element_index = (1 << 24) - 1;
-  bool extensions = true;       // KHR_debug and EXT_disjoint_timer_query
-  bool loses_vertices = false;  // says so when the vertex buffer is unmapped
+  // KHR_debug, EXT_disjoint_timer_query and EXT_texture_filter_anisotropic
+  bool extensions = true;
+  std::int32_t max_anisotropy = 16;
+  std::int32_t anisotropy = 0;             // the highest that a texture was given
+  std::uint32_t anisotropic_textures = 0;  // how many were given one
+  bool loses_vertices = false;             // says so when the vertex buffer is unmapped
   bool compiles = true;
   bool framebuffers_complete = true;
   std::uint32_t error = 0;     // what GetError gives, once

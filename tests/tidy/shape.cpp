@@ -298,6 +298,7 @@ const Exceptions& large_folders() {
       {"tests/bake", kAny, "a file a subject that is tested"},
       {"tests/gl", kAny, "a file a subject that is tested"},
       {"tests/golden/images", kAny, "a picture a view"},
+      {"tests/library", kAny, "a file a subject that is tested"},
       {"tests/support", kAny, "a pair of files a helper"},
       {"tests/unit", kAny, "a file a subject that is tested"},
   };

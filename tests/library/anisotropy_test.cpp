@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+// Anisotropic lookups: ground that is seen at a grazing angle keeps what it would lose by a lookup as wide as
+// a pixel's longer side.
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "terrain/shading/materials.h"
+#include "tests/library/host.h"
+#include "tests/support/test_world.h"
+#include "tests/support/world_io.h"
+
+namespace karst {
+namespace {
+
+using test::HostPicture;
+using test::HostWorld;
+using test::Pixels;
+
+constexpr int kWidth = 128;
+constexpr int kHeight = 64;
+
+// A plain of 64 x 64 voxels of 1 m whose ground is painted in stripes of 2 m, from south to north.
+std::vector<std::byte> striped_file() {
+  const test::TestWorld shape({64, 8, 64}, [](glm::ivec3 v) { return v.y < 3; });
+  const std::vector<std::byte> plain = shape.file();
+  core::MaterialSet set;
+  set.count = 1;
+  set.side = 64;
+  set.repeat_log2 = 5;
+  std::strcpy(set.materials[0].name, "stripes");
+  std::vector<std::byte> textures(texture_bytes(set), std::byte{128});
+  for (int level = 0; level < 4; ++level) {
+    const std::size_t side = 32u >> level;  // 1 m a texel, then 2 m, and from there on grey
+    const std::size_t first = texture_offset(set, core::TextureArray::far, level, 0);
+    for (std::size_t texel = 0; texel < side * side; ++texel) {
+      const std::size_t s = texel % side;
+      const int light = level > 1 ? 128 : (s >> (1 - level)) % 2 == 0 ? 60 : 196;
+      for (std::size_t c = 0; c < 3; ++c) textures[first + 4 * texel + c] = static_cast<std::byte>(light);
+    }
+  }
+  const core::WorldInfo info = shape.info();
+  const std::vector<std::uint8_t> overrides(info.patches, 0);
+  std::vector<std::byte> file;
+  const Status status =
+      core::write_world({info, &shape.octree(), core::read_patches(plain), {set, textures, overrides}}, file);
+  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
+  return file;
+}
+
+// Two pictures of the plain: by a walker who looks north, and from above.
+struct Plain {
+  Plain(Shading shading, std::uint32_t anisotropy) {
+    Needs needs;
+    if (shading == Shading::deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    static const std::vector<std::byte> kFile = striped_file();
+    HostWorld host(needs, {}, kFile);
+    HostPicture picture(kWidth, kHeight);
+    if (host.world == nullptr) return;
+    GlOptions options;
+    options.shading = shading;
+    options.detail = Detail::low;
+    options.anisotropy = anisotropy;
+    Renderer* renderer = nullptr;
+    status = Renderer::create(*host.world, picture.loader(), options, renderer);
+    if (renderer == nullptr) return;
+    device = device_info(*renderer);
+    const WorldInfo& info = host.world->info();
+    const double ground = info.low_m.y + 2.5;
+    const Vec3 walker{(info.low_m.x + info.high_m.x) / 2 + 0.3, ground + 1.7, info.high_m.z - 8};
+    const Vec3 bird{walker.x, ground + 12, walker.z - 20};
+    grazing = draw(*renderer, picture, *host.world, walker, {walker.x, walker.y - 1, walker.z - 10});
+    above = draw(*renderer, picture, *host.world, bird, {bird.x, ground, bird.z - 0.01});
+    renderer->destroy();
+  }
+
+  static Pixels draw(Renderer& renderer, const HostPicture& picture, const World& world, Vec3 eye,
+                     Vec3 target) {
+    Target whole;
+    whole.viewport = {0, 0, kWidth, kHeight};
+    whole.framebuffer = picture.name();
+    test::draw_frame(renderer, picture, {test::looking(world, eye, target, kWidth, kHeight)}, 0, &whole);
+    return picture.read();
+  }
+
+  Status status;
+  DeviceInfo device;
+  Pixels grazing, above;
+};
+
+// Of brightness, along rows of a picture: the root mean square of what neighbours differ by.
+double sharpness(const Pixels& pixels, int first, int last) {
+  double sum = 0;
+  int count = 0;
+  for (int y = first; y < last; ++y) {
+    for (int x = 1; x < kWidth; ++x, ++count) {
+      const double step = pixels.at(x, y)[1] - pixels.at(x - 1, y)[1];
+      sum += step * step;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(Anisotropy, GroundAtAGrazingAngleIsSharperAndFromAboveItStays) {
+  const Plain without(Shading::forward, 1);
+  const Plain forward(Shading::forward, 4);
+  const Plain deferred(Shading::deferred, 4);
+  for (const Plain* plain : {&without, &forward, &deferred}) {
+    ASSERT_TRUE(plain->status.ok()) << plain->status.what() << " " << plain->status.field();
+  }
+  EXPECT_EQ(without.device.anisotropy, 1u);
+  if (forward.device.anisotropy < 4) GTEST_SKIP() << "the driver has no EXT_texture_filter_anisotropic";
+
+  // Ground 15 to 35 m away.
+  const double blurred = sharpness(without.grazing, kHeight / 2, kHeight / 2 + 3);
+  const double sharp = sharpness(forward.grazing, kHeight / 2, kHeight / 2 + 3);
+  std::printf("neighbours differ by %.2f of 255, with 4 places by %.2f\n", blurred, sharp);
+  EXPECT_GT(sharp, 1.5 * blurred);
+  // The G-buffer rounds normals, which counts where ground is seen nearly from its side.
+  std::printf("deferred: %.4f of the pixels differ by more than 16\n",
+              test::share_beyond(forward.grazing, deferred.grazing, 16));
+  EXPECT_LE(test::share_beyond(forward.grazing, deferred.grazing, 16), 0.02);
+  EXPECT_LE(test::share_beyond(forward.above, deferred.above, 8), 0.005);
+
+  const double before = sharpness(without.above, 0, kHeight);
+  const double after = sharpness(forward.above, 0, kHeight);
+  std::printf("from above by %.2f, with 4 places by %.2f\n", before, after);
+  EXPECT_GT(before, 1);
+  EXPECT_NEAR(after / before, 1, 0.15);
+}
+
+TEST(Anisotropy, MoreThan16PlacesAreRefused) {
+  const Plain plain(Shading::forward, 17);
+  EXPECT_EQ(plain.status.code(), StatusCode::invalid_argument);
+  EXPECT_STREQ(plain.status.field(), "anisotropy");
+}
+
+}  // namespace
+}  // namespace karst
