@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::uintmax_t kMostBytes = 16 << 20;
 constexpr int kMostSources = 10'000;
+constexpr int kMostWithoutVoid = 200;  // sources whose gaps are looked for: GDAL's time grows with the square
 constexpr int kMostDepth = 16;
 constexpr std::size_t kStartBytes = 1'024;  // GDAL looks at as many
 
@@ -69,12 +70,22 @@ class Checker {
       if (name == "Metadata" || name == "Histograms") continue;
       if (std::find(std::begin(kElements), std::end(kElements), name) == std::end(kElements))
         return failure("has a <" + std::string(name.substr(0, 40)) + ">");
+      parts_have_voids_ = parts_have_voids_ || name == "NODATA";
+      has_void_ = has_void_ || name == "NoDataValue";
       if (name == "SourceFilename") {
         if (Error error = check_source(node); !error.ok()) return error;
       }
       if (Error error = check(node->psChild, depth + 1); !error.ok()) return error;
     }
     return {};
+  }
+
+  // After check(): parts may have voids, which the mosaic has to tell from heights.
+  Error check_voids() const {
+    if (has_void_ || (!parts_have_voids_ && sources_ <= kMostWithoutVoid)) return {};
+    return path_ +
+           ": the VRT has no <NoDataValue>, and parts that have voids or may leave gaps; gdalbuildvrt "
+           "-vrtnodata -9999 gives it one";
   }
 
  private:
@@ -99,6 +110,7 @@ class Checker {
   const std::string& path_;
   std::filesystem::path parent_, folder_;
   int sources_ = 0;
+  bool parts_have_voids_ = false, has_void_ = false;
 };
 
 }  // namespace
@@ -115,7 +127,9 @@ Error check_mosaic(const std::string& path) {
   if (failed || bytes > kMostBytes) return path + ": the VRT is longer than 16 MiB";
   const std::unique_ptr<CPLXMLNode, DestroyXml> root(CPLParseXMLFile(path.c_str()));
   if (root == nullptr) return path + ": damaged VRT: " + CPLGetLastErrorMsg();
-  return Checker(path).check(root.get(), 0);
+  Checker checker(path);
+  Error error = checker.check(root.get(), 0);
+  return error.ok() ? checker.check_voids() : error;
 }
 
 }  // namespace karst::bake

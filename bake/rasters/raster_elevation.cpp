@@ -249,6 +249,9 @@ class Raster {
 
  private:
   Error failure(const std::string& what) const { return path_ + ": " + what; }
+  bool is_driver(std::string_view name) const {
+    return name == GDALGetDriverShortName(GDALGetDatasetDriver(file_.get()));
+  }
   Error unreadable() const {
     return failure("unreadable raster: " +
                    (messages_.failures().empty() ? "truncated or damaged" : messages_.failures().front()));
@@ -295,7 +298,7 @@ class Raster {
       const char* const text = GDALGetMetadataItem(file_.get(), key, "ENVI");
       return std::string(text == nullptr ? "" : text);
     };
-    if (std::string_view(GDALGetDriverShortName(GDALGetDatasetDriver(file_.get()))) != "ENVI") return {};
+    if (!is_driver("ENVI")) return {};
     const std::string offset = envi("header_offset");
     if (!offset.empty() && offset != std::to_string(layout.nImageOffset))
       return failure("header offset: '" + offset + "' is not a number of bytes in the file");
@@ -444,7 +447,7 @@ class Raster {
                                      nullptr);
   }
 
-  // Where a file has no block, and a mosaic no part, GDAL reads 0. Here it is NaN, a void. window: of the
+  // Where a file has no block GDAL reads 0. Here it is NaN, a void. window: of the
   // file as it is; samples: its rows, stride apart.
   void mark_absent(const Window& window, double* samples, std::size_t stride) const {
     const int status = coverage(window);
@@ -480,15 +483,21 @@ class Raster {
 
   Error read_rows(const Window& part, SampleSink& sink) {
     const int raster_width = GDALGetRasterXSize(file_.get()), raster_height = GDALGetRasterYSize(file_.get());
-    const bool may_lack = !format_.nodata && (coverage({0, 0, raster_width, raster_height}) &
+    const int column = placement_.columns_from_east ? raster_width - part.column - part.width : part.column;
+    const int last_row = placement_.rows_from_south ? raster_height - part.row - part.height : part.row;
+    const bool may_lack = !format_.nodata && (coverage({column, last_row, part.width, part.height}) &
                                               GDAL_DATA_COVERAGE_STATUS_EMPTY) != 0;
+    if (may_lack && is_driver("VRT")) {
+      return failure(
+          "has places that no part of it covers, and no value for them; gdalbuildvrt -vrtnodata "
+          "-9999 gives them one, --crop takes what is covered");
+    }
     const auto width = static_cast<std::size_t>(part.width);
     const auto most_rows =
         static_cast<int>(std::max<std::uint64_t>(1, kBandBytes / (width * sizeof(double))));
     const int band_rows = std::min(kBandRows, most_rows);
     std::vector<double> samples;
     std::vector<unsigned char> mask;
-    const int column = placement_.columns_from_east ? raster_width - part.column - part.width : part.column;
     for (int first = part.row; first < part.row + part.height; first += band_rows) {
       const int rows = std::min(band_rows, part.row + part.height - first);
       const int file_row = placement_.rows_from_south ? raster_height - first - rows : first;

@@ -266,12 +266,23 @@ TEST_F(Mosaic, PartsOfItsFolderAreRead) {
   })) << "an output that is a part is seen";
 }
 
-// Where no part is, GDAL reads 0.
-TEST_F(Mosaic, WhatNoPartHasIsVoid) {
-  const Elevation e = elevation_of({.path = vrt("", "tile.tif")});
-  EXPECT_EQ(e.voids, 20u);
-  EXPECT_EQ(e.valid[5], 1);
-  EXPECT_EQ(e.valid[6], 0);
+// Where no part is, and where a part is void, GDAL reads 0.
+TEST_F(Mosaic, GapsNeedAValue) {
+  expect_error({.path = vrt("", "tile.tif")}, "-vrtnodata");
+  EXPECT_EQ(elevation_of({.path = vrt("", "tile.tif"), .crop = {1, 0, 5, 5}}).voids, 0u);
+  std::string text = test::read_text(vrt("", "tile.tif", "", R"(rasterXSize="6" rasterYSize="5")"));
+  EXPECT_EQ(elevation_of({.path = folder_.path("a.vrt")}).voids, 0u);
+  for (std::size_t at = 0; (at = text.find("SimpleSource", at)) != std::string::npos; ++at)
+    text.replace(at, 12, "ComplexSource");
+  text.insert(text.find("</ComplexSource>"), "<NODATA>107</NODATA>");
+  expect_error({.path = folder_.write("a.vrt", text)}, "-vrtnodata");
+  std::string many = test::read_text(vrt("", "tile.tif", "", R"(rasterXSize="6" rasterYSize="5")"));
+  const std::size_t first = many.find("<SimpleSource>");
+  const std::string part = many.substr(first, many.find("</VRTRasterBand>") - first);
+  for (int k = 0; k < 200; ++k) many.insert(first, part);
+  expect_error({.path = folder_.write("a.vrt", many)}, "-vrtnodata");
+  text.insert(text.find("<ComplexSource>"), "<NoDataValue>-5</NoDataValue>");
+  EXPECT_EQ(elevation_of({.path = folder_.write("a.vrt", text)}).voids, 1u);
 }
 
 TEST_F(Mosaic, NothingElseIsFollowed) {
