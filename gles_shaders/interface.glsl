@@ -190,7 +190,8 @@ KARST_BLOCK(MaterialBlock) {
   vec4 material_slope[KARST_MOST_MATERIALS];
   vec4 material_height[KARST_MOST_MATERIALS];  // xyz: the same of the height, voxels; w: cover in caves
   vec4 material_average[KARST_MOST_MATERIALS];  // rgb: albedo, a: roughness, of all of it seen from afar
-  vec4 material_tint[KARST_MOST_MATERIALS];     // rgb: how much albedo follows brightness
+  // rgb: how much albedo follows brightness; w: how much the normal's y counts for what plane is looked up
+  vec4 material_tint[KARST_MOST_MATERIALS];
   // What a texel of the near array stands for, factor and offset: xy: of brightness, zw: of slopes.
   vec4 material_near[KARST_MOST_MATERIALS];
   vec4 material_blend[KARST_MOST_MATERIALS];  // 1 for the channel of the blend map that paints it, else 0

@@ -82,7 +82,6 @@ vec3 light_from(Point point) {
   }
   Footprint footprint = footprint_of(seen_from, normal, direction);
   Lookup at = lookup_at(point.voxel, point.in_voxel, footprint);
-  Planes planes = planes_of(normal);
 
   KARST_COUNT_LOOKUPS(1);
   KARST_MEDIUM float seen = sky_seen(vec3(point.voxel) + point.in_voxel, normal);
@@ -100,9 +99,9 @@ vec3 light_from(Point point) {
     choice = choice_of(normal.y, float(point.voxel.y) + point.in_voxel.y, noise_place, cave,
                        painted_at(column, footprint, normal.y, cave));
   }
-  Surface ground = blended_surface(choice, at, planes);
+  Surface ground = blended_surface(choice, at, normal);
 #else
-  Surface ground = surface_of(point.material, at, planes);
+  Surface ground = surface_of(point.material, at, normal);
 #endif
 
   // The normal turns against the gradient along the surface.

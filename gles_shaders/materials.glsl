@@ -110,8 +110,11 @@ struct Planes {
   bool both;
 };
 
-Planes planes_of(vec3 normal) {
-  vec3 n = abs(normal);
+//
+// level: how much the level plane's part of the normal counts for a material (material_tint). On that plane
+// the strata of walls would run across those of the upright planes.
+Planes planes_of(vec3 normal, float level) {
+  vec3 n = abs(vec3(normal.x, normal.y * level, normal.z));
   float least = min(n.x, min(n.y, n.z));
   vec3 over = max(n - max(least, KARST_TRIPLANAR_EPSILON), 0.0);
   int a = n.x > least ? 0 : 1;
@@ -176,7 +179,9 @@ void add_plane(inout Sums sums, float layer, Lookup at, int axis, KARST_MEDIUM f
     sums.rest += weight * look(far_textures, near, at.rest_lod, texel, at.footprint, axis).rgb;
 }
 
-Surface surface_of(int material, Lookup at, Planes planes) {
+Surface surface_of(int material, Lookup at, vec3 normal) {
+  KARST_MEDIUM vec4 tint = material_tint[material];
+  Planes planes = planes_of(normal, tint.w);
   Sums sums = Sums(vec4(0.0), vec2(0.0), vec3(0.0), vec3(0.0));
   float layer = float(material);
   KARST_MEDIUM vec4 decoding = material_near[material];
@@ -186,14 +191,13 @@ Surface surface_of(int material, Lookup at, Planes planes) {
   KARST_MEDIUM float brighter = (sums.near.r * decoding.x + decoding.y - 1.0) * at.detail;
   KARST_MEDIUM vec3 albedo = decode_albedo(sums.far.rgb);
   KARST_MEDIUM vec3 average = material_average[material].rgb;
-  KARST_MEDIUM vec3 tint = material_tint[material].rgb;
 #if KARST_DETAIL == KARST_DETAIL_LOW
   albedo = mix(albedo, decode_albedo(sums.rest), at.rest);
 #else
   // As near textures of its scale have it.
   KARST_MEDIUM float brightness = dot(albedo, kLuminance) / dot(average, kLuminance);
-  KARST_MEDIUM vec3 bright = average * (1.0 + tint * (brightness - 1.0));
-  albedo = mix(mix(bright, albedo, at.hue), average, at.rest) * (1.0 + brighter * tint);
+  KARST_MEDIUM vec3 bright = average * (1.0 + tint.rgb * (brightness - 1.0));
+  albedo = mix(mix(bright, albedo, at.hue), average, at.rest) * (1.0 + brighter * tint.rgb);
 #endif
   return Surface(albedo,
                  mix(KARST_MEAN_HEIGHT, sums.near.g, at.relief),
@@ -298,10 +302,10 @@ Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_
   return Choice(first, second, over.y / max(over.x + over.y, 1e-4));
 }
 
-Surface blended_surface(Choice choice, Lookup at, Planes planes) {
-  Surface first = surface_of(choice.first, at, planes);
+Surface blended_surface(Choice choice, Lookup at, vec3 normal) {
+  Surface first = surface_of(choice.first, at, normal);
   Surface second = first;
-  if (choice.share > kLeastShare || least_work.y > 0) second = surface_of(choice.second, at, planes);
+  if (choice.share > kLeastShare || least_work.y > 0) second = surface_of(choice.second, at, normal);
   KARST_MEDIUM float t = blend_by_height(choice.share, second.height - first.height);
   return Surface(mix(first.albedo, second.albedo, t), mix(first.height, second.height, t),
                  mix(first.roughness, second.roughness, t), mix(first.gradient, second.gradient, t));

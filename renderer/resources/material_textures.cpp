@@ -30,6 +30,14 @@ int more_scales(int repeat_log2, glm::ivec3 extent) {
   return std::max(0, (widest - repeat_log2) / KARST_SCALE_LOG2 - 1);
 }
 
+// How much the normal's y counts for what plane is looked up. A material that no level ground has is one of
+// walls, whose images have a top and a bottom: the level plane, which knows neither, is left to its ceilings.
+// So it has no share up to 35 degrees from upright, and half of one at 70.
+float level_share(const Material& material) {
+  constexpr float kLevelGround = 0.75f;
+  return material.slope_high > kLevelGround ? 1.0f : 0.35f;
+}
+
 // What a near texel, 0..1, stands for: factors and offsets.
 glm::vec4 near_decoding(TextureFormat format, const Material& material) {
   const NearCodes codes = near_codes(format);
@@ -67,7 +75,7 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ive
   block.material_scale = {std::exp2(-levels), levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
   block.material_repeat = {materials.repeat_log2, more_scales(materials.repeat_log2, extent), 0, 0};
   block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
-  block.material_tint[0] = {1.0f, 1.0f, 1.0f, 0.0f};
+  block.material_tint[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
   const BlendMap& map = materials.blend_map;
   const auto place = [](int voxels) { return 1.0f / std::max(1.0f, static_cast<float>(voxels) - 1.0f); };
@@ -90,7 +98,7 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ive
         limits(material.height_low, material.height_high, material.height_soft, material.cave);
     block.material_average[m] = {material.average[0], material.average[1], material.average[2],
                                  material.roughness};
-    block.material_tint[m] = {material.tint[0], material.tint[1], material.tint[2], 0.0f};
+    block.material_tint[m] = {material.tint[0], material.tint[1], material.tint[2], level_share(material)};
     block.material_near[m] = near_decoding(texture_format(materials.format, TextureArray::near), material);
   }
   return block;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Anisotropic lookups: ground that is seen at a grazing angle keeps what it would lose by a lookup as wide as
-// a pixel's longer side.
+// How the ground's textures are laid and looked up, by stripes. Anisotropic lookups: ground that is seen at a
+// grazing angle keeps what it would lose by a lookup as wide as a pixel's longer side. Walls: their strata
+// lie level.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -22,24 +23,26 @@ using test::Pixels;
 constexpr int kWidth = 128;
 constexpr int kHeight = 64;
 
-// A plain of 64 x 64 voxels of 1 m whose ground is painted in stripes of 2 m, from south to north.
-std::vector<std::byte> striped_file() {
-  const test::TestWorld shape({64, 8, 64}, [](glm::ivec3 v) { return v.y < 3; });
+enum class Stripes : std::uint8_t { along_t, along_s };
+
+// A world of one material, of stripes as wide as a voxel, 1 m. slope_high: of its rule, which does not keep
+// it from any ground, because it is the first.
+std::vector<std::byte> striped_file(const test::TestWorld& shape, Stripes stripes, float slope_high) {
   const std::vector<std::byte> plain = shape.file();
   core::MaterialSet set;
   set.count = 1;
   set.side = 64;
   set.repeat_log2 = 5;
   std::strcpy(set.materials[0].name, "stripes");
+  set.materials[0].slope_high = slope_high;
   std::vector<std::byte> textures(texture_bytes(set), std::byte{128});
-  for (int level = 0; level < 4; ++level) {
-    const std::size_t side = 32u >> level;  // 1 m a texel, then 2 m, and from there on grey
-    const std::size_t first = texture_offset(set, core::TextureArray::far, level, 0);
-    for (std::size_t texel = 0; texel < side * side; ++texel) {
-      const std::size_t s = texel % side;
-      const int light = level > 1 ? 128 : (s >> (1 - level)) % 2 == 0 ? 60 : 196;
-      for (std::size_t c = 0; c < 3; ++c) textures[first + 4 * texel + c] = static_cast<std::byte>(light);
-    }
+  // The finest level has a texel a voxel; coarser ones are grey.
+  const std::size_t side = 32;
+  const std::size_t first = texture_offset(set, core::TextureArray::far, 0, 0);
+  for (std::size_t texel = 0; texel < side * side; ++texel) {
+    const std::size_t across = stripes == Stripes::along_t ? texel % side : texel / side;
+    for (std::size_t c = 0; c < 3; ++c)
+      textures[first + 4 * texel + c] = std::byte(across % 2 == 0 ? 60 : 196);
   }
   const core::WorldInfo info = shape.info();
   const std::vector<std::uint8_t> overrides(info.patches, 0);
@@ -50,12 +53,21 @@ std::vector<std::byte> striped_file() {
   return file;
 }
 
+Pixels draw(Renderer& renderer, const HostPicture& picture, const World& world, Vec3 eye, Vec3 target) {
+  Target whole;
+  whole.viewport = {0, 0, kWidth, kHeight};
+  whole.framebuffer = picture.name();
+  test::draw_frame(renderer, picture, {test::looking(world, eye, target, kWidth, kHeight)}, 0, &whole);
+  return picture.read();
+}
+
 // Two pictures of the plain: by a walker who looks north, and from above.
 struct Plain {
   Plain(Shading shading, std::uint32_t anisotropy) {
     Needs needs;
     if (shading == Shading::deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
-    static const std::vector<std::byte> kFile = striped_file();
+    static const std::vector<std::byte> kFile =
+        striped_file(test::TestWorld({64, 8, 64}, [](glm::ivec3 v) { return v.y < 3; }), Stripes::along_t, 2);
     HostWorld host(needs, {}, kFile);
     HostPicture picture(kWidth, kHeight);
     if (host.world == nullptr) return;
@@ -76,19 +88,35 @@ struct Plain {
     renderer->destroy();
   }
 
-  static Pixels draw(Renderer& renderer, const HostPicture& picture, const World& world, Vec3 eye,
-                     Vec3 target) {
-    Target whole;
-    whole.viewport = {0, 0, kWidth, kHeight};
-    whole.framebuffer = picture.name();
-    test::draw_frame(renderer, picture, {test::looking(world, eye, target, kWidth, kHeight)}, 0, &whole);
-    return picture.read();
-  }
-
   Status status;
   DeviceInfo device;
   Pixels grazing, above;
 };
+
+// A slope of 45 degrees, level stripes on its upright planes, looked at straight on; rows are level.
+Pixels slope(Shading shading, float slope_high) {
+  Needs needs;
+  if (shading == Shading::deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+  test::TestWorld shape({32, 32, 32}, [](glm::ivec3 v) { return v.y < 31 - v.x; });
+  // Steps are moved towards the plane through their middles, as far as the normals between them allow.
+  shape.set_heights(3, [](glm::dvec3 p) { return 0.8 * 8192 * (31 - p.x - p.y); });
+  HostWorld host(needs, {}, striped_file(shape, Stripes::along_s, slope_high));
+  HostPicture picture(kWidth, kHeight);
+  GlOptions options;
+  options.shading = shading;
+  options.detail = Detail::low;
+  Renderer* renderer = nullptr;
+  const Status status = Renderer::create(*host.world, picture.loader(), options, renderer);
+  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
+  if (renderer == nullptr) return {};
+  const WorldInfo& info = host.world->info();
+  const Vec3 middle{(info.low_m.x + info.high_m.x) / 2, (info.low_m.y + info.high_m.y) / 2,
+                    (info.low_m.z + info.high_m.z) / 2};
+  const Pixels pixels = draw(*renderer, picture, *host.world, {middle.x + 6, middle.y + 6, middle.z}, middle);
+
+  renderer->destroy();
+  return pixels;
+}
 
 // Of brightness, along rows of a picture: the root mean square of what neighbours differ by.
 double sharpness(const Pixels& pixels, int first, int last) {
@@ -129,6 +157,17 @@ TEST(Anisotropy, GroundAtAGrazingAngleIsSharperAndFromAboveItStays) {
   std::printf("from above by %.2f, with 4 places by %.2f\n", before, after);
   EXPECT_GT(before, 1);
   EXPECT_NEAR(after / before, 1, 0.15);
+}
+
+// A material that no level ground has is one of walls.
+TEST(Walls, StrataLieLevelOnSlopes) {
+  for (const Shading shading : {Shading::forward, Shading::deferred}) {
+    const double ground = sharpness(slope(shading, 2), 0, kHeight);
+    const double wall = sharpness(slope(shading, 0.6f), 0, kHeight);
+    std::printf("along strata neighbours differ by %.2f of 255; of other ground by %.2f\n", wall, ground);
+    EXPECT_GT(ground, 2);
+    EXPECT_LT(wall, 0.35 * ground);
+  }
 }
 
 TEST(Anisotropy, MoreThan16PlacesAreRefused) {
