@@ -103,10 +103,12 @@ constexpr Key kKeys[] = {
        double side = 0;
        if (v == "0") return true;
        if (!read_pair(v, n, side) || !whole(n, 1, kMostShadowMaps)) return false;
+       if (!whole(side / kShadowSizeStep, double{kLeastShadowSize} / kShadowSizeStep,
+                  double{kMostShadowSize} / kShadowSizeStep))
+         return false;
        p.cascades = static_cast<int>(n);
        p.cascade_side = static_cast<int>(side);
-       return whole(side / kShadowSizeStep, double{kLeastShadowSize} / kShadowSizeStep,
-                    double{kMostShadowSize} / kShadowSizeStep);
+       return true;
      }},
     {"detail", "low, medium or high",
      [](std::string_view v, BoardProfile& p) {

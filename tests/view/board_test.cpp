@@ -61,8 +61,9 @@ TEST(Board, WrongProfilesAreTold) {
   for (const char* wrong : {"size = 320 # x\n", "size = 1x1 # x\n", "size = 320x240x2 # x\n"}) {
     EXPECT_NE(error(with("size", wrong)).find("size is not"), std::string::npos) << wrong;
   }
-  for (const char* wrong : {"cascades = 4x1024 # x\n", "cascades = 1x1000 # x\n", "cascades = 2 # x\n",
-                            "cascades = 1x256 # x\n", "cascades = 1x4096 # x\n"}) {
+  for (const char* wrong :
+       {"cascades = 4x1024 # x\n", "cascades = 1x1000 # x\n", "cascades = 2 # x\n", "cascades = 1x256 # x\n",
+        "cascades = 1x4096 # x\n", "cascades = 3x1e123 # x\n"}) {
     EXPECT_NE(error(with("cascades", wrong)).find("cascades is not"), std::string::npos) << wrong;
   }
   BoardProfile profile;

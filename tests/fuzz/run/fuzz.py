@@ -3,8 +3,8 @@
 """Runs targets of libFuzzer that `cmake --preset fuzz` built, as many at a time as there are processors, and
 prints their runs and findings as a table. Exit code 1 where there is a finding.
 
-What libFuzzer has learned stays in WORK/corpus; inputs that end a target, and reports of sanitizers in its
-children, are in WORK/findings. A finding is run again by `karst_fuzz_TARGET FILE`."""
+What libFuzzer has learned stays in WORK/corpus; inputs that end a target, and reports of sanitizers, also in
+its children, are in WORK/findings. A finding is run again by `karst_fuzz_TARGET FILE`."""
 
 import argparse
 import concurrent.futures
@@ -45,8 +45,8 @@ def run(options, name, jobs):
         command.append(f"-runs={max(1, options.runs * TARGETS[name][0] // total)}")
     else:
         command.append(f"-max_total_time={max(1, options.seconds * jobs // len(options.targets))}")
-    children = f"log_path={findings}/{name}-child:detect_leaks=0"
-    environment = dict(os.environ, ASAN_OPTIONS=children, UBSAN_OPTIONS=f"{children}:print_stacktrace=1")
+    reports = f"log_path={findings}/{name}-report:detect_leaks=0"
+    environment = dict(os.environ, ASAN_OPTIONS=reports, UBSAN_OPTIONS=f"{reports}:print_stacktrace=1")
     environment["TMPDIR"] = str(options.work / "temporary")
     log = options.work / f"{name}.log"
     start = time.monotonic()
@@ -56,8 +56,10 @@ def run(options, name, jobs):
     text = log.read_text(errors="replace")
     count = re.findall(r"stat::number_of_executed_units:\s*(\d+)", text)
     runs = int(count[-1]) if count else 0
-    found = len(list(findings.glob(f"{name}-*")))
-    return name, runs, seconds, max(found, int(code != 0))
+    # A report and the input that it is about are one finding; children have reports alone.
+    reports = len(list(findings.glob(f"{name}-report.*")))
+    inputs = len(list(findings.glob(f"{name}-*"))) - reports
+    return name, runs, seconds, max(reports, inputs, int(code != 0))
 
 
 def main():

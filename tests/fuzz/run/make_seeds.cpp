@@ -7,6 +7,7 @@
 #include "tests/bake/bake_files.h"
 #endif
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -44,6 +45,17 @@ void write_worlds() {
   }
 }
 
+// A profile with numbers beyond all ranges in each key in turn.
+void write_large_numbers(std::string_view board) {
+  for (std::size_t at = board.find(" = "); at != std::string_view::npos; at = board.find(" = ", at + 1)) {
+    const std::size_t end = std::min(board.find_first_of("#\n", at), board.size());
+    for (const char* number : {"1e300 ", "3x1e300 ", "-1e300x2 "}) {
+      std::string text(board.substr(0, at + 3));
+      write("board", text.append(number).append(board.substr(end)));
+    }
+  }
+}
+
 void write_texts() {
   const char path[] = "# east up south yaw pitch\n0 120.5 -40 90 -12\r\n1e3 ~1.7 -2.5e2 -180 0  # a walker\n";
   write("camera_path", path);
@@ -56,6 +68,7 @@ void write_texts() {
         "\x01"
         "1 2 3 4 5\n6 7 8 9 10");
   for (const karst::BoardText& board : karst::board_texts()) write("board", board.text);
+  write_large_numbers(karst::board_texts().front().text);
   write("carve", R"([{"shape": "box", "op": "fill", "center": [0, 10, 0], "size": [5, 4, 3], "radius": 1},
  {"shape": "sphere", "op": "empty", "blend": 2.5, "center": [1e3, -4, 2], "radius": 7},
  {"shape": "capsule", "op": "empty", "radius": 3, "points": [[0, 0, 0], [10, 2, 3], [20, 0, 8]]}])");
