@@ -82,24 +82,30 @@ def run(*words, **more):
     return subprocess.run(words, check=True, **more)
 
 
+def fetch(work, packages):
+    """The packages' files in a folder of work, where they are kept."""
+    root = os.path.join(work, "guest", "tree")
+    done = os.path.join(work, "guest", "packages")
+    if not os.path.exists(done) or open(done).read().split() != packages:
+        shutil.rmtree(os.path.join(work, "guest"), ignore_errors=True)
+        log = os.path.join(work, "fetch.log")
+        with open(log, "w") as out:
+            code = subprocess.call([os.path.join(HERE, "fetch_guest.sh"), "amd64",
+                                    os.path.join(work, "guest"), *packages], stdout=out, stderr=out)
+        if code != 0:
+            last = (open(log).read().strip().splitlines() or ["no output"])[-1]
+            raise Skip(f"the guest's packages cannot be fetched: {last}")
+        with open(done, "w") as out:
+            out.write(" ".join(packages))
+    return root
+
+
 def prepare(args):
     """The kernel, the image with karst in it, and the world. Kept in args.work, made again when older."""
     for tool in TOOLS:
         if not shutil.which(tool, path=os.environ["PATH"] + ":/usr/sbin:/sbin"):
             raise Skip(f"{tool} is not installed")
-    root = os.path.join(args.work, "guest", "tree")
-    done = os.path.join(args.work, "guest", "packages")
-    if not os.path.exists(done) or open(done).read().split() != PACKAGES:
-        shutil.rmtree(os.path.join(args.work, "guest"), ignore_errors=True)
-        log = os.path.join(args.work, "fetch.log")
-        with open(log, "w") as out:
-            code = subprocess.call([os.path.join(HERE, "fetch_guest.sh"), "amd64",
-                                    os.path.join(args.work, "guest"), *PACKAGES], stdout=out, stderr=out)
-        if code != 0:
-            last = (open(log).read().strip().splitlines() or ["no output"])[-1]
-            raise Skip(f"the guest's packages cannot be fetched: {last}")
-        with open(done, "w") as out:
-            out.write(" ".join(PACKAGES))
+    root = fetch(args.work, PACKAGES)
     world = os.path.join(args.work, "canyon.karst")
     run(args.bake, "--sample", "canyon", "--levels", "3", "-o", world, stdout=subprocess.DEVNULL)
     # A world that is there soon, where only starting and ending counts.
@@ -129,13 +135,13 @@ def prepare(args):
     return kernel, image, world
 
 
-def boot(args, kernel, image, script, seconds):
+def boot(args, kernel, image, script, seconds, more=()):
     out = os.path.join(args.work, args.case)
     shutil.rmtree(out, ignore_errors=True)
     os.makedirs(out)
     code = subprocess.call(["nice", "-n", "10", sys.executable, os.path.join(HERE, "run_vm.py"), "-k", kernel,
                             "-i", image, "-o", out, "-t", str(seconds), "--boot-timeout", "240", "--gpu",
-                            "virtio-gpu-pci,xres=%d,yres=%d" % SIZE, "--", script])
+                            "virtio-gpu-pci,xres=%d,yres=%d" % SIZE, *more, "--", script])
     console = open(os.path.join(out, "console.log"), errors="replace").read()
     print(console[-6000:])
     for line in console.splitlines():

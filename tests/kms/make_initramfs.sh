@@ -137,7 +137,8 @@ printf 'root:x:0:\nvideo:x:44:\nkiosk:x:1000:\n' > "$root/etc/group"
 cat > "$root/init" <<'INIT'
 #!/bin/busybox sh
 # PID 1 of the test guest. Runs /run.sh (appended by the runner), reports its
-# status on the control port, powers off.
+# status on the control port, powers off. With kmsvm.root=DEVICE: hands over to
+# the system on that disk, after its /setup.sh; that system runs /run.sh itself.
 /bin/busybox --install -s /bin
 export PATH=/usr/bin HOME=/run XDG_RUNTIME_DIR=/run
 mount -t devtmpfs dev /dev; mount -t proc proc /proc; mount -t sysfs sys /sys
@@ -153,6 +154,17 @@ while read -r m; do
 done < /modules/order
 i=0; while [ ! -e /dev/dri/card0 ] && [ $i -lt 50 ]; do sleep 0.1; i=$((i+1)); done
 i=0; while ! ls /dev/vport* >/dev/null 2>&1 && [ $i -lt 20 ]; do sleep 0.1; i=$((i+1)); done
+disk=$(sed -n 's/.*kmsvm.root=\([^ ]*\).*/\1/p' /proc/cmdline)
+if [ -n "$disk" ]; then
+  mkdir /disk; mount -t ext4 "$disk" /disk || poweroff -f
+  # An image that was made without root has the files of whoever made it.
+  [ "$(stat -c %u /disk/etc)" = 0 ] || chown -hR 0:0 /disk
+  cp /run.sh /disk/
+  umount /dev/pts
+  for d in dev proc sys; do mount --move /$d /disk/$d; done
+  chroot /disk /bin/sh /setup.sh || { echo "setup fails"; poweroff -f; }
+  exec switch_root /disk /sbin/init
+fi
 ctl=$(ls /dev/vport* 2>/dev/null | head -n1)
 exec 3<>"${ctl:-/dev/console}"
 echo "BOOT $(cut -d' ' -f1 /proc/uptime)" >&3
