@@ -28,6 +28,8 @@ namespace {
 constexpr int kReleaseSignal = SIGUSR1;
 constexpr int kAcquireSignal = SIGUSR2;
 
+constexpr const char* kBackend = "LIBSEAT_BACKEND";
+
 // The virtual terminal of this process: its standard input where that is one, else the one in front.
 std::string find_terminal() {
   struct stat status {};
@@ -167,7 +169,19 @@ class LibSeat final : public Seat {
     static const libseat_seat_listener kListener = {
         [](libseat*, void* self) { static_cast<LibSeat*>(self)->active_ = true; },
         [](libseat*, void* self) { static_cast<LibSeat*>(self)->active_ = false; }};
-    seat_ = libseat_open_seat(&kListener, this);
+    // libseat's own keeper, which it takes last, can open nothing without root but says so only at the card.
+    if (geteuid() != 0 && std::getenv(kBackend) == nullptr) {
+      for (const char* backend : {"seatd", "logind"}) {
+        setenv(kBackend, backend, 1);
+        seat_ = libseat_open_seat(&kListener, this);
+        const int reason = errno;
+        unsetenv(kBackend);
+        errno = reason;
+        if (seat_ != nullptr) break;
+      }
+    } else {
+      seat_ = libseat_open_seat(&kListener, this);
+    }
     if (seat_ == nullptr) return errno_text("libseat", errno);
     // The keeper tells soon whether the seat is ours now; without that it is when the terminal comes back.
     for (int i = 0; i < kFirstWaits && !active_; ++i) {

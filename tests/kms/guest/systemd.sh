@@ -126,7 +126,14 @@ echo "FIGURE without a world: $(wc -l </run/said) lines in ten seconds; $(grep '
 mv /srv/karst/away $world
 await 180 shown $((before + 1)) || fail "no picture when the world came"
 
-# 7. Wrong options: said, and not tried again.
+# 7. Where nobody keeps the seat (logind is not asked outside of a session), devices are opened directly.
+sed -i 's/ --seat direct//' /etc/systemd/system/$unit.service
+systemctl daemon-reload
+before=$(pictures)
+systemctl restart $unit
+await 180 shown $((before + 1)) || fail "no picture without --seat"
+
+# 8. Wrong options: said, and not tried again.
 systemctl stop $unit
 echo 'KARST_OPTIONS="--nonsense"' >>/etc/karst/kiosk.conf
 systemctl start $unit
