@@ -86,7 +86,10 @@ Lookup lookup_at(ivec3 patch_voxel, vec3 in_patch, Footprint footprint) {
   if (scale > 0) near_lod = max(near_lod, KARST_SCALE_BEGINS + 1.0);
 #endif
 #if KARST_DETAIL == KARST_DETAIL_MEDIUM
-  near_lod = floor(max(near_lod, 0.0) + 0.5);
+  // Which of two mips is strewn over half a level, so that no line shows where one ends: J. Jimenez, "Next
+  // Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014, interleaved gradient noise.
+  float strewn = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  near_lod = floor(max(near_lod, 0.0) + 0.25 + 0.5 * strewn);
 #endif
   return Lookup(place_in(patch_voxel, in_patch, repeat_log2),
                 place_in(patch_voxel, in_patch, repeat_log2 + KARST_SCALE_LOG2), near_lod, far_lod,

@@ -2,6 +2,7 @@
 // How the ground's textures are laid and looked up, by stripes. Anisotropic lookups: ground that is seen at a
 // grazing angle keeps what it would lose by a lookup as wide as a pixel's longer side. Walls: their strata
 // lie level.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -23,7 +24,8 @@ using test::Pixels;
 constexpr int kWidth = 128;
 constexpr int kHeight = 64;
 
-enum class Stripes : std::uint8_t { along_t, along_s };
+// levels: grey, and every second mip of the near texture is dark.
+enum class Stripes : std::uint8_t { along_t, along_s, levels };
 
 // A world of one material, of stripes as wide as a voxel, 1 m. slope_high: of its rule, which does not keep
 // it from any ground, because it is the first.
@@ -36,10 +38,17 @@ std::vector<std::byte> striped_file(const test::TestWorld& shape, Stripes stripe
   std::strcpy(set.materials[0].name, "stripes");
   set.materials[0].slope_high = slope_high;
   std::vector<std::byte> textures(texture_bytes(set), std::byte{128});
+  if (stripes == Stripes::levels) set.repeat_log2 = 2;
+  for (int level = 0; stripes == Stripes::levels && level < 7; ++level) {
+    const std::size_t begin = texture_offset(set, core::TextureArray::near, level, 0);
+    const std::size_t end = texture_offset(set, core::TextureArray::near, level, 1);
+    for (std::size_t at = begin; at < end; at += 4) textures[at] = std::byte(level % 2 == 0 ? 190 : 66);
+  }
   // The finest level has a texel a voxel; coarser ones are grey.
   const std::size_t side = 32;
   const std::size_t first = texture_offset(set, core::TextureArray::far, 0, 0);
   for (std::size_t texel = 0; texel < side * side; ++texel) {
+    if (stripes == Stripes::levels) break;
     const std::size_t across = stripes == Stripes::along_t ? texel % side : texel / side;
     for (std::size_t c = 0; c < 3; ++c)
       textures[first + 4 * texel + c] = std::byte(across % 2 == 0 ? 60 : 196);
@@ -157,6 +166,43 @@ TEST(Anisotropy, GroundAtAGrazingAngleIsSharperAndFromAboveItStays) {
   std::printf("from above by %.2f, with 4 places by %.2f\n", before, after);
   EXPECT_GT(before, 1);
   EXPECT_NEAR(after / before, 1, 0.15);
+}
+
+// Brightness of a row's middle.
+double mean(const Pixels& pixels, int y) {
+  double sum = 0;
+  for (int x = kWidth / 2 - 16; x < kWidth / 2 + 16; ++x) sum += pixels.at(x, y)[1];
+  return sum / 32;
+}
+
+// A pixel takes one mip of the near textures. Where one ends and the next begins no line shows.
+TEST(Mips, EndWithoutALine) {
+  for (const Shading shading : {Shading::forward, Shading::deferred}) {
+    Needs needs;
+    if (shading == Shading::deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    const test::TestWorld shape({32, 8, 32}, [](glm::ivec3 v) { return v.y < 3; });
+    HostWorld host(needs, {}, striped_file(shape, Stripes::levels, 2));
+    HostPicture picture(kWidth, kHeight);
+    GlOptions options;
+    options.shading = shading;
+    options.anisotropy = 1;
+    Renderer* renderer = nullptr;
+    ASSERT_TRUE(Renderer::create(*host.world, picture.loader(), options, renderer).ok());
+    const WorldInfo& info = host.world->info();
+    const double ground = info.low_m.y + 2.5;
+    const Vec3 eye{(info.low_m.x + info.high_m.x) / 2, ground + 2.2, info.high_m.z - 8};
+    const Pixels pixels = draw(*renderer, picture, *host.world, eye, {eye.x, eye.y - 6, eye.z - 10});
+    renderer->destroy();
+    double least = 255, most = 0, step = 0;
+    for (int y = 0; y < kHeight * 2 / 3; ++y) {
+      least = std::min(least, mean(pixels, y));
+      most = std::max(most, mean(pixels, y));
+      if (y > 0) step = std::max(step, std::abs(mean(pixels, y) - mean(pixels, y - 1)));
+    }
+    std::printf("rows are %.1f to %.1f bright, neighbours differ by %.1f at most\n", least, most, step);
+    EXPECT_GT(most - least, 25);
+    EXPECT_LT(step, 0.3 * (most - least));
+  }
 }
 
 // A material that no level ground has is one of walls.
