@@ -200,7 +200,8 @@ def main():
     if args.case == "picture":
         expect("scan-out of canyon, atomic", shot("atomic"), golden, 1)
         expect("scan-out of canyon, legacy", shot("legacy"), golden, 1)
-        w, h, rows = golden
+        # Both mips: which one a pixel of --detail medium takes depends on its place on the screen.
+        w, h, rows = rendered(args, world, more=("--detail", "high"))
         mirrored = lambda row: b"".join(row[x:x + 3] for x in range(3 * w - 3, -1, -3))
         upside_down = (w, h, [mirrored(row) for row in reversed(rows)])
         expect("turned by 180 degrees", shot("rotated"), upside_down, 8, 0.02)

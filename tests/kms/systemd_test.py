@@ -48,7 +48,7 @@ StandardError=inherit
 [Install]
 WantedBy=multi-user.target
 """
-SETUP = """export PATH=/usr/sbin:/usr/bin HOME=/root
+SETUP = """export PATH=/usr/sbin:/usr/bin HOME=/
 set -ex
 systemd-sysusers
 pwconv

@@ -69,7 +69,8 @@ TEST(Docs, TheKioskPageNamesFilesThatExist) {
   const std::string text = test::read_text(KARST_SOURCE_DIR "/docs/kiosk.md");
   EXPECT_NE(text.find("boards/kiosk/karst-kiosk.service"), std::string::npos);
   const std::string unit = test::read_text(KARST_SOURCE_DIR "/boards/kiosk/karst-kiosk.service");
-  EXPECT_NE(unit.find("ExecStart=/usr/bin/karst view $KARST_WORLD --stats "), std::string::npos);
+  EXPECT_NE(unit.find("exec /usr/bin/karst view \"$$KARST_WORLD\" --seat direct --stats "),
+            std::string::npos);
   EXPECT_NE(unit.find("RuntimeDirectory=karst"), std::string::npos);
   EXPECT_NE(text.find("/run/karst/view.json"), std::string::npos);
   EXPECT_NE(unit.find("--stats /run/karst/view.json"), std::string::npos);

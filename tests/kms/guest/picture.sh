@@ -25,7 +25,7 @@ end KILL
 console_is_text "after SIGKILL" || fail "the console is not in text mode after SIGKILL"
 host shot after_kill
 
-view window --rotate 180
+view window --rotate 180 --detail high
 host shot rotated
 end TERM
 echo done
