@@ -125,7 +125,7 @@ class PictureTarget {
   };
 
   GLuint depth_texture() const {
-    return settings_.depth_texture != 0 ? settings_.depth_texture : depth_;
+    return settings_.own_depth ? depth_ : settings_.depth_texture;
   }
   Status load(const GlLoader& loader);
   Status check_device() const;

@@ -2,6 +2,7 @@
 #include "bake/materials/material_files.h"
 
 #include "app/files/regular_file.h"
+#include "bake/base/byte_message.h"
 #include "bake/base/child.h"
 #include "bake/base/image_threads.h"
 #include "bake/elevation/exr_header.h"
@@ -322,17 +323,28 @@ void change_row(Use use, std::span<float> rgb, bool linear) {
   }
 }
 
-std::vector<std::byte> request_for(const Asked& asked, const std::string& path) {
-  std::vector<std::byte> request(sizeof asked + path.size());
-  std::memcpy(request.data(), &asked, sizeof asked);
-  std::memcpy(request.data() + sizeof asked, path.data(), path.size());
-  return request;
+std::string path_in_request(std::span<const std::byte> request, Asked& asked) {
+  std::string path;
+  ReadMessage message(request);
+  message.take(asked);
+  message.take_text(path);
+  return path;
 }
 
-std::string path_in_request(std::span<const std::byte> request, Asked& asked) {
-  std::memcpy(&asked, request.data(), sizeof asked);
-  const auto rest = request.subspan(sizeof asked);
-  return {reinterpret_cast<const char*>(rest.data()), rest.size()};
+// asked.bytes is filled.
+Error ask_child(const ChildTask& task, const std::string& path, Asked asked, std::size_t result_bytes,
+                std::vector<std::byte>& result) {
+  int descriptor = -1;
+  if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
+  close(descriptor);
+  ChildLimits limits;
+  limits.memory_bytes += kMemoryAByte * asked.bytes;
+  limits.result_bytes = result_bytes;
+  std::vector<std::byte> request;
+  WriteMessage message(request);
+  message.put(asked);
+  message.put_text(path);
+  return run_in_child(path, limits, task, request, result);
 }
 
 // In a child: all of OpenImageIO's work on an image.
@@ -400,20 +412,12 @@ Error read_map_in_child(std::span<const std::byte> request, std::vector<std::byt
 
 // An image's texels at the texture's side.
 Error read_texels(const std::string& path, int side, Use use, std::vector<float>& texels) {
-  Asked asked{0, side, use};
-  int descriptor = -1;
-  if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
-  close(descriptor);
   const std::size_t count = 3 * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
-  ChildLimits limits;
-  limits.memory_bytes += kMemoryAByte * asked.bytes;
-  limits.result_bytes = count * sizeof(float);
-  std::vector<std::byte> request(sizeof asked + path.size()), result;
-  std::memcpy(request.data(), &asked, sizeof asked);
-  std::memcpy(request.data() + sizeof asked, path.data(), path.size());
-  if (Error error = run_in_child(path, limits, kReadMaterialImage, request, result); !error.ok())
+  std::vector<std::byte> result;
+  const Asked asked{.side = side, .use = use};
+  if (Error error = ask_child(kReadMaterialImage, path, asked, count * sizeof(float), result); !error.ok())
     return error;
-  if (result.size() != limits.result_bytes) return failure(path, "its reader stopped early");
+  if (result.size() != count * sizeof(float)) return failure(path, "its reader stopped early");
   texels.resize(count);
   std::memcpy(texels.data(), result.data(), result.size());
   return {};
@@ -474,17 +478,10 @@ Error read_material_image(const MaterialSpec& spec, const std::string& folder, i
 
 Error read_blend_map(const std::string& path, std::size_t wanted, BlendMap& map,
                      std::vector<std::byte>& texels) {
-  Asked asked;
-  asked.channels = static_cast<std::uint32_t>(wanted);
-  int descriptor = -1;
-  if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
-  close(descriptor);
-  ChildLimits limits;
-  limits.memory_bytes += kMemoryAByte * asked.bytes;
   std::uint32_t size[2] = {};
-  limits.result_bytes = sizeof size + kBlendTexelBytes * kMostBlendSide * kMostBlendSide;
-  const std::vector<std::byte> request = request_for(asked, path);
-  if (Error error = run_in_child(path, limits, kReadBlendMap, request, texels); !error.ok()) return error;
+  const std::size_t most = sizeof size + kBlendTexelBytes * kMostBlendSide * kMostBlendSide;
+  const Asked asked{.channels = static_cast<std::uint32_t>(wanted)};
+  if (Error error = ask_child(kReadBlendMap, path, asked, most, texels); !error.ok()) return error;
   if (texels.size() > sizeof size) std::memcpy(size, texels.data(), sizeof size);
   if (texels.size() != sizeof size + std::size_t{size[0]} * size[1] * kBlendTexelBytes)
     return failure(path, "its reader stopped early");

@@ -152,4 +152,15 @@ void write_image(const std::string& path, int width, int height, std::span<const
   ASSERT_TRUE(ok && out->close()) << out->geterror();
 }
 
+std::string error_of(const ReadElevation& read) {
+  Elevation elevation;
+  return read.run(elevation).text();
+}
+
+Elevation elevation_of(const ReadElevation& read) {
+  Elevation elevation;
+  EXPECT_EQ(read.run(elevation).text(), "");
+  return elevation;
+}
+
 }  // namespace karst::bake

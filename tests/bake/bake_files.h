@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Small elevation files for tests: raw TIFF files with any tag, images through OpenImageIO.
+// Small elevation files for tests: raw TIFF files with any tag, images through OpenImageIO; and reading them.
 #pragma once
+
+#include "bake/elevation/elevation.h"
 
 #include <cstdint>
 #include <span>
@@ -56,5 +58,9 @@ class TiffBuilder {
 // scanlines. The kind of file follows the name.
 void write_image(const std::string& path, int width, int height, std::span<const float> samples,
                  const std::string& type, int tile = 0, int channels = 1);
+
+// The message of the error that reading gives; empty where there is none.
+std::string error_of(const ReadElevation& read);
+Elevation elevation_of(const ReadElevation& read);
 
 }  // namespace karst::bake

@@ -38,18 +38,6 @@ std::string float_bytes(float odd_one) {
   return std::string(bytes_of(values));
 }
 
-// The message of the error that reading gives; empty where there is none.
-std::string error_of(const ReadElevation& read) {
-  Elevation elevation;
-  return read.run(elevation).text();
-}
-
-Elevation elevation_of(const ReadElevation& read) {
-  Elevation elevation;
-  EXPECT_EQ(read.run(elevation).text(), "");
-  return elevation;
-}
-
 class ElevationTest : public ::testing::Test {
  protected:
   std::string write(const std::string& name, const std::string& bytes) const {

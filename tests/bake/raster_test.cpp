@@ -68,17 +68,6 @@ class Source {
   GDALDatasetH file_;
 };
 
-std::string error_of(const ReadElevation& read) {
-  Elevation elevation;
-  return read.run(elevation).text();
-}
-
-Elevation elevation_of(const ReadElevation& read) {
-  Elevation elevation;
-  EXPECT_EQ(read.run(elevation).text(), "");
-  return elevation;
-}
-
 class Raster : public ::testing::Test {
  protected:
   void expect_error(const ReadElevation& read, const std::string& words) {

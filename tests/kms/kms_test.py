@@ -172,6 +172,32 @@ def expect(name, shot, golden, most, share=1.0):
     print(f"== {name}: differs by {d}/255 at most, on {100 * apart:.2f} % of the pixels: {verdict}")
 
 
+def black_share(picture):
+    w, h, rows = picture
+    return sum(row[x:x + 3] == b"\0\0\0" for row in rows for x in range(0, 3 * w, 3)) / (w * h)
+
+
+def expect_console(name, shot):
+    """The shot is of a console with text on it."""
+    picture = load_png(shot)
+    black = black_share(picture)
+    print(f"== {name}: a console, {100 * black:.0f} % black")
+    if black < 0.5 or not any(any(row) for row in picture[2]):
+        sys.exit(f"{name}: this is no console with text")
+
+
+def run_alone(args, prepared):
+    """What prepared() gives, once no other test uses WORK: each machine takes all processors. None: skipped."""
+    os.makedirs(args.work, exist_ok=True)
+    args.lock = open(os.path.join(args.work, "lock"), "w")  # held until the program ends
+    fcntl.flock(args.lock, fcntl.LOCK_EX)
+    try:
+        return prepared()
+    except Skip as reason:
+        print(f"skipped: {reason}")
+        return None
+
+
 def main():
     ap = argparse.ArgumentParser(usage=__doc__)
     ap.add_argument("case", choices=("picture", "recovery", "kill", "input"))
@@ -183,15 +209,10 @@ def main():
     ap.add_argument("--seconds", type=int, default=240)
     ap.add_argument("--seed", type=int, default=1)
     args = ap.parse_args()
-    os.makedirs(args.work, exist_ok=True)
-    # One machine at a time: each uses all processors.
-    lock = open(os.path.join(args.work, "lock"), "w")
-    fcntl.flock(lock, fcntl.LOCK_EX)
-    try:
-        kernel, image, world = prepare(args)
-    except Skip as reason:
-        print(f"skipped: {reason}")
+    prepared = run_alone(args, lambda: prepare(args))
+    if prepared is None:
         return SKIPPED
+    kernel, image, world = prepared
     script = {"picture": ". /picture.sh", "input": ". /input.sh", "kill": f"set -- {args.cycles}; . /kill.sh",
               "recovery": f"set -- {args.cycles} {args.seed}; . /recovery.sh"}[args.case]
     out = boot(args, kernel, image, script, args.seconds)
@@ -206,12 +227,7 @@ def main():
         upside_down = (w, h, [mirrored(row) for row in reversed(rows)])
         expect("turned by 180 degrees", shot("rotated"), upside_down, 8, 0.02)
         for name in ("after_term", "after_kill"):
-            w, h, rows = load_png(shot(name))
-            black = sum(row.count(b"\0\0\0") for row in rows) / (w * h)
-            written = any(any(row) for row in rows)
-            print(f"== {name}: a console, {100 * black:.0f} % black")
-            if black < 0.5 or not written:
-                sys.exit(f"{name}: this is no console with text")
+            expect_console(name, shot(name))
     elif args.case == "recovery":
         for name in ("before", "after"):
             expect(name, shot(name), golden, 1)

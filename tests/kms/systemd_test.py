@@ -10,7 +10,6 @@ Packages of the guest are fetched once and kept under DIR. Exit status 77: skipp
 packages or a tool are not to be had. Standard library only.
 """
 import argparse
-import fcntl
 import glob
 import os
 import re
@@ -165,28 +164,20 @@ def main():
     parser.add_argument("--seconds", type=int, default=900)
     args = parser.parse_args()
     args.case = "systemd"
-    os.makedirs(args.work, exist_ok=True)
-    lock = open(os.path.join(args.work, "lock"), "w")
-    fcntl.flock(lock, fcntl.LOCK_EX)
-    try:
-        kernel, image, disk = prepare(args)
-    except kms_test.Skip as reason:
-        print(f"skipped: {reason}")
+    prepared = kms_test.run_alone(args, lambda: prepare(args))
+    if prepared is None:
         return kms_test.SKIPPED
+    kernel, image, disk = prepared
     out = kms_test.boot(args, kernel, image, f"set -- {args.kills}; . /systemd.sh", args.seconds, (
         "--append=kmsvm.root=/dev/vda rw", "--mem=1G", "--qemu-arg=-drive",
         f"--qemu-arg=file={disk},format=raw,if=virtio,cache=unsafe"))
-    w, h, rows = kms_test.load_png(os.path.join(out, "unit.png"))
-    colours = {row[x:x + 3] for row in rows for x in range(0, 3 * w, 3)}
-    black = sum(row[x:x + 3] == b"\0\0\0" for row in rows for x in range(0, 3 * w, 3)) / (w * h)
+    picture = kms_test.load_png(os.path.join(out, "unit.png"))
+    colours = {row[x:x + 3] for row in picture[2] for x in range(0, 3 * picture[0], 3)}
+    black = kms_test.black_share(picture)
     print(f"== the unit's picture: {len(colours)} colours, {100 * black:.0f} % black")
     if len(colours) < 100 or black > 0.1:
         sys.exit("the screen shows no terrain")
-    w, h, rows = kms_test.load_png(os.path.join(out, "console.png"))
-    black = sum(row[x:x + 3] == b"\0\0\0" for row in rows for x in range(0, 3 * w, 3)) / (w * h)
-    print(f"== the console after it: {100 * black:.0f} % black")
-    if black < 0.5 or not any(any(row) for row in rows):
-        sys.exit("this is no console with text")
+    kms_test.expect_console("after the unit", os.path.join(out, "console.png"))
     return 0
 
 

@@ -16,7 +16,6 @@ namespace {
 
 using core::BlendMap;
 using core::MaterialSet;
-using test::HostPicture;
 using test::HostWorld;
 using test::Pixels;
 
@@ -77,25 +76,14 @@ std::vector<std::byte> painted_file(bool marked = true) {
   return file;
 }
 
-class BlendMaps : public testing::Test {
+class BlendMaps : public test::HostTest {
  protected:
-  void open(Shading shading, std::vector<std::byte> file = painted_file()) {
-    close();
+  BlendMaps() : HostTest(kSide, kSide) {}
+  void open_for(Shading shading, std::vector<std::byte> file = painted_file()) {
     Needs needs;
     if (shading == Shading::deferred) needs.deferred_width = needs.deferred_height = kSide;
-    host_ = std::make_unique<HostWorld>(needs, Placement(), std::move(file));
-    ASSERT_NE(host_->world, nullptr);
-    GlOptions options;
-    options.shading = shading;
-    const Status status = Renderer::create(*host_->world, picture_.loader(), options, renderer_);
-    ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+    open(needs, {}, {.shading = shading}, std::move(file));
   }
-  void close() {
-    if (renderer_ != nullptr) renderer_->destroy();
-    renderer_ = nullptr;
-    host_.reset();
-  }
-  void TearDown() override { close(); }
 
   // From above, north up; all of the world.
   Pixels map() {
@@ -131,16 +119,12 @@ class BlendMaps : public testing::Test {
     }
     return static_cast<double>(count) / all;
   }
-
-  HostPicture picture_{kSide, kSide};
-  std::unique_ptr<HostWorld> host_;
-  Renderer* renderer_ = nullptr;
 };
 
 TEST_F(BlendMaps, LieWhereTheyArePainted) {
   Pixels pictures[2];
   for (const Shading shading : {Shading::forward, Shading::deferred}) {
-    open(shading);
+    open_for(shading);
     const WorldInfo& info = host_->world->info();
     EXPECT_EQ(info.blend_map[0], 32u);
     EXPECT_EQ(info.blend_map[1], 32u);
@@ -153,12 +137,12 @@ TEST_F(BlendMaps, LieWhereTheyArePainted) {
 }
 
 TEST_F(BlendMaps, APatchWithAMaterialOfItsOwnIsNotPainted) {
-  open(Shading::forward, painted_file(false));
+  open_for(Shading::forward, painted_file(false));
   EXPECT_EQ(share(map(), kRed, 0.05, 0.95, 0.05, 0.95), 1);
 }
 
 TEST_F(BlendMaps, MemoryIsInThePlan) {
-  open(Shading::forward);
+  open_for(Shading::forward);
   const std::uint64_t with = host_->plan.gpu_bytes;
   HostWorld without({}, {}, [] {
     std::vector<std::byte> file = painted_file();
@@ -179,6 +163,17 @@ TEST_F(BlendMaps, ADamagedRowFailsAtTheStart) {
   const Status status = Renderer::create(*host_->world, picture_.loader(), {}, renderer_);
   EXPECT_EQ(status.code(), StatusCode::corrupt);
   EXPECT_STREQ(status.field(), "blend map");
+}
+
+// What lies over all of it hides the map too, and takes no memory for it.
+TEST_F(BlendMaps, UnderADrapeThereIsNone) {
+  Needs needs;
+  needs.drape_width = needs.drape_height = 4;
+  open(needs, {}, {}, painted_file());
+  std::vector<std::uint8_t> blue;
+  for (int k = 0; k < 16; ++k) blue.insert(blue.end(), {10, 10, 230, 255});
+  ASSERT_TRUE(renderer_->set_drape(blue).ok());
+  EXPECT_EQ(share(map(), kBlue, 0.05, 0.95, 0.05, 0.95), 1);
 }
 
 }  // namespace

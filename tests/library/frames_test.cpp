@@ -12,27 +12,14 @@
 namespace karst {
 namespace {
 
-using test::HostPicture;
-using test::HostWorld;
 using test::Pixels;
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
-class Frames : public testing::Test {
+class Frames : public test::HostTest {
  protected:
-  void open(Needs needs = {}, Placement placement = {}, GlOptions options = {}) {
-    host_ = std::make_unique<HostWorld>(needs, placement);
-    ASSERT_NE(host_->world, nullptr);
-    const Status status = Renderer::create(*host_->world, picture_.loader(), options, renderer_);
-    ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
-  }
-  void close() {
-    if (renderer_ != nullptr) renderer_->destroy();
-    renderer_ = nullptr;
-    host_.reset();
-  }
-  void TearDown() override { close(); }
+  Frames() : HostTest(kWidth, kHeight) {}
 
   // From beside the world over it; terrain fills most of the picture.
   ViewState view(double turn = 0) const {
@@ -48,10 +35,6 @@ class Frames : public testing::Test {
     test::draw_frame(*renderer_, picture_, {view});
     return picture_.read();
   }
-
-  HostPicture picture_{kWidth, kHeight};
-  std::unique_ptr<HostWorld> host_;
-  Renderer* renderer_ = nullptr;
 };
 
 TEST_F(Frames, ThePlanIsWhatIsTaken) {

@@ -143,6 +143,20 @@ Pixels HostPicture::read() const {
   return pixels;
 }
 
+void HostTest::open(Needs needs, Placement placement, GlOptions options, std::vector<std::byte> file) {
+  close();
+  host_ = std::make_unique<HostWorld>(needs, placement, std::move(file));
+  ASSERT_NE(host_->world, nullptr);
+  const Status status = Renderer::create(*host_->world, picture_.loader(), options, renderer_);
+  ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+}
+
+void HostTest::close() {
+  if (renderer_ != nullptr) renderer_->destroy();
+  renderer_ = nullptr;
+  host_.reset();
+}
+
 ViewState looking(const World& world, Vec3 eye_m, Vec3 target_m, int width, int height) {
   ViewState view;
   view.eye = world.from_world(eye_m);

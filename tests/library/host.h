@@ -4,6 +4,7 @@
 #pragma once
 
 #include <GLES3/gl3.h>
+#include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstddef>
@@ -96,6 +97,20 @@ class HostPicture {
   GLuint colour_ = 0;
   GLuint depth_ = 0;
   GLuint framebuffer_ = 0;
+};
+
+// A world, a picture and a renderer, which open() makes anew.
+class HostTest : public testing::Test {
+ protected:
+  HostTest(int width, int height) : picture_(width, height) {}
+  void TearDown() override { close(); }
+  void open(Needs needs = {}, Placement placement = {}, GlOptions options = {},
+            std::vector<std::byte> file = cave_world_file());
+  void close();
+
+  HostPicture picture_;
+  std::unique_ptr<HostWorld> host_;
+  Renderer* renderer_ = nullptr;
 };
 
 // A camera in the world's own axes, and the same in the frame of a placement: east_up_south from (x, y, z)

@@ -124,8 +124,9 @@ void draw_quad(GLuint program, const double* clip_from_eye, Vec3 eye, const Quad
   glUseProgram(0);
 }
 
-class Light : public testing::Test {
+class Light : public test::HostTest {
  protected:
+  Light() : HostTest(kWidth, kHeight) {}
   void SetUp() override {
     std::string words;
     const auto get = [&](const char* name) { return picture_.loader().load(picture_.loader().user, name); };
@@ -137,8 +138,7 @@ class Light : public testing::Test {
     ASSERT_NE(depth_, 0u) << words;
   }
   void TearDown() override {
-    if (renderer_ != nullptr) renderer_->destroy();
-    host_.reset();
+    close();
     for (const GLuint program : {lit_, hazed_, depth_}) glDeleteProgram(program);
   }
 
@@ -146,10 +146,8 @@ class Light : public testing::Test {
     needs.queries = 1;
     needs.query_level = 4;
     needs.query_patches = 65'536;
-    host_ = std::make_unique<HostWorld>(needs, Placement{Axes::east_north_up, {5000, -300, 20}, 25});
-    ASSERT_NE(host_->world, nullptr);
-    const Status status = Renderer::create(*host_->world, picture_.loader(), {}, renderer_);
-    ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
+    HostTest::open(needs, Placement{Axes::east_north_up, {5000, -300, 20}, 25});
+    ASSERT_NE(renderer_, nullptr);
     // From the south and above; and a place for the host's things, high over the ground.
     view_ = test::looking(*host_->world, {20, 45, 50}, {20, 10, 18}, kWidth, kHeight);
     view_.error_px = 0.5;
@@ -253,9 +251,6 @@ class Light : public testing::Test {
 
   void casters_shade_the_terrain(double away);
 
-  HostPicture picture_{kWidth, kHeight};
-  std::unique_ptr<HostWorld> host_;
-  Renderer* renderer_ = nullptr;
   GLuint lit_ = 0, hazed_ = 0, depth_ = 0;
   ViewState view_;
   Vec3 place_, towards_;
