@@ -187,7 +187,7 @@ def expect_console(name, shot):
 
 
 def run_alone(args, prepared):
-    """What prepared() gives, once no other test uses WORK: each machine takes all processors. None: skipped."""
+    """What prepared() gives, once no other test uses WORK: machines take all processors. None: skipped."""
     os.makedirs(args.work, exist_ok=True)
     args.lock = open(os.path.join(args.work, "lock"), "w")  # held until the program ends
     fcntl.flock(args.lock, fcntl.LOCK_EX)
