@@ -4,9 +4,9 @@
 not grow, and SIGTERM is answered in half a second at the end.
 
 llvmpipe draws in the same process. It keeps the triangles of a frame in blocks of 64 KiB, 1 to 37 MiB of
-them with what is in sight, and karst keeps the heap that a frame has used: the process grows with each frame
-that has more of them than any before. So here the blocks come from mmap and go back after the frame, and
-memory is compared where the camera is at one place and nothing is drawn.
+them with what is in sight, until it draws into the same scene again; with threads it has several scenes, and
+which of them the last frame took is chance. So here it has no threads, blocks come from mmap and go back,
+and memory is compared where the camera is at one place and nothing is drawn.
 
     soak_test.py --karst PROGRAM --bake PROGRAM --work DIR --seconds 3600
 """
@@ -26,7 +26,7 @@ WARM_UP = 0.3  # of the time, 180 s at most: caches fill
 EVERY_S = 15  # between two looks at memory
 PLACE = "0 ~20 0 0 -20\n"  # where the camera is then
 RSS_SLACK = 2 << 20  # bytes by which the least of the later looks may be above the least of the earlier ones
-HEAP = {"MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_TRIM_THRESHOLD_": "131072"}
+HEAP = {"MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_TRIM_THRESHOLD_": "131072", "LP_NUM_THREADS": "0"}
 LEAST_S = 60  # shorter runs are over before caches are full: their memory says nothing
 ANSWER_S = 0.5
 
