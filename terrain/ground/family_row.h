@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// The row of thresholds that a family of nodes has on the GPU, in the place of a patch's
+// (terrain/lod/morph.h).
+//
+// All four children of a node leave home by its one threshold, but on its border: there, by the least one of
+// all nodes of its size that share the vertex. So a row has nine classes: inside, the parent's four edges,
+// its four corners. A page of a node has place kFirstGroundPlace + quadrant in its texel, which no patch's
+// chain reaches; the table of entries by vertex of a slot goes on with theirs.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "terrain/ground/ground.h"
+#include "terrain/lod/morph.h"
+#include "terrain/resident/page_table.h"
+
+namespace karst::core {
+
+inline constexpr int kFamilyClasses = 9;
+// Entries in a row. Edges are numbered as those of patches: 0 north, 1 east, 2 south, 3 west. Corner c is
+// where edge c begins, walking around clockwise seen from above: 0 north-west, 1 north-east, 2 south-east, 3
+// south-west.
+inline constexpr int kFamilyInside = 1;
+constexpr int family_edge(int edge) {
+  return 2 + edge;
+}
+constexpr int family_corner(int corner) {
+  return 6 + corner;
+}
+static_assert(family_corner(3) == kFamilyClasses && kFamilyClasses < kMorphRow);
+
+inline constexpr std::uint32_t kFirstGroundPlace = 252;
+static_assert(kMostSlotPages <= kFirstGroundPlace);
+// Entries of all slots' vertices, patches' and nodes': places of pages have 8 bits.
+inline constexpr std::uint32_t kMorphEntries = 256 * kPageVertices;
+
+// Fills what build_morph_entries() leaves of a table of kMorphEntries entries: those of nodes. Vertex n of a
+// node is vertex_order(kNodeLevel, i, k)'s (gpu_vertex.h), i to the east, k to the south.
+// Precondition: out.size() == kMorphEntries.
+void build_family_entries(std::span<std::uint8_t> out);
+
+}  // namespace karst::core
