@@ -27,12 +27,13 @@ enum class Consumer : std::uint8_t {
   index_tables,
   draw_list,
   scratch,
-  queries
+  queries,
+  ground
 };
-inline constexpr std::size_t kConsumerCount = 13;
+inline constexpr std::size_t kConsumerCount = 14;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
     "octets",    "volumes",   "patches",      "heights",   "bounds",  "level_errors", "thresholds",
-    "residency", "occlusion", "index_tables", "draw_list", "scratch", "queries"};
+    "residency", "occlusion", "index_tables", "draw_list", "scratch", "queries",      "ground"};
 
 class Arena {
  public:

@@ -39,6 +39,8 @@ struct Config {
   std::uint32_t gpu_vertex_pages = 6'144;
   std::uint32_t stream_indices = 131'072;
   std::uint32_t max_views = 1;
+  std::uint32_t ground_tiles = 0;
+  std::uint32_t ground_families = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1 in each view; value() is what the field holds.
@@ -63,10 +65,12 @@ inline constexpr std::uint32_t kFullTreeOctets = ((1u << (3 * kMaxDepth)) - 1) /
 inline constexpr std::uint32_t kMostPatches = 1u << 24;
 // Vertex indices stay below 2^24, the least GL_MAX_ELEMENT_INDEX that OpenGL ES 3.0 allows.
 inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
+// A family has four pages; half of the pages that there may be.
+inline constexpr std::uint32_t kMostFamilies = kMostPages / 8;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 13> kConfigFields = {{
+inline constexpr std::array<ConfigField, 15> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -100,6 +104,11 @@ inline constexpr std::array<ConfigField, 13> kConfigFields = {{
      "0.5 of the 16 MiB, 43,690 triangles; a pass with more takes several calls"},
     {"max_views", &Config::max_views, 1, 1, kMostViews, "views a frame",
      "each has lists and thresholds of its own; all share the pages"},
+    {"ground_tiles", &Config::ground_tiles, 0, 0, 1u << 16, "tiles of the ground in memory",
+     "23 KiB each; 0: the world has no ground"},
+    {"ground_families", &Config::ground_families, 0, 0, kMostFamilies,
+     "nodes of the ground with children in view",
+     "each has four pages, 2 KiB; page numbers stay below those of vertices that OpenGL ES 3.0 allows"},
 }};
 
 }  // namespace karst::core

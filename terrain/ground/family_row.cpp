@@ -7,21 +7,16 @@
 namespace karst::core {
 namespace {
 
-// Of a vertex among the children's 9 x 9.
-int class_of(int i, int k) {
+// Of a vertex among the children's 9 x 9: south and east of their north-west corner.
+int class_of(int south, int east) {
   constexpr int kLast = 2 * kNodeQuads;
-  const bool north = k == 0;
-  const bool east = i == kLast;
-  const bool south = k == kLast;
-  const bool west = i == 0;
-  if (north && west) return family_corner(0);
-  if (north && east) return family_corner(1);
-  if (south && east) return family_corner(2);
-  if (south && west) return family_corner(3);
-  if (north) return family_edge(0);
-  if (east) return family_edge(1);
-  if (south) return family_edge(2);
-  if (west) return family_edge(3);
+  const bool on[4] = {east == 0, south == kLast, east == kLast, south == 0};  // edges
+  for (int edge = 0; edge < 4; ++edge) {
+    if (on[edge] && on[(edge + 3) % 4]) return family_corner(edge);
+  }
+  for (int edge = 0; edge < 4; ++edge) {
+    if (on[edge]) return family_edge(edge);
+  }
   return kFamilyInside;
 }
 
@@ -31,12 +26,12 @@ void build_family_entries(std::span<std::uint8_t> out) {
   KARST_ASSERT(out.size() == kMorphEntries);
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     const std::size_t first = (kFirstGroundPlace + static_cast<std::size_t>(quadrant)) * kPageVertices;
-    for (int k = 0; k < kNodeSide; ++k) {
+    for (int j = 0; j < kNodeSide; ++j) {
       for (int i = 0; i < kNodeSide; ++i) {
-        const auto vertex = static_cast<std::size_t>(vertex_order(kNodeLevel, i, k));
-        const int east = i + kNodeQuads * (quadrant & 1);
-        const int south = k + kNodeQuads * (quadrant >> 1);
-        out[first + vertex] = static_cast<std::uint8_t>(class_of(east, south));
+        const auto vertex = static_cast<std::size_t>(vertex_order(kNodeLevel, i, j));
+        const int south = i + kNodeQuads * (quadrant >> 1);
+        const int east = j + kNodeQuads * (quadrant & 1);
+        out[first + vertex] = static_cast<std::uint8_t>(class_of(south, east));
       }
     }
   }

@@ -18,9 +18,10 @@
 namespace karst::core {
 
 inline constexpr int kFamilyClasses = 9;
-// Entries in a row. Edges are numbered as those of patches: 0 north, 1 east, 2 south, 3 west. Corner c is
-// where edge c begins, walking around clockwise seen from above: 0 north-west, 1 north-east, 2 south-east, 3
-// south-west.
+// Entries in a row. A node's slot is that of a patch (gpu_vertex.h) whose i runs south and whose j runs east,
+// so that its triangles face up: vertex (i, j) has index vertex_order(kNodeLevel, i, j). Edges are numbered
+// as those of patches: 0 west, 1 south, 2 east, 3 north. Corner c is where edge c begins: 0 north-west, 1
+// south-west, 2 south-east, 3 north-east.
 inline constexpr int kFamilyInside = 1;
 constexpr int family_edge(int edge) {
   return 2 + edge;
@@ -35,8 +36,7 @@ static_assert(kMostSlotPages <= kFirstGroundPlace);
 // Entries of all slots' vertices, patches' and nodes': places of pages have 8 bits.
 inline constexpr std::uint32_t kMorphEntries = 256 * kPageVertices;
 
-// Fills what build_morph_entries() leaves of a table of kMorphEntries entries: those of nodes. Vertex n of a
-// node is vertex_order(kNodeLevel, i, k)'s (gpu_vertex.h), i to the east, k to the south.
+// Fills what build_morph_entries() leaves of a table of kMorphEntries entries: those of nodes.
 // Precondition: out.size() == kMorphEntries.
 void build_family_entries(std::span<std::uint8_t> out);
 

@@ -23,15 +23,6 @@ constexpr double kSteepest = 1.1547005383792517;
 // Positions, distances and shares in float are off by less than 2^-20 of the distance to the eye.
 constexpr double kRounding = 0x1p-20;
 
-// The least half not below; never between 0 and kLeastThreshold, never beyond kNeverMorphs.
-std::uint16_t half_up(float steps) {
-  const float units = steps * (1.0f / kThresholdUnit);
-  if (!(units > 0.0f)) return 0;
-  if (units <= 0x1p-14f) return kLeastThreshold;
-  if (units >= 65'504.0f) return kNeverMorphs;
-  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(units) - (112u << 23) + 0x1fffu) >> 13);
-}
-
 void set_place(const SetThresholds& job, PatchId id, PatchLod& lod) {
   const glm::ivec3 origin = patch_origin(job.surface.volume_of(id));
   const PatchBounds& b = job.bounds[id];
@@ -61,6 +52,14 @@ double farthest(const Camera& camera) {
 }
 
 }  // namespace
+
+std::uint16_t threshold_half(float steps) {
+  const float units = steps * (1.0f / kThresholdUnit);
+  if (!(units > 0.0f)) return 0;
+  if (units <= 0x1p-14f) return kLeastThreshold;
+  if (units >= 65'504.0f) return kNeverMorphs;
+  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(units) - (112u << 23) + 0x1fffu) >> 13);
+}
 
 Status build_morph_entries(int level, std::span<std::uint8_t> out) {
   if (level < 1 || level > kMaxLevel) return {StatusCode::invalid_argument, "not a level of detail", "level"};
@@ -152,7 +151,7 @@ void SetThresholds::run() const {
           if (edge.exists()) steps = std::max(steps, needed(lods[edge.patch()]));
         }
       }
-      lods[p].threshold[m] = half_up(steps);
+      lods[p].threshold[m] = threshold_half(steps);
     }
   }
   if (top == errors.level) return;

@@ -97,6 +97,9 @@ inline float threshold_steps(std::uint16_t half) {
   return std::bit_cast<float>((std::uint32_t{half} << 13) + (112u << 23)) * kThresholdUnit;
 }
 
+// The least half not below; never between 0 and kLeastThreshold, never beyond kNeverMorphs.
+std::uint16_t threshold_half(float steps);
+
 // Five classes of vertices of a level have thresholds of their own: those inside the patch and those on each
 // edge. Corners are of level 1 and never move; nor do the vertices of a collapsed edge, which are one point.
 inline constexpr int kMorphClasses = 5;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/ground/family_pool.h"
+
+#include <algorithm>
+
+#include "terrain/ground/key_hash.h"
+
+namespace karst::core {
+
+void FamilyPool::reset() {
+  std::fill(storage_.families.begin(), storage_.families.end(), Family{});
+  std::fill(storage_.chains.begin(), storage_.chains.end(), kNone);
+  hand_ = 0;
+}
+
+std::uint32_t& FamilyPool::chain_of(NodeKey key) {
+  return storage_.chains[key_hash(key) % storage_.chains.size()];
+}
+
+std::uint32_t FamilyPool::see(NodeKey parent) {
+  std::uint32_t at = chain_of(parent);
+  while (at != kNone && !(storage_.families[at].key == parent)) at = storage_.families[at].next;
+  if (at == kNone) {
+    at = make_room();
+    if (at == kNone) return kNone;
+    Family& made = storage_.families[at];
+    made.key = parent;
+    made.used = true;
+    made.filled = 0;
+    std::uint32_t& chain = chain_of(parent);
+    made.next = chain;
+    chain = at;
+  }
+  storage_.families[at].last_seen = frame_;
+  return at;
+}
+
+// A clock's hand: the first from where it stands that was unseen for eight frames, else the longest unseen.
+std::uint32_t FamilyPool::make_room() {
+  constexpr std::uint32_t kLongUnseen = 8;
+  const std::uint32_t all = count();
+  std::uint32_t best = kNone;
+  std::uint32_t most = kFramesInFlight;
+  for (std::uint32_t n = 0; n < all; ++n) {
+    const std::uint32_t at = hand_ + n < all ? hand_ + n : hand_ + n - all;
+    const Family& family = storage_.families[at];
+    const std::uint32_t unseen = family.used ? frame_ - family.last_seen : 0xffffffffu;
+    if (unseen <= most) continue;
+    most = unseen;
+    best = at;
+    if (unseen >= kLongUnseen) break;
+  }
+  if (best == kNone) return kNone;
+  hand_ = best + 1 < all ? best + 1 : 0;
+  Family& gone = storage_.families[best];
+  if (gone.used) {
+    std::uint32_t* at = &chain_of(gone.key);
+    while (*at != best) at = &storage_.families[*at].next;
+    *at = gone.next;
+  }
+  gone = {};
+  return best;
+}
+
+}  // namespace karst::core

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Which families have pages on the GPU. A family is the four children of a node, its key that node; it has
+// four pages, one a child, and a row of thresholds. Pages are filled when a child is first drawn. What was
+// not seen for longest gives way, but nothing that the last kFramesInFlight frames saw: the GPU may still
+// draw it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "terrain/base/arena.h"
+#include "terrain/base/config.h"
+#include "terrain/ground/ground.h"
+
+namespace karst::core {
+
+class FamilyPool {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  struct Family {
+    NodeKey key;  // of the parent
+    std::uint32_t last_seen = 0;
+    std::uint32_t next = kNone;  // of its chain in the table
+    std::uint8_t filled = 0;     // bit q: the page of quadrant q holds its node
+    bool used = false;
+  };
+
+  struct Storage {
+    std::span<Family> families;
+    std::span<std::uint32_t> chains;  // as many
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      visit(Consumer::ground, config.ground_families, families);
+      visit(Consumer::ground, config.ground_families, chains);
+    }
+  };
+  void create(const Storage& storage) { storage_ = storage; }
+  // Forgets all.
+  void reset();
+
+  void begin_frame() { ++frame_; }
+  // The family of a node, which the frame sees; a new one where there is none. kNone: there is no room.
+  std::uint32_t see(NodeKey parent);
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(storage_.families.size()); }
+  bool is_filled(std::uint32_t family, int quadrant) const {
+    return (storage_.families[family].filled >> quadrant & 1) != 0;
+  }
+  void set_filled(std::uint32_t family, int quadrant) {
+    storage_.families[family].filled |= static_cast<std::uint8_t>(1 << quadrant);
+  }
+  NodeKey key(std::uint32_t family) const { return storage_.families[family].key; }
+
+ private:
+  std::uint32_t& chain_of(NodeKey key);
+  std::uint32_t make_room();
+
+  Storage storage_;
+  std::uint32_t frame_ = 0;
+  std::uint32_t hand_ = 0;  // where looking for room goes on
+};
+
+}  // namespace karst::core

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// Tiles in memory of fixed size. What a frame asks for and lacks is asked of the source, most urgent first;
+// what it does not look at for longest gives way. Nothing here waits for the source.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "terrain/base/arena.h"
+#include "terrain/base/config.h"
+#include "terrain/ground/tile_source.h"
+
+namespace karst::core {
+
+class TileCache {
+ public:
+  struct Entry {
+    NodeKey key;
+    std::uint32_t last_used = 0;  // frame
+    std::int32_t next = -1;       // of its chain in the table, or of the free ones
+    bool used = false;
+  };
+
+  struct Storage {
+    std::span<Tile> tiles;
+    std::span<Entry> entries;        // as many
+    std::span<std::int32_t> chains;  // as many, a power of two or not
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      visit(Consumer::ground, config.ground_tiles, tiles);
+      visit(Consumer::ground, config.ground_tiles, entries);
+      visit(Consumer::ground, config.ground_tiles, chains);
+    }
+  };
+  void create(const Storage& storage) { storage_ = storage; }
+
+  // Empties the cache but for the root's tile, which stays. source: borrowed. Precondition: room for a tile.
+  void reset(const TileSource& source, NodeKey root, const Tile& root_tile);
+
+  void begin_frame();
+  // Null where it is not there. Valid until poll().
+  const Tile* find(NodeKey tile);
+  // That this one is lacking; urgency: the greater the sooner. It is not there.
+  void want(NodeKey tile, const TilePlace& place, float urgency);
+  // Asks the source for what was wanted since begin_frame().
+  void ask();
+  // Takes what came. Returns how many tiles.
+  std::uint32_t poll();
+
+  struct Counts {
+    std::uint32_t wanted = 0;  // in the last frame, as far as they were counted (kMostWants)
+    std::uint32_t under_way = 0;
+    std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
+  };
+  const Counts& counts() const { return counts_; }
+
+  static constexpr std::size_t kMostWants = 64;  // a frame
+  static constexpr std::size_t kMostUnderWay = 32;
+
+ private:
+  struct Want {
+    NodeKey key;
+    TilePlace place;
+    float urgency = 0;
+  };
+
+  std::int32_t& chain_of(NodeKey key);
+  std::int32_t find_entry(NodeKey key);
+  std::int32_t make_room();
+  void unlink(std::int32_t entry);
+  bool is_under_way(NodeKey key) const;
+
+  Storage storage_;
+  TileSource source_;
+  std::uint32_t frame_ = 0;
+  std::array<Want, kMostWants> wants_{};
+  std::size_t want_count_ = 0;
+  std::array<NodeKey, kMostUnderWay> under_way_{};
+  Tile came_;  // what a poll brought, before it is known to have room
+  Counts counts_;
+};
+
+}  // namespace karst::core

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// A ground in memory for tests: any heights, all its tiles, measures that keep (2) of ground_view.h, and a
+// source of tiles that comes late and fails as often as a test wants.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "terrain/ground/ground.h"
+#include "terrain/ground/tile.h"
+#include "terrain/ground/tile_source.h"
+
+namespace karst::test {
+
+class MemoryGround {
+ public:
+  using Heights = std::function<std::int32_t(std::int64_t i, std::int64_t k)>;  // kVertexStep
+  // Error of a node of size 1 and more, lattice steps, before (2) raises it.
+  using Errors = std::function<float(core::NodeKey)>;
+
+  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
+               const Errors& errors);
+
+  const core::GroundInfo& info() const { return info_; }
+  core::NodeKey root() const { return {info_.top_size(), 0, 0}; }
+  const core::Tile& tile(core::NodeKey key) const;
+  std::size_t tile_count() const { return tiles_.size(); }
+
+  // Each poll brings one that was asked for with this chance, or fails with that one.
+  struct Source {
+    explicit Source(const MemoryGround& from) : ground(&from) { asked.reserve(most_under_way); }
+    const MemoryGround* ground;
+    double comes = 1;
+    double fails = 0;
+    std::size_t most_under_way = 4;
+    std::mt19937 random{1};
+    std::vector<core::NodeKey> asked{};
+    std::uint64_t asks = 0;
+
+    core::TileSource source();
+  };
+
+ private:
+  using Key = std::tuple<int, int, int>;
+  static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
+  void make_tile(core::NodeKey key, const Heights& heights);
+  void measure(const Errors& errors);
+  core::NodeMeasure* measure_of(core::NodeKey node);
+
+  core::GroundInfo info_;
+  std::map<Key, core::Tile> tiles_;
+};
+
+}  // namespace karst::test
