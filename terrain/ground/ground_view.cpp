@@ -38,6 +38,25 @@ constexpr int direction_of(Step step) {
   return -1;
 }
 
+// Relative to the camera's voxel.
+Frustum planes_at(const GroundRequest& request) {
+  Camera camera = *request.camera;
+  const glm::dvec3 corner = glm::dvec3(camera.voxel) * double{kStepsPerVoxel};
+  if (request.frustum != nullptr) {
+    Frustum moved = *request.frustum;
+    for (Plane& plane : moved.planes) {
+      const double offset = double{plane.offset} + glm::dot(glm::dvec3(plane.normal), corner);
+      // What floats lost of both terms.
+      plane.offset = static_cast<float>(
+          offset +
+          (std::abs(offset) + std::abs(double{plane.offset}) + glm::length(corner)) * kPlaneRounding);
+    }
+    return moved;
+  }
+  camera.voxel = glm::ivec3(0);
+  return make_frustum(camera);
+}
+
 }  // namespace
 
 struct GroundView::Looks {
@@ -65,12 +84,10 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     dirty_end_ = known_rows_;
   }
   const Camera& camera = *request.camera;
-  Camera at_voxel = camera;
-  at_voxel.voxel = glm::ivec3(0);
   Looks looks{info,
               request,
               tiles,
-              make_frustum(at_voxel),
+              planes_at(request),
               glm::dvec3(camera.fine),
               glm::i64vec3(camera.voxel) * std::int64_t{kStepsPerVoxel},
               glm::vec3(camera.forward)};
@@ -173,7 +190,8 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const float left = node.least_apparent - measure.error;
   const float px = left > 0.0f ? looks.request.scale.pixels * measure.error / left : kInfinite;
-  if (node.key.size <= looks.request.least_size) {
+  if (node.key.size <= looks.request.least_size || measure.error <= looks.request.spared_error) {
+    node.refused = true;
     result_.bound_px = std::max(result_.bound_px, px);
     return;
   }
@@ -274,6 +292,20 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
   if (dirty_begin_ == dirty_end_) dirty_begin_ = dirty_end_ = row;
   dirty_begin_ = std::min(dirty_begin_, row);
   dirty_end_ = std::max(dirty_end_, row + 1);
+}
+
+std::uint64_t GroundView::hash() const {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
+  for (std::size_t n = 0; n < result_.drawn; ++n) {
+    const DrawItem& item = storage_.items[n];
+    const Node& node = node_of(n);
+    mix(std::uint64_t{item.patch} << 8 | item.lower_edges);
+    mix(std::uint64_t{static_cast<std::uint32_t>(node.key.x)} << 32 | static_cast<std::uint32_t>(node.key.z));
+    const std::size_t row = (std::size_t{node.parent_family} + 1) * kMorphRow;
+    for (std::size_t entry = 1; entry <= kFamilyClasses; ++entry) mix(storage_.rows[row + entry]);
+  }
+  return hash;
 }
 
 MorphRows GroundView::take_rows() {

@@ -45,6 +45,7 @@
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
 #include "terrain/view/camera.h"
+#include "terrain/view/frustum.h"
 
 namespace karst::core {
 
@@ -55,7 +56,12 @@ struct GroundRequest {
   double error_px = 4;             // that scale was made for
   bool morphing = true;            // false: nothing moves; neighbours of two sizes do not meet exactly
   bool culls = true;               // what is out of the frustum is not listed
-  int least_size = 0;              // no finer one is drawn
+  // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
+  // from.
+  const Frustum* frustum = nullptr;
+  int least_size = 0;  // no finer one is drawn
+  float spared_error =
+      0;  // lattice steps: nodes whose error is not above this are not split, whatever is asked
 };
 
 class GroundView {
@@ -121,6 +127,8 @@ class GroundView {
   void select(const GroundInfo& info, const GroundRequest& request, TileCache& tiles, FamilyPool& pool);
 
   const Result& result() const { return result_; }
+  // Of what was selected and of its rows: the same where the same is drawn.
+  std::uint64_t hash() const;
   // Nearest first, by and large. patch: 4 * family + quadrant, page of the family pages; level kNodeLevel.
   std::span<const DrawItem> items() const { return storage_.items.first(result_.drawn); }
   std::span<const Node> nodes() const { return storage_.nodes.first(node_count_); }

@@ -104,10 +104,16 @@ std::int32_t TileCache::make_room() {
   return best;
 }
 
-std::uint32_t TileCache::poll() {
+bool TileCache::wait() {
+  if (counts_.under_way == 0) return false;
+  if (source_.wait != nullptr) source_.wait(source_.context);
+  return true;
+}
+
+std::uint32_t TileCache::poll(bool one) {
   std::uint32_t came = 0;
   NodeKey key;
-  while (counts_.under_way > 0) {
+  while (counts_.under_way > 0 && !(one && came > 0)) {
     const TileSource::Answer answer = source_.poll(source_.context, key, came_);
     if (answer == TileSource::Answer::none) break;
     const auto end = under_way_.begin() + counts_.under_way;

@@ -46,8 +46,10 @@ class TileCache {
   void want(NodeKey tile, const TilePlace& place, float urgency);
   // Asks the source for what was wanted since begin_frame().
   void ask();
-  // Takes what came. Returns how many tiles.
-  std::uint32_t poll();
+  // Takes what came, one at most or all. Returns how many tiles.
+  std::uint32_t poll(bool one = false);
+  // Waits for the source. False: nothing is under way.
+  bool wait();
 
   struct Counts {
     std::uint32_t wanted = 0;  // in the last frame, as far as they were counted (kMostWants)

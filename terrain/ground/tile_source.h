@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where tiles come from: asked for, and polled for later; neither waits.
+// Where tiles come from: asked for, and polled for later; neither waits. Only wait() does, for frames that
+// must be complete.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,8 @@ struct TileSource {
   bool (*ask)(void* context, NodeKey tile, const TilePlace& place) = nullptr;
   // One of those that were asked for, in any order. tile: which one. out: its contents where it is ready.
   Answer (*poll)(void* context, NodeKey& tile, Tile& out) = nullptr;
+  // Returns when poll() has one for sure, or nothing is under way. Null: poll() always has.
+  void (*wait)(void* context) = nullptr;
 };
 
 }  // namespace karst::core

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// The ground of a world, for all eyes: its tiles in memory, its families on the GPU, and what each view
+// draws.
+//
+//   each frame:
+//     ground.begin_frame();
+//     for each view: ground.select(view, request);
+//     ground.ask();
+//     for (NodeUpload node; ground.next_node(node);) copy it to the GPU
+//     for each view: for (MorphRows rows; !(rows = ground.take_rows(view)).halves.empty();) copy rows to the
+//     GPU for each view: draw ground.view(view).items()
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "karst/status.h"
+#include "terrain/base/storage_plan.h"
+#include "terrain/ground/family_pool.h"
+#include "terrain/ground/ground_view.h"
+#include "terrain/ground/make_node.h"
+#include "terrain/ground/tile_cache.h"
+
+namespace karst::core {
+
+// One node for the GPU; valid until the next call of the Ground.
+struct NodeUpload {
+  std::uint32_t page = 0;  // among the families' pages
+  std::uint32_t row = 0;   // of thresholds, among the families' rows
+  int size = 0;
+  int quadrant = 0;
+  glm::ivec3 origin{0};  // voxels of the size
+  std::span<const GpuVertex, kNodeVertices> vertices{static_cast<const GpuVertex*>(nullptr), kNodeVertices};
+};
+
+class Ground {
+ public:
+  Ground() = default;
+  Ground(const Ground&) = delete;
+  Ground& operator=(const Ground&) = delete;
+
+  // Views of a frame, and one for shadow maps, which take turns in it.
+  static std::size_t view_count(const Config& config) {
+    return config.ground_families == 0 ? 0 : std::size_t{config.max_views} + 1;
+  }
+  static void add_to(Budget& budget, const Config& config);
+  // Takes what add_to() counts. config is valid. limit_reached ("memory").
+  Status create(const Config& config, Arena& arena);
+
+  // Begins anew with a ground, whose source is borrowed until the next attach(). Precondition: memory for a
+  // tile and two families.
+  void attach(const GroundInfo& info, const Tile& root, const TileSource& source);
+  // There is none.
+  void detach() { info_ = {}; }
+  bool exists() const { return info_.exists(); }
+  const GroundInfo& info() const { return info_; }
+  // Forgets what is on the GPU.
+  void forget();
+
+  // Takes one tile that came, or all.
+  void begin_frame();
+  std::uint32_t poll(bool one = false) { return tiles_.poll(one); }
+  bool wait() { return tiles_.wait(); }
+  // Precondition: exists(), view < view_count().
+  void select(std::size_t view, const GroundRequest& request);
+  // Of the source, for what the frame's views lack.
+  void ask() { tiles_.ask(); }
+  // The next node that the views selected since begin_frame() draw and the GPU lacks. False: none.
+  bool next_node(NodeUpload& upload);
+
+  const GroundView& view(std::size_t n) const { return views_[n]; }
+  std::size_t shadow_view() const { return view_count_ - 1; }
+  MorphRows take_rows(std::size_t view) { return views_[view].take_rows(); }
+  const TileCache::Counts& counts() const { return tiles_.counts(); }
+
+ private:
+  struct Blocks {
+    TileCache::Storage tiles;
+    FamilyPool::Storage pool;
+    std::array<GroundView::Storage, kMostViews + 1> views;
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      tiles.each_block(config, visit);
+      pool.each_block(config, visit);
+      for (std::size_t n = 0; n < view_count(config); ++n) views[n].each_block(config, visit);
+    }
+  };
+
+  GroundInfo info_;
+  Blocks blocks_;
+  TileCache tiles_;
+  FamilyPool pool_;
+  std::array<GroundView, kMostViews + 1> views_;
+  std::size_t view_count_ = 0;
+  // Where next_node() goes on.
+  struct Turn {
+    std::size_t item = 0;
+    bool selected = false;
+  };
+  std::array<Turn, kMostViews + 1> turns_{};
+  std::array<GpuVertex, kNodeVertices> vertices_{};
+};
+
+}  // namespace karst::core
