@@ -12,6 +12,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/view/frustum.h"
 
 namespace karst::core {
@@ -63,9 +64,9 @@ struct GroundView::Looks {
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
-  Frustum frustum;     // relative to the camera's voxel
-  glm::dvec3 fine;     // the eye, relative to it
-  glm::i64vec3 voxel;  // the camera's voxel, in steps
+  Frustum frustum;    // relative to the camera's voxel
+  glm::dvec3 fine;    // the eye, relative to it
+  glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
   double rounding = 1;  // f^s is its s-th power
   int top = 0;
@@ -89,7 +90,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
               tiles,
               planes_at(request),
               glm::dvec3(camera.fine),
-              glm::i64vec3(camera.voxel) * std::int64_t{kStepsPerVoxel},
+              glm::dvec3(camera.voxel) * double{kStepsPerVoxel},
               glm::vec3(camera.forward)};
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
@@ -126,24 +127,9 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
 // Its box, whether that is in view, and how near it is.
 void GroundView::look_at(const Looks& looks, Node& node) const {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const std::int64_t pad = std::int64_t{4} << node.key.size;
-  glm::dvec3 low, high;
-  const auto span = [&](int axis, int world_axis, int index) {
-    const auto at = [&](std::int64_t vertex) {
-      return sample_place(looks.info.steps[axis],
-                          sample_of(looks.info.samples[axis], node.key.size, vertex)) *
-             kVertexStep;
-    };
-    low[world_axis] =
-        static_cast<double>(at(std::int64_t{index} * kNodeQuads) - pad - looks.voxel[world_axis]);
-    high[world_axis] =
-        static_cast<double>(at((std::int64_t{index} + 1) * kNodeQuads) + pad - looks.voxel[world_axis]);
-  };
-  span(0, 0, node.key.x);
-  span(1, 2, node.key.z);
-  low.y = static_cast<double>(std::int64_t{measure.low} * kVertexStep - pad - looks.voxel.y);
-  high.y = static_cast<double>(std::int64_t{measure.high} * kVertexStep + pad - looks.voxel.y);
-
+  const NodeBox box = node_box(looks.info, measure, node.key);
+  const glm::dvec3 low = box.low - looks.corner;
+  const glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
   if (looks.request.culls) {
     const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
@@ -322,7 +308,7 @@ void GroundView::list(const Looks& looks) {
   std::array<std::int32_t, 4 * (kMostSize + 2)> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
-  const glm::i64vec3 eye = looks.voxel + glm::i64vec3(looks.fine);
+  const glm::dvec3 eye = looks.corner + looks.fine;
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
@@ -342,10 +328,9 @@ void GroundView::list(const Looks& looks) {
     }
     // The middle vertex of its family.
     const auto middle = [&](int axis, int index) {
-      const std::int64_t vertex = std::int64_t{2} * index + 1;
-      return sample_place(looks.info.steps[axis],
-                          sample_of(looks.info.samples[axis], node.key.size - 1, vertex * kNodeQuads)) *
-             kVertexStep;
+      const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
+      const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
+      return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
     };
     const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);
