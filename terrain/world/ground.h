@@ -72,6 +72,9 @@ class Ground {
   const GroundView& view(std::size_t n) const { return views_[n]; }
   std::size_t shadow_view() const { return view_count_ - 1; }
   MorphRows take_rows(std::size_t view) { return views_[view].take_rows(); }
+  std::span<PageTexel> texels() const { return pool_.texels(); }
+  // Of a view, and of all: on the GPU.
+  std::uint32_t row_count() const { return pool_.count() + 1; }
   const TileCache::Counts& counts() const { return tiles_.counts(); }
 
  private:
