@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ground: a height field of any size as a quadtree of nodes (issue's words: design 4.12).
+// The ground: a height field of any size as a quadtree of nodes (design 4.12).
 //
 // A *node* is a square of kNodeQuads x kNodeQuads quads, 25 vertices, one page. A node of *size* s has
 // vertices at every 2^s-th sample; size 0 has all of them. A *family* is the four children of one node; they
