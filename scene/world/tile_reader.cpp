@@ -6,7 +6,7 @@
 #include <new>
 
 #include "terrain/base/check.h"
-#include "tiles/tile_codec.h"
+#include "tiles/decode_tile.h"
 
 namespace karst::core {
 namespace {
@@ -18,7 +18,7 @@ constexpr std::size_t whole_lines(std::size_t bytes) {
 }  // namespace
 
 std::size_t TileReader::workspace_bytes() {
-  return whole_lines(kMostTileBytes) + decode_workspace_bytes();
+  return whole_lines(tiles::kMostTileBytes) + tiles::decode_tile_room();
 }
 
 std::size_t TileReader::bytes() {
@@ -28,11 +28,12 @@ std::size_t TileReader::bytes() {
 Status TileReader::read(const WorldReader& reader, NodeKey tile, const TilePlace& place,
                         std::span<std::byte> workspace, Tile& out) {
   KARST_ASSERT(workspace.size() >= workspace_bytes());
-  if (place.bytes > kMostTileBytes)
+  if (place.bytes > tiles::kMostTileBytes)
     return {StatusCode::corrupt, "is longer than tiles are", "tile", place.offset};
   const std::span<std::byte> packed = workspace.first(place.bytes);
   if (const Status status = reader.read_tile(place, packed); !status.ok()) return status;
-  return decode_tile(packed, tile, place, workspace.subspan(whole_lines(kMostTileBytes)), out);
+  return tiles::decode_tile(reader.ground(), tile, place, packed,
+                            workspace.subspan(whole_lines(tiles::kMostTileBytes)), out);
 }
 
 void TileReader::start(const WorldReader& reader, std::span<std::byte> memory) {
