@@ -8,8 +8,8 @@ precision highp int;
 
 out vec3 normal_ws;
 out vec3 from_eye_ws;        // voxels
-out vec3 in_patch;           // voxels from the patch's origin, +-4
-flat out ivec3 patch_voxel;  // the patch's origin, voxels from the octree's minimum corner
+out vec3 in_patch;           // voxels from the page's origin, +-4 of its size
+flat out ivec3 patch_voxel;  // the page's origin, voxels from the octree's minimum corner, modulo 2^32
 flat out ivec2 patch_shading;  // x: material of all of the patch, or less than 0; y: 1 in caves, or 0
 
 void main() {

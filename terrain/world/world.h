@@ -178,6 +178,7 @@ class World {
     }
   };
 
+  static int index_table_level(const Config& config);
   static std::size_t index_table_size(const Config& config);
   static std::size_t scratch_size(const Config& config);
   std::size_t level_error_count() const;

@@ -265,8 +265,8 @@ TEST(DeviceLimits, UploadsThatDoNotFitAreRefused) {
                {"vertices", 0, 0, 0, {}, 0},
                {"vertices", 0, 4193, 33, {}, 0},
                {"vertices", 0, 0xffffffffu, 33, {}, 0},
-               {"origin", 0, 0, 33, {0, -1, 0}, 0},
-               {"origin", 0, 0, 33, {1024, 0, 0}, 0},
+               {"origin", 0, 0, 33, {0, -kMostPageHeight - 1, 0}, 0},
+               {"origin", 0, 0, 33, {0, kMostPageHeight, 0}, 0},
                {"row", 0, 0, 33, {}, 10}};
   for (const auto& c : cases) {
     const std::span<const GpuVertex> some = std::span(vertices).first(c.count);
