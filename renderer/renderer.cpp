@@ -214,7 +214,7 @@ Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uin
 }
 
 Status Renderer::upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
-                             std::span<const GpuVertex, kNodeVertices> vertices) {
+                             std::span<const GpuVertex, kNodePageVertices> vertices) {
   fences_.wait(device_.gl);
   return pages_.upload_node(device_, pages, page, node, vertices);
 }

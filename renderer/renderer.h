@@ -117,7 +117,7 @@ class Renderer {
   // pages.family_texels; the same rules of what may be written and drawn. invalid_argument naming page,
   // origin, size, quadrant, row or material; limit_reached as above. Nothing was written then.
   Status upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
-                     std::span<const GpuVertex, kNodeVertices> vertices);
+                     std::span<const GpuVertex, kNodePageVertices> vertices);
   // Rows of thresholds, kMorphRow values each as make_morph_row() fills them; those of families follow the
   // settings' morph_rows. A patch's or family's row must be there before it is drawn. invalid_argument where
   // they are not whole or not within the settings' morph_rows and family_rows.

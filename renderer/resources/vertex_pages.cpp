@@ -106,7 +106,8 @@ Status VertexPages::upload(const GlDevice& device, const PageTable& pages, Patch
 }
 
 Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page,
-                                const NodePage& node, std::span<const GpuVertex, kNodeVertices> vertices) {
+                                const NodePage& node,
+                                std::span<const GpuVertex, kNodePageVertices> vertices) {
   if (page >= family_pages_ || page >= pages.family_texels.size())
     return invalid("not a page of the families", "page", page);
   if (!is_page_height(node.origin.y)) return invalid("higher or lower than a page may be", "origin");

@@ -60,7 +60,7 @@ class VertexPages {
                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                 PatchShading shading);
   Status upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page, const NodePage& node,
-                     std::span<const GpuVertex, kNodeVertices> vertices);
+                     std::span<const GpuVertex, kNodePageVertices> vertices);
   Status upload_morph_rows(const GlDevice& device, std::uint32_t first_row,
                            std::span<const std::uint16_t> rows);
 

@@ -92,8 +92,11 @@ Status GroundFrame::upload(FrameCosts& costs) {
     page.size = node.size;
     page.quadrant = node.quadrant;
     page.row = node.row;
-    if (const Status status = renderer_->upload_node(pages, node.page, page, node.vertices); !status.ok())
+    if (const Status status =
+            renderer_->upload_node(pages, node.page, page, node.vertices.first<kNodePageVertices>());
+        !status.ok()) {
       return status;
+    }
     ++costs.generated;
   }
   const std::uint32_t of_patches = renderer_->settings().morph_rows;

@@ -7,6 +7,8 @@
 
 #include <array>
 
+#include "terrain/draw/wall_indices.h"
+
 namespace karst::core {
 namespace {
 
@@ -170,7 +172,8 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
       ++chunk.left_out;
       continue;
     }
-    const std::uint32_t indices = patch_index_count(item.level, item.lower_edges, item.skipped_edges);
+    const std::uint32_t indices =
+        patch_index_count(item.level, item.lower_edges, item.skipped_edges) + wall_index_count(item.walls);
     if (indices > room) break;
     room -= indices;
     chunk.indices += indices;
@@ -181,6 +184,10 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
     for (int r = 0; r < kMaxIndexRanges && runs.last[r] != 0; ++r) {
       const std::uint32_t first = start[runs.first[r]];
       to = slot.write(table.data() + first, start[runs.last[r]] - first, to);
+    }
+    for (int edge = 0; edge < 4 && item.walls != 0; ++edge) {
+      if ((item.walls >> edge & 1u) == 0) continue;
+      to = slot.write(kWallIndices[static_cast<std::size_t>(edge)].data(), kIndicesPerWall, to);
     }
   }
   return chunk;

@@ -11,6 +11,7 @@
 #include "karst/status.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
 #include "terrain/resident/page_table.h"
 
 namespace karst::core {
@@ -43,7 +44,9 @@ struct ExpandIndices {
   std::size_t count() const { return items.size() + nodes.size(); }
 
   // Room that out needs so that every chunk holds at least one item of a level up to max_level.
-  static constexpr std::uint32_t least_room(int max_level) { return max_patch_indices(max_level); }
+  static constexpr std::uint32_t least_room(int max_level) {
+    return max_patch_indices(max_level) + 4 * kIndicesPerWall;
+  }
 
   // invalid_argument naming the first field that is empty or too small, for levels up to max_level.
   Status validate(int max_level) const;

@@ -12,6 +12,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
 #include "terrain/ground/ground_box.h"
 #include "terrain/view/frustum.h"
 
@@ -320,9 +321,11 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
+      item.walls = static_cast<std::uint8_t>(node_walls(looks.info, node.key));
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
-      result_.triangles += patch_index_count(item.level, item.lower_edges, 0) / 3;
+      result_.triangles +=
+          (patch_index_count(item.level, item.lower_edges, 0) + wall_index_count(item.walls)) / 3;
       result_.least_size = std::min(result_.least_size, node.key.size);
       continue;
     }

@@ -30,8 +30,8 @@ struct NodeUpload {
   std::uint32_t row = 0;   // of thresholds, among the families' rows
   int size = 0;
   int quadrant = 0;
-  glm::ivec3 origin{0};  // voxels of the size
-  std::span<const GpuVertex, kNodeVertices> vertices{static_cast<const GpuVertex*>(nullptr), kNodeVertices};
+  glm::ivec3 origin{0};                 // voxels of the size
+  std::span<const GpuVertex> vertices;  // kNodePageVertices
 };
 
 class Ground {
@@ -103,7 +103,7 @@ class Ground {
     bool selected = false;
   };
   std::array<Turn, kMostViews + 1> turns_{};
-  std::array<GpuVertex, kNodeVertices> vertices_{};
+  std::array<GpuVertex, kNodePageVertices> vertices_{};
 };
 
 }  // namespace karst::core

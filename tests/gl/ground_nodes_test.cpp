@@ -54,7 +54,7 @@ class Sheet {
   DrawItem add_roof(glm::ivec3 at, int size) {
     const DrawItem roof{static_cast<PatchId>(pages_.size()), kNodeLevel, 0, 0};
     NodePage page{.origin = (corner_ + at) / (1 << size), .size = size};
-    std::array<GpuVertex, kNodeVertices> slot{};
+    std::array<GpuVertex, kNodePageVertices> slot{};
     for (int i = 0; i < kNodeSide; ++i) {
       for (int j = 0; j < kNodeSide; ++j) set(slot, i, j, 0);
     }
@@ -77,7 +77,7 @@ class Sheet {
     items_.push_back({static_cast<PatchId>(pages_.size()), kNodeLevel, static_cast<std::uint8_t>(lower), 0});
     NodePage page{.origin = corner_ + at, .size = size, .quadrant = static_cast<int>(pages_.size() % 4)};
     for (int axis = 0; axis < 3; ++axis) page.origin[axis] >>= size;
-    std::array<GpuVertex, kNodeVertices> slot{};
+    std::array<GpuVertex, kNodePageVertices> slot{};
     for (int i = 0; i < kNodeSide; ++i) {
       for (int j = 0; j < kNodeSide; ++j) {
         const double height = bumps(4 * at.x + (j << size), 4 * at.z + (i << size));
@@ -89,7 +89,7 @@ class Sheet {
   }
 
   // i runs south, j east.
-  static void set(std::array<GpuVertex, kNodeVertices>& slot, int i, int j, int y) {
+  static void set(std::array<GpuVertex, kNodePageVertices>& slot, int i, int j, int y) {
     GpuVertex& v = slot[static_cast<std::size_t>(vertex_order(kNodeLevel, i, j))];
     v.position[0] = static_cast<std::int16_t>(j * kStepsPerVoxel / 4);
     v.position[1] = static_cast<std::int16_t>(y);
@@ -101,7 +101,7 @@ class Sheet {
   glm::ivec3 corner_;
   std::vector<DrawItem> items_;
   std::vector<NodePage> pages_;
-  std::vector<std::array<GpuVertex, kNodeVertices>> vertices_;
+  std::vector<std::array<GpuVertex, kNodePageVertices>> vertices_;
 };
 
 // A renderer of nothing but a sheet, into a picture.
@@ -327,7 +327,7 @@ TEST(GroundNodesCounts, WhatDoesNotFitIsRefused) {
   RendererSettings settings;
   settings.shading = karst::Shading::forward;
   Scene scene(sheet, settings);
-  const std::array<GpuVertex, kNodeVertices> vertices{};
+  const std::array<GpuVertex, kNodePageVertices> vertices{};
   const struct {
     const char* field;
     std::uint32_t page;

@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "terrain/draw/wall_indices.h"
 #include "terrain/ground/family_pool.h"
 #include "terrain/ground/family_row.h"
 #include "terrain/ground/make_node.h"
@@ -165,6 +166,22 @@ TEST(FamilyRow, EachVertexHasTheClassOfItsPlaceInTheParent) {
   EXPECT_EQ(entries[0], 99);
 }
 
+TEST(WallIndices, RunAlongTheEdgesOfTheSlot) {
+  constexpr int n = kNodeQuads;
+  for (int edge = 0; edge < 4; ++edge) {
+    for (int s = 0; s <= n; ++s) {
+      const int along[4][2] = {{s, 0}, {n, s}, {n - s, n}, {0, n - s}};
+      const auto vertex =
+          static_cast<std::uint16_t>(vertex_order(kNodeLevel, along[edge][0], along[edge][1]));
+      constexpr std::size_t kAt[kNodeSide] = {0, 2, 5, 11, 14};
+      EXPECT_EQ(kWallIndices[static_cast<std::size_t>(edge)][kAt[s]], vertex);
+    }
+    EXPECT_EQ(kWallIndices[static_cast<std::size_t>(edge)][1], kNodeVertices + edge);
+    EXPECT_EQ(kWallIndices[static_cast<std::size_t>(edge)][8], kNodeVertices + (edge + 1) % 4);
+  }
+  EXPECT_EQ(wall_index_count(0b1011), 3 * kIndicesPerWall);
+}
+
 TEST(MakeNode, PlacesAreThoseOfTheSamplesAndNormalsOfTheSize) {
   // A plane that rises a step for each two to the east, and four for each to the south.
   const auto height = [](std::int64_t i, std::int64_t k) {
@@ -173,7 +190,7 @@ TEST(MakeNode, PlacesAreThoseOfTheSamplesAndNormalsOfTheSize) {
   const MemoryGround ground(70, 70, 2048, 2048, height, [](NodeKey) { return 1.0f; });
   for (const NodeKey node : {NodeKey{0, 3, 5}, NodeKey{2, 1, 2}}) {
     const Tile& tile = ground.tile(tile_of(node));
-    std::array<GpuVertex, kNodeVertices> vertices;
+    std::array<GpuVertex, kNodePageVertices> vertices;
     MakeNode{&ground.info(), &tile, node, true, vertices}.run();
     const glm::ivec3 origin = node_origin(ground.info(), tile.nodes[node_in_tile(node)], node);
     const std::uint16_t normal = encode_octahedral({-1024.0f, 2048.0f, -8192.0f});
