@@ -49,6 +49,8 @@
 #define KARST_MATERIAL_SHIFT 28
 // Places from here on are those of nodes (terrain/ground/family_row.h).
 #define KARST_FIRST_GROUND_PLACE 252
+// Vertices of a page of a node; those behind them lie below its corners, at the feet of walls.
+#define KARST_NODE_VERTICES 25
 
 // Bits of a texel of the G-buffer, geometry.glsl.
 #define KARST_GEOMETRY_MATERIAL_SHIFT 26
@@ -136,7 +138,8 @@
 KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
-  vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
+  // xyz: the eye relative to camera_voxel, lattice steps; w: the height at which the ground's walls end
+  vec4 camera_fine;
   ivec4 first_rows;        // row of morph_rows that the view's thresholds begin at, x: of patches, y: of
                            // families of nodes
   vec4 morph_view;         // xyz: direction of view; w: least cos^2, or less than 0; see apparent_distance in

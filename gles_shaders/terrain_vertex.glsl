@@ -58,6 +58,11 @@ TerrainVertex read_terrain_vertex() {
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;
   result.cave = int(texel.z >> KARST_CAVE_SHIFT);
   result.position = morph_position(home, way * reference.unit, target, result.share);
+  if (place >= KARST_FIRST_GROUND_PLACE && (gl_VertexID & KARST_MASK(KARST_PAGE_BITS)) >= KARST_NODE_VERTICES) {
+    // Below a corner of a node, where its wall ends.
+    result.in_patch.y += camera_fine.w - result.position.y;
+    result.position.y = camera_fine.w;
+  }
   return result;
 }
 

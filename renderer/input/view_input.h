@@ -41,6 +41,7 @@ struct ViewInput {
   float least_cos2 = 1.0f;             // ErrorScale's, which the morph rows were made for
   std::uint32_t first_morph_row = 0;   // of the view's thresholds; a page's texel counts from it
   std::uint32_t first_family_row = 0;  // the same of families
+  std::int64_t foot = 0;               // height at which walls of nodes end, lattice steps
   std::span<const DrawItem> items;     // of a valid draw list; may be empty
   // Nodes of the ground: `patch` is the number of a node's page among those of families, `level` kNodeLevel;
   // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
@@ -83,11 +84,12 @@ struct DrawTarget {
   bool depth_zero_to_one = false;
 };
 
-// What is drawn into a shadow map. items, nodes, pages, index_table, max_level: as in ViewInput.
+// What is drawn into a shadow map. foot, items, nodes, pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
   std::uint32_t first_morph_row = 0;
   std::uint32_t first_family_row = 0;
+  std::int64_t foot = 0;
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
   PageTable pages;

@@ -63,6 +63,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   if (target.depth_zero_to_one) block.clip_from_lattice = clip_from_lattice(zero_to_one(input.camera));
   block.first_rows.x = static_cast<int>(input.first_morph_row);
   block.first_rows.y = static_cast<int>(input.first_family_row);
+  block.camera_fine.w = foot_from(input.camera, input.foot);
   turn_frame_block(block, input.quarter_turns);
   block.view_scale.w = target.linear ? 1.0f : 0.0f;
   set_drape(settings.extent, settings.drape_repeat, block);

@@ -39,6 +39,8 @@ class GroundFrame {
   std::uint32_t first_row(std::size_t view) const {
     return static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
   }
+  // Where walls end: the lowest height of all.
+  std::int64_t foot() const { return std::int64_t{terrain_->ground.info().low} * kVertexStep; }
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
   std::uint64_t casters_hash() const { return terrain_->ground.view(shadow_view()).hash(); }
 

@@ -395,6 +395,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   if (ground_.exists()) {
     input.nodes = ground_.nodes(n);
     input.first_family_row = ground_.first_row(n);
+    input.foot = ground_.foot();
     input.pages.family_texels = world.terrain.ground.texels();
   }
   input.light_space = shadows_.light_space();

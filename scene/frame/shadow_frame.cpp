@@ -216,6 +216,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   if (ground_->exists()) {
     pass.nodes = ground_->nodes(ground_->shadow_view());
     pass.first_family_row = ground_->first_row(ground_->shadow_view());
+    pass.foot = ground_->foot();
     pass.pages.family_texels = terrain_->ground.texels();
   }
   HostPass host = host_pass(input.casters, light_space_, cascade);

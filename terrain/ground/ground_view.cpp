@@ -129,10 +129,15 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
 void GroundView::look_at(const Looks& looks, Node& node) const {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const NodeBox box = node_box(looks.info, measure, node.key);
-  const glm::dvec3 low = box.low - looks.corner;
+  glm::dvec3 low = box.low - looks.corner;
   const glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
+  const double lowest = low.y;
   if (looks.request.culls) {
+    // Walls are not in its box.
+    if (node_walls(looks.info, node.key) != 0) {
+      low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
+    }
     const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
     const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
     for (const Plane& plane : looks.frustum.planes) {
@@ -144,6 +149,7 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
       if (inmost < 0) node.in_view = false;
     }
   }
+  low.y = lowest;
   // As least_apparent_distance(), in double but for what the GPU computes in float.
   const float least_cos2 = looks.request.scale.least_cos2;
   if (least_cos2 < 0.0f) {

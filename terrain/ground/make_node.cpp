@@ -76,13 +76,9 @@ Parents parents_of(int i, int k) {
 
 constexpr std::int64_t kMostReach = 32'766;  // steps, of an int16; even
 
-// The vertices below the corners: where the corners are, but as low as the ground is anywhere.
-void add_feet(const GroundInfo& info, NodeKey node, std::int64_t origin_y, bool morphs,
-              std::span<GpuVertex> out) {
-  const auto height = [&](int size, int unit) {
-    const std::int64_t steps = place_at_size(info.low, size) * kVertexStep * unit - origin_y;
-    return static_cast<std::int16_t>(std::clamp(steps, -kMostReach, kMostReach));
-  };
+// The vertices below the corners: the corners' own places, which whoever draws them lowers. So they move as
+// the corners do, and walls of neighbours meet.
+void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
   const unsigned walls = node_walls(info, node);
   // Outwards, by edge.
   constexpr float kOut[4][2] = {{-1, 0}, {0, 1}, {1, 0}, {0, -1}};
@@ -91,8 +87,6 @@ void add_feet(const GroundInfo& info, NodeKey node, std::int64_t origin_y, bool 
     const int east = corner == 2 || corner == 3 ? kNodeQuads : 0;
     GpuVertex& foot = out[static_cast<std::size_t>(kNodeVertices + corner)];
     foot = out[static_cast<std::size_t>(vertex_order(kNodeLevel, south, east))];
-    foot.position[1] = height(node.size, 1);
-    foot.morph[1] = morphs ? height(node.size + 1, 2) : foot.position[1];
     glm::vec3 normal(0.0f);
     for (const int edge : {corner, (corner + 3) % 4}) {
       if ((walls >> edge & 1u) != 0) normal += glm::vec3(kOut[edge][0], 0.0f, kOut[edge][1]);
@@ -147,7 +141,7 @@ void MakeNode::run() const {
           encode_octahedral(grid.normal(p.i[0], p.k[0], 2) + grid.normal(p.i[1], p.k[1], 2));
     }
   }
-  add_feet(*info, node, origin.y, morphs, out);
+  add_feet(*info, node, out);
 }
 
 }  // namespace karst::core

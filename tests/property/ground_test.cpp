@@ -132,6 +132,10 @@ class DrawnNode {
                           static_cast<float>(from.morph[2] - from.position[2]) * unit);
       place_[v] = share < 1.0f ? home + way * share : target;
       moving_ += share > 0.0f && share < 1.0f ? 1 : 0;
+      if (v >= kNodeVertices) {
+        place_[v].y = static_cast<float>(std::int64_t{info.low} * kVertexStep -
+                                         std::int64_t{camera.voxel.y} * kStepsPerVoxel);
+      }
     }
   }
   glm::vec3 place(std::uint32_t vertex) const { return place_[vertex]; }
@@ -208,9 +212,11 @@ void check_frame(const MemoryGround& ground, const GroundRequest& request, const
       out_of_view = out_of_view || (request.culls && glm::dot(plane.normal, use.from) + plane.offset < 0.0f &&
                                     glm::dot(plane.normal, use.to) + plane.offset < 0.0f);
     }
-    // Beyond the last sample quads have no area: their sides lie on each other.
+    // Beyond the last sample quads have no area, and walls none where the ground is lowest: their sides lie
+    // on each other.
     const bool at_end = std::max(a.x, b.x) >= end[0] - slack || std::max(a.z, b.z) >= end[1] - slack;
-    if (use.times == times_other && at_end) continue;
+    const bool at_lowest = std::min(a.y, b.y) <= foot + slack;
+    if (use.times == times_other && (at_end || at_lowest)) continue;
     totals.rim += 1;
     ASSERT_TRUE(at_foot || out_of_view)
         << "an edge from " << a.x << ' ' << a.y << ' ' << a.z << " to " << b.x << ' ' << b.y << ' ' << b.z
