@@ -305,5 +305,131 @@ TEST(Ground, EveryInnerEdgeIsUsedOnceByEachSide) {
   EXPECT_GT(totals.moving, totals.frames);
 }
 
+// The full surface above a place, lattice steps from the ground's corner.
+double full_height(const GroundInfo& info, const std::vector<std::int32_t>& heights, double x, double z) {
+  const double fx = std::clamp(x / info.steps[0], 0.0, double(info.samples[0] - 1));
+  const double fz = std::clamp(z / info.steps[1], 0.0, double(info.samples[1] - 1));
+  const auto i = std::min(static_cast<std::int64_t>(fx), info.samples[0] - 2);
+  const auto k = std::min(static_cast<std::int64_t>(fz), info.samples[1] - 2);
+  const double u = fx - double(i), v = fz - double(k);
+  const auto h = [&](std::int64_t a, std::int64_t b) {
+    return 2.0 * heights[static_cast<std::size_t>((k + b) * info.samples[0] + i + a)];
+  };
+  if ((i + k) % 2 == 0) {
+    return u > v ? h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(1, 1) - h(1, 0))
+                 : h(0, 0) + v * (h(0, 1) - h(0, 0)) + u * (h(1, 1) - h(0, 1));
+  }
+  return u + v < 1 ? h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(0, 1) - h(0, 0))
+                   : h(1, 1) + (1 - u) * (h(0, 1) - h(1, 1)) + (1 - v) * (h(1, 0) - h(1, 1));
+}
+
+TEST(Ground, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
+  std::vector<std::uint8_t> entries(kMorphEntries, 0);
+  build_family_entries(entries);
+  std::vector<std::uint16_t> table(index_count(kNodeLevel));
+  ASSERT_TRUE(build_index_tables(kNodeLevel, table).ok());
+  Random random(5);
+  double most = 0, sum = 0;
+  std::uint64_t points = 0, frames = 0, refused = 0, beyond = 0;
+  const std::uint64_t wanted = frames_wanted() / 4;
+  while (frames < wanted) {
+    const auto wide = static_cast<std::int64_t>(test::between(random, 40, 400));
+    const auto deep = static_cast<std::int64_t>(test::between(random, 40, 400));
+    // Waves of several lengths, and noise.
+    const double tall = std::exp2(test::between(random, 6, 13));
+    const double noise = tall * std::exp2(test::between(random, -8, -1));
+    double wave[6][3];
+    for (auto& w : wave) {
+      const double length = std::exp2(test::between(random, 2, 8));
+      const double turn = test::between(random, 0, 6.28);
+      w[0] = std::cos(turn) * 6.28 / length;
+      w[1] = std::sin(turn) * 6.28 / length;
+      w[2] = tall * length / 256;
+    }
+    std::vector<std::int32_t> heights(static_cast<std::size_t>(wide * deep));
+    for (std::int64_t k = 0; k < deep; ++k) {
+      for (std::int64_t i = 0; i < wide; ++i) {
+        double h = test::between(random, -noise, noise);
+        for (const auto& w : wave) h += w[2] * std::sin(w[0] * double(i) + w[1] * double(k));
+        heights[static_cast<std::size_t>(k * wide + i)] = static_cast<std::int32_t>(h);
+      }
+    }
+    const MemoryGround ground(
+        wide, deep, 2048, test::between(random, 0, 1) < 0.5 ? 2048 : 1777,
+        [&](std::int64_t i, std::int64_t k) { return heights[static_cast<std::size_t>(k * wide + i)]; });
+    const bool ample = test::between(random, 0, 1) < 0.7;
+    Parts parts(static_cast<std::uint32_t>(ground.tile_count()) + 1, ample ? 4000 : 40);
+    MemoryGround::Source source(ground);
+    parts.tiles.reset(source.source(), ground.root(), ground.tile(ground.root()));
+    parts.view.reset();
+    for (int n = 0; n < 10; ++n, ++frames) {
+      Camera camera;
+      const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
+      CameraMatrices matrices = test::any_matrices(random, kind, 0.02, double(wide) * 0.25);
+      test::show(
+          random,
+          {test::between(random, 0, double(wide) * 0.25), test::between(random, -0.2, 0.2) * tall / 4096,
+           test::between(random, 0, double(deep) * 0.2)},
+          std::exp2(test::between(random, -2, 6)), matrices);
+      if (!make_camera(matrices, camera).ok()) continue;
+      GroundRequest request;
+      request.camera = &camera;
+      request.error_px = std::exp2(test::between(random, -1, 5));
+      request.scale = make_error_scale(camera, 640, 360, request.error_px);
+      for (int round = 0; round < 12; ++round) {
+        parts.tiles.begin_frame();
+        parts.pool.begin_frame();
+        parts.tiles.poll();
+        parts.view.select(ground.info(), request, parts.tiles, parts.pool);
+        parts.tiles.ask();
+        if (parts.view.result().lacks_tile == 0) break;
+      }
+      for (MorphRows rows; !(rows = parts.view.take_rows()).halves.empty();) {
+        std::copy(rows.halves.begin(), rows.halves.end(),
+                  parts.rows.begin() + static_cast<std::ptrdiff_t>(rows.first_row) * kMorphRow);
+      }
+      refused += parts.view.result().refused;
+      const double bound = double{parts.view.result().bound_px};
+      const glm::dmat4 clip = glm::dmat4(clip_from_lattice(camera));
+      const glm::dvec3 corner = glm::dvec3(camera.voxel) * double{kStepsPerVoxel};
+      for (std::size_t at = 0; at < parts.view.items().size(); ++at) {
+        const DrawItem& item = parts.view.items()[at];
+        const GroundView::Node& node = parts.view.node_of(at);
+        const DrawnNode drawn(ground.info(), camera, request.scale, node, entries, parts.rows,
+                              node.key == ground.root());
+        IndexRange ranges[kMaxIndexRanges];
+        const int count = index_ranges(item.level, item.lower_edges, 0, ranges);
+        for (int r = 0; r < count; ++r) {
+          for (std::uint32_t t = ranges[r].first; t < ranges[r].first + ranges[r].count; t += 3) {
+            double a = test::between(random, 0, 1), b = test::between(random, 0, 1);
+            if (a + b > 1) a = 1 - a, b = 1 - b;
+            const glm::dvec3 place = glm::dvec3(drawn.place(table[t])) * (1 - a - b) +
+                                     glm::dvec3(drawn.place(table[t + 1])) * a +
+                                     glm::dvec3(drawn.place(table[t + 2])) * b;
+            glm::dvec3 full = place;
+            full.y = full_height(ground.info(), heights, place.x + corner.x, place.z + corner.z) - corner.y;
+            const glm::dvec4 p = clip * glm::dvec4(place, 1), f = clip * glm::dvec4(full, 1);
+            const bool in_front = p.w > 0 && f.w > 0 && p.z >= -p.w && f.z >= -f.w;
+            if (!in_front || std::abs(p.x) > p.w || std::abs(p.y) > p.w) continue;
+            const double px = std::hypot((p.x / p.w - f.x / f.w) * 320, (p.y / p.w - f.y / f.w) * 180);
+            ++points;
+            sum += px / request.error_px;
+            most = std::max(most, px / bound);
+            beyond += px > bound ? 1 : 0;
+          }
+        }
+      }
+    }
+  }
+  std::printf(
+      "FIGURE %llu frames, %llu points, %llu splits refused: at most %.3f of the stated bound, %.3f of the "
+      "error asked for in the mean\n",
+      static_cast<unsigned long long>(frames), static_cast<unsigned long long>(points),
+      static_cast<unsigned long long>(refused), most, sum / double(points));
+  EXPECT_EQ(beyond, 0u);
+  EXPECT_GT(most, 0.3);
+  EXPECT_GT(refused, 0u);
+}
+
 }  // namespace
 }  // namespace karst::core

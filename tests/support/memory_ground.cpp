@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/ground/measure_ground.h"
 #include "terrain/measure/level_error.h"
 
 namespace karst::test {
@@ -19,6 +20,18 @@ constexpr double kSlack = 1.002;
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
                            const Heights& heights, const Errors& errors) {
+  make_tiles(wide, deep, step_x, step_z, heights);
+  measure(errors);
+}
+
+MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
+                           const Heights& heights) {
+  make_tiles(wide, deep, step_x, step_z, heights);
+  measure(heights);
+}
+
+void MemoryGround::make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
+                              const Heights& heights) {
   info_.samples[0] = wide;
   info_.samples[1] = deep;
   info_.steps[0] = step_x;
@@ -35,7 +48,6 @@ MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, 
       for (int x = 0; node_exists(info_, {size, x * kTileNodes, 0}); ++x) make_tile({size, x, z}, heights);
     }
   }
-  measure(errors);
 }
 
 const Tile& MemoryGround::tile(NodeKey key) const {
@@ -110,6 +122,122 @@ void MemoryGround::measure(const Errors& errors) {
         }
         own.error = static_cast<float>(error * (1 + 1e-6));
         own.chain = static_cast<float>(chain * (1 + 1e-6));
+      }
+    }
+  }
+}
+
+namespace {
+
+// All of a size's quads and nodes, row by row.
+struct AllQuads {
+  explicit AllQuads(const GroundInfo& info, int size)
+      : wide(static_cast<std::size_t>(nodes_along(info, 0, size)) * kNodeQuads),
+        deep(static_cast<std::size_t>(nodes_along(info, 1, size)) * kNodeQuads),
+        low(wide * deep),
+        high(wide * deep),
+        floats(9 * wide * deep) {}
+  QuadRow row(std::size_t k) {
+    QuadRow out;
+    out.low = std::span(low).subspan(k * wide, wide);
+    out.high = std::span(high).subspan(k * wide, wide);
+    std::size_t n = 0;
+    const auto next = [&] { return std::span(floats).subspan((n++ * deep + k) * wide, wide); };
+    for (auto* rows : {&out.below, &out.above}) {
+      for (auto& span : *rows) span = next();
+    }
+    for (auto& span : out.border) span = next();
+    out.tall = next();
+    return out;
+  }
+  std::size_t wide, deep;
+  std::vector<std::int32_t> low, high;
+  std::vector<float> floats;
+};
+
+struct AllNodes {
+  explicit AllNodes(const GroundInfo& info, int size)
+      : wide(static_cast<std::size_t>(nodes_along(info, 0, size))),
+        deep(static_cast<std::size_t>(nodes_along(info, 1, size))),
+        low(wide * deep),
+        high(wide * deep),
+        floats(8 * wide * deep),
+        rows(deep) {
+    for (std::size_t z = 0; z < deep; ++z) {
+      NodeRow& out = rows[z];
+      out.low = std::span(low).subspan(z * wide, wide);
+      out.high = std::span(high).subspan(z * wide, wide);
+      std::size_t n = 0;
+      const auto next = [&] { return std::span(floats).subspan((n++ * deep + z) * wide, wide); };
+      out.full = next();
+      for (auto& span : out.border) span = next();
+      out.tall = next();
+      out.error = next();
+      out.chain = next();
+    }
+  }
+  std::size_t wide, deep;
+  std::vector<std::int32_t> low, high;
+  std::vector<float> floats;
+  std::vector<NodeRow> rows;
+};
+
+}  // namespace
+
+void MemoryGround::measure(const Heights& heights) {
+  std::vector<AllQuads> quads;
+  std::vector<AllNodes> nodes;
+  const auto row_of = [&](int size, std::int64_t k, std::size_t count) {
+    std::vector<std::int32_t> row(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      row[i] = heights(sample_of(info_.samples[0], size, static_cast<std::int64_t>(i)),
+                       sample_of(info_.samples[1], size, k));
+    }
+    return row;
+  };
+  for (int size = 0; size <= info_.top_size(); ++size) {
+    AllQuads& own = quads.emplace_back(info_, size);
+    AllNodes& of = nodes.emplace_back(info_, size);
+    const std::int64_t rows = quads_along(info_, 1, size);
+    for (std::int64_t k = 0; k < rows; ++k) {
+      const QuadRow out = own.row(static_cast<std::size_t>(k));
+      if (size == 0) {
+        measure_quads(row_of(0, k, own.wide + 1), row_of(0, k + 1, own.wide + 1), out);
+      } else {
+        AllQuads& below = quads[static_cast<std::size_t>(size) - 1];
+        const std::vector<std::int32_t> h[3] = {row_of(size - 1, 2 * k, below.wide + 1),
+                                                row_of(size - 1, 2 * k + 1, below.wide + 1),
+                                                row_of(size - 1, 2 * k + 2, below.wide + 1)};
+        MeasureQuads job;
+        job.info = &info_;
+        job.size = size;
+        job.k = k;
+        job.heights = {h[0], h[1], h[2]};
+        const auto far = static_cast<std::size_t>(2 * k + 1);
+        job.children = {below.row(far - 1), below.row(far)};
+        if (2 * k + 1 >= quads_along(info_, 1, size - 1)) repeat_quads(job.children[0], job.children[1]);
+        job.out = out;
+        job.run();
+      }
+      gather_nodes(info_, size, k, out, of.rows[static_cast<std::size_t>(k / kNodeQuads)]);
+    }
+    for (std::size_t z = 0; z < of.deep; ++z) {
+      MeasureNodes job;
+      job.info = &info_;
+      job.size = size;
+      job.north = z > 0 ? &of.rows[z - 1] : nullptr;
+      job.own = &of.rows[z];
+      job.south = z + 1 < of.deep ? &of.rows[z + 1] : nullptr;
+      for (std::size_t n = 0; n < 4 && size > 0; ++n) {
+        AllNodes& finer = nodes[static_cast<std::size_t>(size) - 1];
+        const std::size_t at = 2 * z + n;  // less 1
+        job.finer[n] = at >= 1 && at - 1 < finer.deep ? &finer.rows[at - 1] : nullptr;
+      }
+      job.run();
+      for (std::size_t x = 0; x < of.wide; ++x) {
+        NodeMeasure* const to = measure_of({size, static_cast<int>(x), static_cast<int>(z)});
+        if (to == nullptr) continue;
+        *to = {of.rows[z].error[x], of.rows[z].chain[x], of.rows[z].low[x], of.rows[z].high[x]};
       }
     }
   }
