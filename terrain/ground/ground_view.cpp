@@ -40,6 +40,14 @@ constexpr int direction_of(Step step) {
   return -1;
 }
 
+// No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
+// times error.
+float most_error(const NodeMeasure& measure, int size) {
+  const std::uint16_t greatest = measure.thresholds[kDemands - 1];
+  if (greatest >= kNeverMorphs) return kInfinite;
+  return threshold_steps(greatest) * std::ldexp(1.0f, size) / static_cast<float>(demand(kDemands - 1));
+}
+
 // Relative to the camera's voxel.
 Frustum planes_at(const GroundRequest& request) {
   Camera camera = *request.camera;
@@ -69,7 +77,9 @@ struct GroundView::Looks {
   glm::dvec3 fine;    // the eye, relative to it
   glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
-  double rounding = 1;  // f^s is its s-th power
+  DemandPlace demand{};
+  bool is_finite = true;                     // the demand
+  std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
 };
 
@@ -95,7 +105,12 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
               glm::vec3(camera.forward)};
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
-  looks.rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
+  const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
+  looks.unit[0] = 1;
+  for (std::size_t size = 1; size < looks.unit.size(); ++size)
+    looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
+  looks.is_finite = request.scale.steps_per_step < kInfinite;
+  looks.demand = place_of_demand(looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
 
   Node& root = storage_.nodes[0];
   root = {};
@@ -164,11 +179,13 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
   }
   node.threshold = 0.0f;
   if (node.key.size == 0) return;
-  const double scale = looks.request.scale.steps_per_step;
   double threshold = double{kInfinite};
-  if (looks.request.morphing && scale < double{kInfinite}) {
-    threshold =
-        (scale * double{measure.error} + double{measure.chain}) * std::pow(looks.rounding, node.key.size);
+  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
+  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
+    const double at_n = double{threshold_steps(halves[0])};
+    const double after_n = double{threshold_steps(halves[1])};
+    threshold = (at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor *
+                looks.unit[static_cast<std::size_t>(node.key.size)];
   }
   node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
 }
@@ -180,10 +197,10 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     return;
   }
   if (node.key.size == 0 || !(node.least_apparent < node.threshold)) return;
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const float left = node.least_apparent - measure.error;
-  const float px = left > 0.0f ? looks.request.scale.pixels * measure.error / left : kInfinite;
-  if (node.key.size <= looks.request.least_size || measure.error <= looks.request.spared_error) {
+  const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  const float left = node.least_apparent - error;
+  const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
+  if (node.key.size <= looks.request.least_size || error <= looks.request.spared_error) {
     node.refused = true;
     result_.bound_px = std::max(result_.bound_px, px);
     return;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "terrain/ground/measure_ground.h"
+#include "terrain/lod/morph.h"
 #include "terrain/measure/level_error.h"
 
 namespace karst::test {
@@ -103,25 +104,29 @@ void MemoryGround::measure(const Errors& errors) {
             std::sqrt(quad * quad * (info_.steps[0] * info_.steps[0] + info_.steps[1] * info_.steps[1]) +
                       tall * tall) +
             8.0 * quad * 2;
-        double error = errors({size, x, z});
-        double chain = kG * reach / (1.0 - kMorphShare);
+        const double error = errors({size, x, z});
+        double steps[kDemands];
+        for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kMorphShare);
         for (int dz = -1; dz <= 2; ++dz) {
           for (int dx = -1; dx <= 2; ++dx) {
             const NodeKey q{size - 1, 2 * x + dx, 2 * z + dz};
             const NodeMeasure* const finer = measure_of(q);
             if (finer == nullptr) continue;
-            error = std::max(error, kSlack * double{finer->error} / (1.0 - kMorphShare));
             const double pad = std::ldexp(8.0, q.size);
             const double wide = kNodeQuads * quad * info_.steps[0] + pad;
             const double deep = kNodeQuads * quad * info_.steps[1] + pad;
             const double high = 2.0 * (double(finer->high) - finer->low) + pad;
             const double rise = kG * std::sqrt(wide * wide + deep * deep + high * high);
-            chain = std::max(
-                chain, (double{finer->chain} + rise) * kSlack / (1.0 - kMorphShare) + std::ldexp(8.0, size));
+            for (int n = 0; n < kDemands; ++n) {
+              const double of_q = double{threshold_steps(finer->thresholds[n])} * quad;
+              steps[n] =
+                  std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kMorphShare) + std::ldexp(8.0, size));
+            }
           }
         }
-        own.error = static_cast<float>(error * (1 + 1e-6));
-        own.chain = static_cast<float>(chain * (1 + 1e-6));
+        for (int n = 0; n < kDemands; ++n) {
+          own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / (2 * quad) * (1 + 1e-6)));
+        }
       }
     }
   }
@@ -136,16 +141,16 @@ struct AllQuads {
         deep(static_cast<std::size_t>(nodes_along(info, 1, size)) * kNodeQuads),
         low(wide * deep),
         high(wide * deep),
-        floats(9 * wide * deep) {}
+        floats(8 * wide * deep) {}
   QuadRow row(std::size_t k) {
     QuadRow out;
     out.low = std::span(low).subspan(k * wide, wide);
     out.high = std::span(high).subspan(k * wide, wide);
     std::size_t n = 0;
     const auto next = [&] { return std::span(floats).subspan((n++ * deep + k) * wide, wide); };
-    for (auto* rows : {&out.below, &out.above}) {
-      for (auto& span : *rows) span = next();
-    }
+    out.below = next();
+    out.above = next();
+    out.most = next();
     for (auto& span : out.border) span = next();
     out.tall = next();
     return out;
@@ -161,7 +166,8 @@ struct AllNodes {
         deep(static_cast<std::size_t>(nodes_along(info, 1, size))),
         low(wide * deep),
         high(wide * deep),
-        floats(8 * wide * deep),
+        floats(6 * wide * deep),
+        halves(kDemands * wide * deep),
         rows(deep) {
     for (std::size_t z = 0; z < deep; ++z) {
       NodeRow& out = rows[z];
@@ -169,16 +175,16 @@ struct AllNodes {
       out.high = std::span(high).subspan(z * wide, wide);
       std::size_t n = 0;
       const auto next = [&] { return std::span(floats).subspan((n++ * deep + z) * wide, wide); };
-      out.full = next();
+      out.most = next();
       for (auto& span : out.border) span = next();
       out.tall = next();
-      out.error = next();
-      out.chain = next();
+      out.thresholds = std::span(halves).subspan(kDemands * z * wide, kDemands * wide);
     }
   }
   std::size_t wide, deep;
   std::vector<std::int32_t> low, high;
   std::vector<float> floats;
+  std::vector<std::uint16_t> halves;
   std::vector<NodeRow> rows;
 };
 
@@ -204,18 +210,24 @@ void MemoryGround::measure(const Heights& heights) {
       if (size == 0) {
         measure_quads(row_of(0, k, own.wide + 1), row_of(0, k + 1, own.wide + 1), out);
       } else {
-        AllQuads& below = quads[static_cast<std::size_t>(size) - 1];
-        const std::vector<std::int32_t> h[3] = {row_of(size - 1, 2 * k, below.wide + 1),
-                                                row_of(size - 1, 2 * k + 1, below.wide + 1),
-                                                row_of(size - 1, 2 * k + 2, below.wide + 1)};
+        const int r = reference_size(size);
+        AllQuads& finer = quads[static_cast<std::size_t>(r)];
+        const std::int64_t rows_in = std::int64_t{1} << (size - r);
+        std::vector<std::vector<std::int32_t>> h;
+        std::vector<std::span<const std::int32_t>> heights_in;
+        std::vector<QuadRow> quads_in;
+        for (std::int64_t n = 0; n <= rows_in; ++n) h.push_back(row_of(r, k * rows_in + n, finer.wide + 1));
+        for (const auto& row : h) heights_in.emplace_back(row);
+        for (std::int64_t n = 0; n < rows_in; ++n) {
+          quads_in.push_back(
+              finer.row(static_cast<std::size_t>(std::min(k * rows_in + n, quads_along(info_, 1, r) - 1))));
+        }
         MeasureQuads job;
         job.info = &info_;
         job.size = size;
         job.k = k;
-        job.heights = {h[0], h[1], h[2]};
-        const auto far = static_cast<std::size_t>(2 * k + 1);
-        job.children = {below.row(far - 1), below.row(far)};
-        if (2 * k + 1 >= quads_along(info_, 1, size - 1)) repeat_quads(job.children[0], job.children[1]);
+        job.heights = heights_in;
+        job.finer = quads_in;
         job.out = out;
         job.run();
       }
@@ -237,7 +249,10 @@ void MemoryGround::measure(const Heights& heights) {
       for (std::size_t x = 0; x < of.wide; ++x) {
         NodeMeasure* const to = measure_of({size, static_cast<int>(x), static_cast<int>(z)});
         if (to == nullptr) continue;
-        *to = {of.rows[z].error[x], of.rows[z].chain[x], of.rows[z].low[x], of.rows[z].high[x]};
+        to->low = of.rows[z].low[x];
+        to->high = of.rows[z].high[x];
+        for (std::size_t n = 0; n < kDemands; ++n)
+          to->thresholds[n] = of.rows[z].thresholds[x * kDemands + n];
       }
     }
   }

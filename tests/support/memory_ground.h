@@ -19,7 +19,7 @@ namespace karst::test {
 class MemoryGround {
  public:
   using Heights = std::function<std::int32_t(std::int64_t i, std::int64_t k)>;  // kVertexStep
-  // Error of a node of size 1 and more, lattice steps, before (2) raises it.
+  // Error of a node of size 1 and more, lattice steps, before (2) raises its threshold.
   using Errors = std::function<float(core::NodeKey)>;
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,

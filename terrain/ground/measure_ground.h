@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// What is measured of nodes (NodeMeasure), size by size and row by row, so that only a few rows need to be in
+// memory: of quads, of nodes, of nodes with those around.
+//
+// Words. The *full* surface is that of size 0; a size's surface has its diagonals as the index batches of
+// patches have them: quad (i, k) from its north-west corner where i + k is even, else from its north-east
+// one. So the eight triangles of a quad's four children have a corner of the quad, the middle of one of its
+// edges and its centre each. The *way* of a middle or centre is what it moves by, from home to its target. In
+// a *state* each of them has gone any share of its way.
+//
+// Deviations are along y, and exact at the vertices of a *reference* grid kReferenceSizes finer, where they
+// are largest but for what the reference itself strays from the full surface, which is known of each of its
+// quads. So the sizes up to kReferenceSizes are exact, and coarser ones off by little.
+//
+// A quad that reaches beyond the last sample has vertices that move sideways. There all states lie, like the
+// full surface, between two planes that are parallel to its slope; the distance of the planes counts.
+//
+// Edges are numbered as families have them (family_row.h): 0 west, 1 south, 2 east, 3 north. Lengths are
+// lattice steps of size 0, heights kVertexStep.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "terrain/ground/ground.h"
+#include "terrain/ground/tile.h"
+
+namespace karst::core {
+
+// Quads, or nodes, of a size along an axis (0: x, 1: z).
+inline std::int64_t quads_along(const GroundInfo& info, int axis, int size) {
+  return (info.samples[axis] - 2 + (std::int64_t{1} << size)) >> size;
+}
+inline std::int64_t nodes_along(const GroundInfo& info, int axis, int size) {
+  return (quads_along(info, axis, size) + kNodeQuads - 1) / kNodeQuads;
+}
+
+inline constexpr int kReferenceSizes = 5;
+constexpr int reference_size(int size) {
+  return size > kReferenceSizes ? size - kReferenceSizes : 0;
+}
+inline constexpr int kMostReferenceRows = 1 << kReferenceSizes;  // of the reference's quads in one
+
+// A row of quads; spans of kNodeQuads x nodes_along() each.
+struct QuadRow {
+  std::span<std::int32_t> low, high;  // of all samples in the quad
+  std::span<float> below, above;      // the full surface less the size's own: least, 0 or less; and greatest
+  std::span<float> most;              // greatest deviation in any state of the morph from the size below
+  std::array<std::span<float>, 4> border;  // at each edge, the same with the edge's middle alone on its way
+  std::span<float> tall;                   // greatest height that a child spans, with its targets
+};
+
+// A row of nodes; spans of nodes_along() each, but thresholds, of kDemands times as many.
+struct NodeRow {
+  std::span<std::int32_t> low, high;
+  std::span<float> most;
+  std::array<std::span<float>, 4> border;
+  std::span<float> tall;
+  std::span<std::uint16_t> thresholds;  // NodeMeasure's, node by node
+};
+
+// Quads of size 0. north, south: heights of kNodeQuads x nodes_along() + 1 vertices, as Tile has them beyond
+// the last sample.
+void measure_quads(std::span<const std::int32_t> north, std::span<const std::int32_t> south,
+                   const QuadRow& out);
+
+struct MeasureQuads {
+  const GroundInfo* info = nullptr;
+  int size = 1;        // 1 or more
+  std::int64_t k = 0;  // the row, less than quads_along()
+  // Of r = reference_size(size), n = 2^(size - r): heights of vertices in the n + 1 rows from n k on, and
+  // quads in the n rows from n k on. Rows beyond the last one are as the last one, and quads there are not
+  // looked at.
+  std::span<const std::span<const std::int32_t>> heights;
+  std::span<const QuadRow> finer;
+  QuadRow out;
+
+  void run() const;
+};
+
+// Takes row k of quads into its row of nodes, in ascending order of k.
+void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRow& quads, const NodeRow& out);
+
+// Thresholds of a row of nodes, which touches those above and below it, and is touched by rows 2 z - 1 to 2 z
+// + 2 of the next smaller size. D(k) is the greatest of
+//   k error + G reach / (1 - sigma), error being the greatest deviation in any state in the node; with the
+//   middles of its border alone on their way, over 1 - sigma in the node and undivided on its other side; and
+//   the rounding of vertices (D(q)(k) + R(q)) / (1 - sigma) for each node q of the next smaller size that
+//   touches it
+// so that (1) and (2) of ground_view.h hold.
+struct MeasureNodes {
+  const GroundInfo* info = nullptr;
+  int size = 0;
+  // Null: there is none. Of size 0 own alone is needed.
+  const NodeRow* north = nullptr;
+  const NodeRow* own = nullptr;  // gathered; thresholds are the output
+  const NodeRow* south = nullptr;
+  std::array<const NodeRow*, 4> finer{};
+
+  void run() const;
+};
+
+}  // namespace karst::core
