@@ -37,7 +37,7 @@ set(CPACK_COMPONENTS_ALL)
 if(TARGET karst_shared)
   karst_deb(library libkarst libs "terrain with caves for embedded GPUs: library"
     "This package holds the shared library.")
-  set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libkarst ${same_version}")
+  set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libkarst ${same_version}, libzstd-dev")
 endif()
 karst_deb(dev libkarst-dev libdevel "terrain with caves for embedded GPUs: headers"
   "This package holds what programs are built with that draw terrain with karst:

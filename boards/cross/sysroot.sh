@@ -9,7 +9,7 @@ set -euo pipefail
 }
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 packages=(
-  libc6-dev libstdc++-12-dev libglm-dev libpng-dev zlib1g-dev libgtest-dev nlohmann-json3-dev
+  libc6-dev libstdc++-12-dev libglm-dev libpng-dev libzstd-dev zlib1g-dev libgtest-dev nlohmann-json3-dev
   libegl-dev libgles-dev libgbm-dev libdrm-dev libinput-dev libseat-dev libudev-dev
   libegl1 libegl-mesa0 libgles2 libgl1-mesa-dri
 )

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "karst/status.h"
+#include "terrain/ground/tile.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
@@ -42,7 +43,7 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// The sections, in the order in which they are written. The last six may be missing.
+// The sections, in the order in which they are written. Those after the first nine may be missing.
 enum class WorldSection : std::uint8_t {
   octree,
   keys,
@@ -58,10 +59,12 @@ enum class WorldSection : std::uint8_t {
   overrides,
   lights,
   surroundings,
-  blend_map
+  blend_map,
+  ground,
+  tiles
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 15;
+inline constexpr std::size_t kWorldSectionKinds = 17;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -94,6 +97,15 @@ struct WorldMaterials {
   Surroundings surroundings = {};
   std::span<const glm::ivec3> rim = {};       // surroundings.rim_points
   std::span<const std::byte> blend_map = {};  // texels of set.blend_map, row by row
+};
+
+// The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
+// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m.
+struct WorldGround {
+  GroundInfo info;  // does not exist: the world has no ground
+  TilePlace root;   // offsets of places count from where the tiles begin
+  std::uint64_t tile_bytes = 0;
+  std::uint32_t tile_crc = 0;  // of all of them
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

@@ -4,6 +4,7 @@
 #include "terrain/base/checksum.h"
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
+#include "terrain/file/ground_section.h"
 #include "terrain/file/material_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/measure/level_error.h"
@@ -104,7 +105,7 @@ Status check_envelope(std::span<const std::byte> file, std::uint64_t file_bytes)
   if (const char* other = other_version(load<std::uint32_t>(file, kVersion.offset)); other != nullptr)
     return {StatusCode::unsupported, other, kVersion.name, kVersion.offset};
   const auto count = load<std::uint32_t>(file, kSections.offset);
-  if (count > kMaxSections) return corrupt("more than 16 sections", kSections);
+  if (count > kMaxSections) return corrupt("more than 20 sections", kSections);
   const std::size_t header = kHeaderBytes + count * kEntryBytes;
   if (load<std::uint32_t>(file, kHeaderLength.offset) != header) {
     return corrupt("header length does not fit the number of sections", kHeaderLength);
@@ -185,6 +186,8 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (section == WorldSection::surroundings)
     return bytes >= sizeof(Surroundings) &&
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
+  if (section == WorldSection::ground) return bytes == ground_section::kBytes;
+  if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::blend_map) {
     const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
     return bytes > material_section::kBlendHeaderBytes &&
@@ -194,7 +197,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
 }
 
 // Which sections are there.
-Status check_presence(const Table& table) {
+Status check_presence(const WorldInfo& info, const Table& table) {
   const auto present = [&](WorldSection s) { return table.places[static_cast<std::size_t>(s)].present; };
   const auto missing = [](WorldSection s) {
     return corrupt("a section is missing", {kind_of(s).name, kSections.offset});
@@ -207,6 +210,11 @@ Status check_presence(const Table& table) {
   const bool needed =
       present(WorldSection::textures) || present(WorldSection::overrides) || present(WorldSection::blend_map);
   if (needed && !present(WorldSection::materials)) return missing(WorldSection::materials);
+  const bool has_ground = present(WorldSection::ground) || present(WorldSection::tiles);
+  for (const WorldSection section : {WorldSection::ground, WorldSection::tiles}) {
+    if (has_ground && !present(section)) return missing(section);
+  }
+  if (!has_ground && info.patches == 0) return corrupt("a world without a ground has no patches", kPatches);
   return {};
 }
 
@@ -242,7 +250,7 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
     }
     table.places[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
   }
-  if (const Status status = check_presence(table); !status.ok()) return status;
+  if (const Status status = check_presence(info, table); !status.ok()) return status;
   if (end != file_bytes) return corrupt("bytes follow the last section", {"padding", end});
   return {};
 }
@@ -375,38 +383,43 @@ SectionFault SectionCheck::feed_level_errors(std::span<const std::byte> bytes) {
 }
 
 const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
-    {four_letters("OCTR"), "octree", true, [](const WorldInfo& i) { return octree_section_bytes(i.octets); }},
-    {four_letters("PKEY"), "patch keys", true,
+    {four_letters("OCTR"), "octree", true, true,
+     [](const WorldInfo& i) { return octree_section_bytes(i.octets); }},
+    {four_letters("PKEY"), "patch keys", true, true,
      [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(PatchKey)}; }},
-    {four_letters("HMSK"), "height mask", true,
+    {four_letters("HMSK"), "height mask", true, true,
      [](const WorldInfo& i) { return (std::uint64_t{i.patches} + 7) / 8; }},
-    {four_letters("HGTS"), "height samples", true,
+    {four_letters("HGTS"), "height samples", true, true,
      [](const WorldInfo& i) {
        return i.height_blocks * static_cast<std::uint64_t>(patch_vertices(i.level)) * sizeof(std::int16_t);
      }},
-    {four_letters("HCRC"), "height checksums", true,
+    {four_letters("HCRC"), "height checksums", true, true,
      [](const WorldInfo& i) {
        return height_groups(i.height_blocks) * std::uint64_t{sizeof(std::uint32_t)};
      }},
-    {four_letters("LERR"), "level errors", true,
+    {four_letters("LERR"), "level errors", true, true,
      [](const WorldInfo& i) {
        return i.patches * std::uint64_t{level_error_values(i.level)} * sizeof(std::uint16_t);
      }},
-    {four_letters("PBND"), "patch bounds", true,
+    {four_letters("PBND"), "patch bounds", true, true,
      [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(PatchBounds)}; }},
-    {four_letters("CONE"), "normal cones", true,
+    {four_letters("CONE"), "normal cones", true, true,
      [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(NormalCone)}; }},
-    {four_letters("SCON"), "shading cones", true,
+    {four_letters("SCON"), "shading cones", true, true,
      [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(NormalCone)}; }},
-    {four_letters("MATL"), "materials", false, nullptr},
-    {four_letters("MTEX"), "textures", false, nullptr},
-    {four_letters("MOVR"), "overrides", false, [](const WorldInfo& i) { return std::uint64_t{i.patches}; }},
-    {four_letters("LGTS"), "lights", false, nullptr},
-    {four_letters("SURR"), "surroundings", false, nullptr},
-    {four_letters("BMAP"), "blend map", false, nullptr},
+    {four_letters("MATL"), "materials", false, false, nullptr},
+    {four_letters("MTEX"), "textures", false, false, nullptr},
+    {four_letters("MOVR"), "overrides", false, false,
+     [](const WorldInfo& i) { return std::uint64_t{i.patches}; }},
+    {four_letters("LGTS"), "lights", false, false, nullptr},
+    {four_letters("SURR"), "surroundings", false, false, nullptr},
+    {four_letters("BMAP"), "blend map", false, false, nullptr},
+    {four_letters("GRND"), "ground", false, true, nullptr},
+    {four_letters("TILE"), "tiles", false, true, nullptr},
 }};
 
-std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places) {
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
+                      SectionPlaces& places) {
   places = {};
   const auto of = [&](WorldSection s) -> SectionPlace& { return places[static_cast<std::size_t>(s)]; };
   if (materials.set.count > 0) {
@@ -419,6 +432,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, Se
                                     .present = materials.surroundings.has_water() || !materials.rim.empty()};
   of(WorldSection::blend_map) = {.bytes = material_section::blend_section_bytes(materials.set.blend_map),
                                  .present = materials.set.blend_map.exists()};
+  of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
+  of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
   std::uint64_t end = kHeaderBytes;
   for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
     places[i].present = places[i].present || kSectionKinds[i].required;
@@ -463,7 +478,7 @@ std::size_t store_head(const WorldInfo& info, const SectionPlaces& places, std::
     if (!places[i].present) continue;
     const std::uint64_t entry = places[i].entry;
     store(head, entry + kEntryKind, kSectionKinds[i].letters);
-    store(head, entry + kEntryFlags, kSectionKinds[i].required ? kRequired : 0);
+    store(head, entry + kEntryFlags, kSectionKinds[i].required || kSectionKinds[i].must_know ? kRequired : 0);
     store(head, entry + kEntryOffset, places[i].offset);
     store(head, entry + kEntryBytesField, places[i].bytes);
     store(head, entry + kEntryCrc, places[i].crc);

@@ -26,7 +26,7 @@ struct Field {
 
 inline constexpr std::size_t kHeaderBytes = 192;
 inline constexpr std::size_t kEntryBytes = 32;  // of the section table
-inline constexpr std::uint32_t kMaxSections = 16;
+inline constexpr std::uint32_t kMaxSections = 20;
 inline constexpr std::size_t kMostHead = kHeaderBytes + kMaxSections * kEntryBytes;
 inline constexpr std::array<unsigned char, 8> kMagic = {'K', 'A',  'R',  'S',
                                                         'T', 0x1a, '\r', '\n'};  // text mode damages it
@@ -69,7 +69,8 @@ constexpr std::uint32_t four_letters(const char (&s)[5]) {
 struct SectionKind {
   std::uint32_t letters;
   const char* name;
-  bool required;  // the first kWorldSections are
+  bool required;   // must be there; the first kWorldSections are
+  bool must_know;  // a reader that does not know it must refuse the file; the required ones too
   // Length that the header's counts decide; null: its contents do (material_section.h).
   std::uint64_t (*bytes)(const WorldInfo& info);
 };
@@ -159,7 +160,8 @@ struct SectionPlace {
 using SectionPlaces = std::array<SectionPlace, kWorldSectionKinds>;
 
 // Where the writer puts the sections. Returns the file's length.
-std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, SectionPlaces& places);
+std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
+                      SectionPlaces& places);
 
 // The header and the table over sections whose places and checksums are known; returns their length. out:
 // kMostHead bytes.

@@ -6,6 +6,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
+#include "terrain/file/ground_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
 
@@ -73,6 +74,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_blend_map();
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
+  if (status.ok()) status = read_ground();
   if (!status.ok()) {
     *this = {};
     return status;
@@ -170,6 +172,24 @@ Status WorldReader::read_surroundings(glm::ivec3 extent) {
   if (fault.what != nullptr) return corrupt_section(WorldSection::surroundings, fault.what, fault.offset);
   if (section.bytes == head.size() + surroundings_.rim_points * kRimPointBytes) return {};
   return corrupt_section(WorldSection::surroundings, "the section's length does not fit its points", 12);
+}
+
+Status WorldReader::read_ground() {
+  if (!place_of(WorldSection::ground).present) return {};
+  std::array<std::byte, ground_section::kBytes> bytes;
+  if (const Status status = read_section(WorldSection::ground, bytes); !status.ok()) return status;
+  const SectionPlace& tiles = place_of(WorldSection::tiles);
+  ground_.tile_crc = tiles.crc;
+  const auto fault = ground_section::decode(bytes, tiles.bytes, ground_);
+  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::ground, fault.what, fault.offset);
+}
+
+Status WorldReader::read_tile(const TilePlace& place, std::span<std::byte> out) const {
+  const SectionPlace& tiles = place_of(WorldSection::tiles);
+  if (place.offset > tiles.bytes || place.bytes > tiles.bytes - place.offset)
+    return corrupt_section(WorldSection::tiles, "a tile does not lie in the section", 0);
+  if (out.size() != place.bytes) return wrong_length(WorldSection::tiles);
+  return read_bytes(tiles.offset + place.offset, out);
 }
 
 Status WorldReader::read_rim(std::span<glm::ivec3> rim) const {

@@ -23,8 +23,8 @@ namespace karst::core {
 
 class WorldReader {
  public:
-  // Checks the header, materials, lights and surroundings. The source is borrowed for the reader's life.
-  // info() and the others are empty after a failure.
+  // Checks the header, materials, lights, surroundings and the ground, but no tile. The source is borrowed
+  // for the reader's life. info() and the others are empty after a failure.
   Status open(const ByteSource& source);
   // The same file through another source; what open() has read and checked is not read again.
   // invalid_argument ("file") where its length or its header's checksum differs. Precondition: open()
@@ -39,9 +39,13 @@ class WorldReader {
   std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
+  const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
+  const TilePlace& root_tile() const { return ground_.root; }
+  std::uint64_t tile_bytes() const { return ground_.tile_bytes; }
 
   // Reads all of the file, through a small buffer: all that the functions below check, and the checksums of
-  // sections of unknown kind; but not the octree's nodes, whose check takes memory. Precondition: open()
+  // sections of unknown kind; but not the octree's nodes, whose check takes memory, and of tiles
+  // the section's checksum alone. Precondition: open()
   // succeeded.
   Status verify() const;
 
@@ -81,6 +85,10 @@ class WorldReader {
   // surroundings().rim_points of them.
   Status read_rim(std::span<glm::ivec3> rim) const;
 
+  // The bytes of a tile, which are not checked: decode_tile() does. corrupt ("tiles") where the place is not
+  // in the section. out: place.bytes.
+  Status read_tile(const TilePlace& place, std::span<std::byte> out) const;
+
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
   // short.
   Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;
@@ -102,6 +110,7 @@ class WorldReader {
   Status read_blend_map();
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
+  Status read_ground();
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;
@@ -117,6 +126,7 @@ class WorldReader {
   std::array<PointLight, kMostLights> lights_{};
   std::size_t light_count_ = 0;
   Surroundings surroundings_;
+  WorldGround ground_;
 };
 
 }  // namespace karst::core

@@ -2,6 +2,7 @@
 #include "terrain/file/world_writer.h"
 
 #include "terrain/base/checksum.h"
+#include "terrain/file/ground_section.h"
 #include "terrain/file/material_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
@@ -77,6 +78,12 @@ Status put_blend_map(const ByteSink& sink, const WorldMaterials& materials) {
   return status.ok() ? put(sink, materials.blend_map) : status;
 }
 
+Status put_ground(const ByteSink& sink, const WorldGround& ground) {
+  std::array<std::byte, ground_section::kBytes> bytes;
+  ground_section::encode(ground, bytes);
+  return put(sink, bytes);
+}
+
 std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& patches,
                                     const WorldMaterials& materials) {
   switch (section) {
@@ -120,6 +127,8 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
       return put_surroundings(sink, world.materials);
     case WorldSection::blend_map:
       return put_blend_map(sink, world.materials);
+    case WorldSection::ground:
+      return put_ground(sink, world.ground);
     default:
       break;
   }
@@ -198,20 +207,36 @@ Status WorldWriter::validate() const {
   if (octree == nullptr) return invalid("no octree given", "octree");
   if (octree->depth() != info.depth) return invalid("the octree has another depth", "depth");
   if (const Status status = check_patches(info, patches); !status.ok()) return status;
+  if (ground.info.exists()) {
+    if (const auto fault = ground_section::check(ground); fault.what != nullptr)
+      return invalid(fault.what, "ground");
+  } else if (info.patches == 0) {
+    return invalid("a world without a ground has no patches", "patches");
+  }
   return check_materials(info, materials);
 }
 
 std::uint64_t WorldWriter::file_bytes() const {
   SectionPlaces places;
-  return lay_out(info, materials, places);
+  return lay_out(info, materials, ground, places);
+}
+
+std::uint64_t WorldWriter::tiles_begin() const {
+  SectionPlaces places;
+  lay_out(info, materials, ground, places);
+  return places[static_cast<std::size_t>(WorldSection::tiles)].offset;
 }
 
 Status WorldWriter::run(const ByteSink& sink) const {
   if (const Status status = validate(); !status.ok()) return status;
   SectionPlaces places;
-  const std::uint64_t bytes = lay_out(info, materials, places);
+  const std::uint64_t bytes = lay_out(info, materials, ground, places);
   for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
     if (!places[i].present) continue;
+    if (static_cast<WorldSection>(i) == WorldSection::tiles) {
+      places[i].crc = ground.tile_crc;
+      continue;
+    }
     const Status status = checksum(*this, static_cast<WorldSection>(i), places[i].crc);
     if (!status.ok()) return status;
   }

@@ -102,18 +102,20 @@ std::vector<Floor> make_floors() {
           {"platform", {"karst"}},
           {"boards", {"karst", "platform/base"}},
           {"etc2", {"karst", "terrain"}},
+          {"tiles", {"karst", "terrain"}},
           {"app/files", {"karst", "platform/base"}},
           {"app/common", {"karst", "platform"}},
           {"app/command_line", {"karst", "app/common", "platform/base"}},
-          {"scene/world", {"karst", "terrain", "renderer/input"}},
-          {"scene", {"karst", "terrain", "renderer", "gles_shaders"}},
+          {"scene/world", {"karst", "terrain", "tiles", "renderer/input"}},
+          {"scene", {"karst", "terrain", "tiles", "renderer", "gles_shaders"}},
           {"app", {"karst", "platform", "boards"}},
           {"bake",
-           {"karst", "terrain", "etc2", "app/common", "app/files", "app/command_line", "platform/base"}},
-          {"bench", {"karst", "terrain", "renderer", "scene", "platform", "boards", "etc2", "app"}},
+           {"karst", "terrain", "tiles", "etc2", "app/common", "app/files", "app/command_line",
+            "platform/base"}},
+          {"bench", {"karst", "terrain", "tiles", "renderer", "scene", "platform", "boards", "etc2", "app"}},
           {"tests",
-           {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2", "app",
-            "bake", "bench"}},
+           {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2", "tiles",
+            "app", "bake", "bench"}},
       });
   return floors;
 }
@@ -186,7 +188,7 @@ void check_known(const Source& source, Findings& out) {
   } else if (top == ".ci") {
     known = path == ".ci/run";
   } else if (one_of(top, {"include", "terrain", "platform", "renderer", "scene", "app", "bake", "bench",
-                          "etc2"})) {
+                          "etc2", "tiles"})) {
     known = is_cpp(path) || is_cmake(path);
     if (top == "terrain" && !is_cmake(path)) known = known && floor_of(path) != nullptr;
   } else if (top == "examples") {
