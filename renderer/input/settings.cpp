@@ -33,7 +33,7 @@ Status RendererSettings::validate() const {
     return invalid("not within its range", "stream_indices", stream_indices);
   }
   for (int axis = 0; axis < 3; ++axis) {
-    if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
+    if (!inside(extent[axis], 1, 1 << 20)) return invalid("not within 1..2^20 voxels", "extent");
     if (!inside(sky.cells[axis], 1, SkyVisibility::kMostSide)) return invalid("not within 1..256", "sky");
   }
   if (!inside(material_count, 0, kMostMaterials)) return invalid("not within 0..8", "material_count");

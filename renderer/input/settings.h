@@ -24,7 +24,8 @@ struct RendererSettings {
   std::uint32_t family_pages = 0;
   std::uint32_t family_rows = 0;
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
-  glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  glm::ivec3 extent{1};              // of the world, voxels, 1..2^20 on each axis
+  bool rim = true;                   // there may be a wall around it (Renderer::upload_rim)
   SkyGrid sky;                       // SkyVisibility::grid_for(extent, Config::sky_words)
   // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
   // both 1..kMaxPicture.
@@ -73,7 +74,7 @@ struct RendererSettings {
   std::uint32_t all_rows() const { return morph_rows + family_rows; }
   bool deferred() const { return deferred_width > 0 && drape_width == 0; }
   // Whether there is room for a rim: with a drape a world has none.
-  bool has_rim() const { return drape_width == 0; }
+  bool has_rim() const { return rim && drape_width == 0; }
 
   // invalid_argument naming the first field outside its range.
   Status validate() const;

@@ -143,6 +143,16 @@ Status RendererObject::surround() {
   const Surroundings& around = world.terrain.world.surroundings();
   surroundings_.world = around;
   surroundings_.voxel_size_m = world.shown.voxel_size_m;
+  const GroundInfo& ground = world.terrain.world.ground();
+  if (ground.exists()) {
+    // Its walls end where it is lowest.
+    const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
+    surroundings_.has_plain = true;
+    surroundings_.world.plain_level = low;
+    surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
+    return {};
+  }
+  surroundings_.has_plain = around.rim_points > 0;
   if (!gl.settings().has_rim() || around.rim_points == 0) return {};
   const std::span<glm::ivec3> rim(std::launder(reinterpret_cast<glm::ivec3*>(world.staging.data())),
                                   around.rim_points);

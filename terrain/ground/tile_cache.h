@@ -40,6 +40,8 @@ class TileCache {
   void reset(const TileSource& source, NodeKey root, const Tile& root_tile);
 
   void begin_frame();
+  // It stays where it is.
+  const Tile& root() const { return storage_.tiles[0]; }
   // Null where it is not there. Valid until poll().
   const Tile* find(NodeKey tile);
   // That this one is lacking; urgency: the greater the sooner. It is not there.

@@ -55,6 +55,8 @@ class Ground {
   void detach() { info_ = {}; }
   bool exists() const { return info_.exists(); }
   const GroundInfo& info() const { return info_; }
+  // Constant until the next attach(); any thread may read it.
+  const Tile& root_tile() const { return tiles_.root(); }
   // Forgets what is on the GPU.
   void forget();
 

@@ -7,7 +7,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
-#include "terrain/ground/ground.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/shared_vertices.h"
 #include "terrain/resident/page_table.h"
@@ -81,8 +81,12 @@ std::size_t World::level_error_count() const {
 }
 
 LatticeBox World::box() const {
-  KARST_ASSERT(info_.patches > 0);
-  return tree_.node(tree_.rows() - 1, 0);
+  KARST_ASSERT(info_.patches > 0 || ground().exists());
+  if (info_.patches == 0) return ground_box(ground());
+  const LatticeBox patches = tree_.node(tree_.rows() - 1, 0);
+  if (!ground().exists()) return patches;
+  const LatticeBox other = ground_box(ground());
+  return {glm::min(patches.min, other.min), glm::max(patches.max, other.max)};
 }
 
 Heights World::heights() const {
