@@ -5,6 +5,7 @@
 // memory; elsewhere the slot's vertices are placed first, and each index is looked up.
 #include "terrain/draw/expand_indices.h"
 
+#include <algorithm>
 #include <array>
 
 #include "terrain/draw/wall_indices.h"
@@ -151,9 +152,8 @@ Status ExpandIndices::validate(int max_level) const {
   if (!items.empty() && pages.first_page.empty()) {
     return {StatusCode::invalid_argument, "missing", "first_page"};
   }
-  if (out.size() < least_room(max_level)) {
-    return {StatusCode::invalid_argument, "has no room for one patch", "out", least_room(max_level)};
-  }
+  const std::uint32_t room = std::max(least_room(max_level), nodes.empty() ? 0 : kLeastNodeRoom);
+  if (out.size() < room) return {StatusCode::invalid_argument, "has no room for one patch", "out", room};
   return {};
 }
 

@@ -44,9 +44,9 @@ struct ExpandIndices {
   std::size_t count() const { return items.size() + nodes.size(); }
 
   // Room that out needs so that every chunk holds at least one item of a level up to max_level.
-  static constexpr std::uint32_t least_room(int max_level) {
-    return max_patch_indices(max_level) + 4 * kIndicesPerWall;
-  }
+  static constexpr std::uint32_t least_room(int max_level) { return max_patch_indices(max_level); }
+  // The same of a node with walls all around.
+  static constexpr std::uint32_t kLeastNodeRoom = max_patch_indices(2) + 4 * kIndicesPerWall;
 
   // invalid_argument naming the first field that is empty or too small, for levels up to max_level.
   Status validate(int max_level) const;

@@ -51,7 +51,7 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"drape_height", [](RendererSettings& s) { s.drape_width = RendererSettings::kMaxPicture; }},
       {"drape_repeat", [](RendererSettings& s) { s.drape_width = s.drape_height = 1, s.drape_repeat = NAN; }},
       {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
-      {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
+      {"extent", [](RendererSettings& s) { s.extent.z = (1 << 20) + 1; }},
       {"sky", [](RendererSettings& s) { s.sky.cells.x = 0; }},
       {"sky", [](RendererSettings& s) { s.sky.cells.y = 257; }},
   };

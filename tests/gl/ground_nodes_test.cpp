@@ -292,7 +292,7 @@ TEST(GroundNodesCounts, TrianglesDoNotDependOnTheStream) {
   const Sheet sheet(glm::ivec3(0));
   const std::uint32_t triangles = triangles_of(sheet.items());
   Picture first;
-  for (const std::uint32_t indices : {131'072u, 3'000u, 96u}) {
+  for (const std::uint32_t indices : {131'072u, 3'000u, ExpandIndices::kLeastNodeRoom}) {
     RendererSettings settings;
     settings.shading = karst::Shading::forward;
     Scene scene(sheet, settings, indices);
