@@ -126,6 +126,10 @@ constexpr OptionRow kWorldRows[] = {
      .words = "canyon caves arches hills",
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
+    {.name = "ground",
+     .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
+             "instead of voxels",
+     .store = put<&BakeOptions::ground>},
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
@@ -269,6 +273,12 @@ Error check_source(const CommandLine& line) {
     if (sample && line.has(row.name))
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
   }
+  if (line.has("ground")) {
+    for (const char* name : {"sample", "voxel", "levels", "carve", "accept-fit"}) {
+      if (line.has(name))
+        return std::string("--") + name + ": only for a world of voxels; leave --ground away";
+    }
+  }
   if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
   return {};
 }
@@ -303,7 +313,10 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   }
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
-  return line.store(targets);
+  if (Error error = line.store(targets); !error.ok()) return error;
+  if (options.ground && options.job.leave_holes)
+    return "--nodata hole: only for a world of voxels; leave --ground away, or fill voids";
+  return {};
 }
 
 }  // namespace karst::bake

@@ -14,7 +14,8 @@ namespace karst::bake {
 struct BakeOptions {
   Bake job;
   std::string output;
-  std::string stats;  // empty: none
+  std::string stats;    // empty: none
+  bool ground = false;  // a ground of tiles instead of voxels
   bool json = false;
   bool quiet = false;
 };

@@ -9,6 +9,7 @@
 #include "bake/bake_options.h"
 #include "bake/base/child.h"
 #include "bake/child_tasks.h"
+#include "bake/ground/bake_ground.h"
 #include "bake/pipeline/report.h"
 
 #include <chrono>
@@ -37,6 +38,19 @@ std::vector<app::NamedFile> files_read(const Bake& job) {
   return files;
 }
 
+Error tell(const BakeOptions& options, const std::string& json, const std::string& text) {
+  if (!options.stats.empty()) {
+    Error error = app::write_file_atomic(options.stats, std::as_bytes(std::span(json)));
+    if (!error.ok()) return error;
+  }
+  if (options.json) {
+    std::fputs(json.c_str(), stdout);
+  } else if (!options.quiet) {
+    std::fputs(text.c_str(), stdout);
+  }
+  return {};
+}
+
 Error run(const BakeOptions& options) {
   const app::NamedFile outputs[] = {{"--output", options.output}, {"--stats", options.stats}};
   if (Error error = app::check_outputs_apart(outputs, files_read(options.job)); !error.ok()) return error;
@@ -55,26 +69,27 @@ Error run(const BakeOptions& options) {
       bar->update(done);
     };
   }
+  const auto ended = [&](const Error& failed, const std::vector<std::string>& warnings) {
+    if (bar != nullptr && failed.ok()) bar->finish();
+    for (const std::string& warning : warnings) app::print_error("karst-bake", "warning: " + warning);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  if (options.ground) {
+    const BakeGround ground{options.job, options.output};
+    BakeGround::Report report;
+    const Error failed = ground.run(report, progress);
+    const double seconds = ended(failed, report.warnings);
+    if (!failed.ok()) return failed;
+    return tell(options, ground_report_json(ground, report, seconds), ground_report_text(report, seconds));
+  }
   Bake::Report report;
   std::vector<std::byte> world;
-  const Error failed = options.job.run(report, progress, world);
-  if (bar != nullptr && failed.ok()) bar->finish();
-  for (const std::string& warning : report.warnings) app::print_error("karst-bake", "warning: " + warning);
+  Error failed = options.job.run(report, progress, world);
+  if (failed.ok()) failed = app::write_file_atomic(options.output, world);
+  const double seconds = ended(failed, report.warnings);
   if (!failed.ok()) return failed;
-  if (Error error = app::write_file_atomic(options.output, world); !error.ok()) return error;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
-  const std::string json = report_json(options.job, report, world.size(), seconds);
-  if (!options.stats.empty()) {
-    Error error = app::write_file_atomic(options.stats, std::as_bytes(std::span(json)));
-    if (!error.ok()) return error;
-  }
-  if (options.json) {
-    std::fputs(json.c_str(), stdout);
-  } else if (!options.quiet) {
-    std::fputs(report_text(options.job, report, world.size(), seconds).c_str(), stdout);
-  }
-  return {};
+  return tell(options, report_json(options.job, report, world.size(), seconds),
+              report_text(options.job, report, world.size(), seconds));
 }
 
 int run_main(std::span<const char* const> words) {

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include "app/files/output_place.h"
 #include "app/files/regular_file.h"
@@ -134,13 +135,22 @@ class Temporary {
     return fchmod(file_, target.st_mode & 0777u) == 0 ? 0 : errno;
   }
 
-  int write(std::span<const std::byte> bytes) const { return write_all(file_, bytes); }
-
   // Before the file is closed, which ends its lock.
   int rename_to(const char* name) {
     const SignalsHeld held;
     if (renameat(folder_, doomed.name, folder_, name) != 0) return errno;
     doomed.set = 0;
+    return 0;
+  }
+
+  int write_at(std::uint64_t offset, std::span<const std::byte> bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t count = pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return count < 0 ? errno : EIO;
+      offset += static_cast<std::uint64_t>(count);
+      bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
     return 0;
   }
 
@@ -220,24 +230,59 @@ Error check_writable(const std::string& path) {
   return error == 0 ? Error() : failure(path, "write", error);
 }
 
+struct AtomicFile::Open {
+  Open(std::string path_of_file, OutputPlace place_of_file)
+      : path(std::move(path_of_file)), place(std::move(place_of_file)), folder(place.folder) {}
+
+  std::string path;
+  OutputPlace place;
+  Folder folder;
+  SignalGuard guard;
+  Temporary file{folder.descriptor};
+};
+
+AtomicFile::AtomicFile() = default;
+AtomicFile::~AtomicFile() = default;
+
+Error AtomicFile::open(const std::string& path) {
+  open_.reset();
+  OutputPlace place;
+  if (Error error = find_output(path, place); !error.ok()) return error;
+  if (place.direct) return path + ": a device or a pipe; this is written to files alone";
+  auto opened = std::make_unique<Open>(path, std::move(place));
+  const int folder = opened->folder.descriptor;
+  if (folder < 0) return failure(path, "write", errno);
+  int error = opened->file.create();
+  struct stat before {};
+  if (error == 0 && fstatat(folder, opened->place.name.c_str(), &before, AT_SYMLINK_NOFOLLOW) == 0)
+    error = opened->file.keep_rights(before);
+  if (error != 0) return failure(path, "write", error);
+  open_ = std::move(opened);
+  return {};
+}
+
+Error AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const int error = open_->file.write_at(offset, bytes);
+  return error == 0 ? Error() : failure(open_->path, "write", error);
+}
+
+Error AtomicFile::commit() {
+  int error = open_->file.sync();
+  if (error == 0) error = open_->file.rename_to(open_->place.name.c_str());
+  if (error != 0) return failure(open_->path, "write", error);
+  sync_folder(open_->place.folder);
+  open_.reset();
+  return {};
+}
+
 Error write_file_atomic(const std::string& path, std::span<const std::byte> bytes) {
   OutputPlace place;
   if (Error error = find_output(path, place); !error.ok()) return error;
   if (place.direct) return write_direct(path, bytes);
-  const Folder folder(place.folder);
-  if (folder.descriptor < 0) return failure(path, "write", errno);
-  const SignalGuard guard;
-  Temporary file(folder.descriptor);
-  int error = file.create();
-  struct stat before {};
-  if (error == 0 && fstatat(folder.descriptor, place.name.c_str(), &before, AT_SYMLINK_NOFOLLOW) == 0)
-    error = file.keep_rights(before);
-  if (error == 0) error = file.write(bytes);
-  if (error == 0) error = file.sync();
-  if (error == 0) error = file.rename_to(place.name.c_str());
-  if (error != 0) return failure(path, "write", error);
-  sync_folder(place.folder);
-  return {};
+  AtomicFile file;
+  if (Error error = file.open(path); !error.ok()) return error;
+  if (Error error = file.write(0, bytes); !error.ok()) return error;
+  return file.commit();
 }
 
 }  // namespace karst::app

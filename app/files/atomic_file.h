@@ -12,6 +12,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -27,5 +29,24 @@ Error check_writable(const std::string& path);
 // Replaces path by bytes. On failure path is what it was before and no temporary file is left. One thread at
 // a time.
 Error write_file_atomic(const std::string& path, std::span<const std::byte> bytes);
+
+// The same, piece by piece: path is replaced by commit(), and is what it was before where that is not called.
+// One at a time. Devices and pipes are refused.
+class AtomicFile {
+ public:
+  AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  Error open(const std::string& path);
+  // offset: from the file's beginning; what nobody writes is 0.
+  Error write(std::uint64_t offset, std::span<const std::byte> bytes);
+  Error commit();
+
+ private:
+  struct Open;
+  std::unique_ptr<Open> open_;
+};
 
 }  // namespace karst::app

@@ -7,7 +7,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,6 +60,36 @@ struct ReadElevation {
 
   // All files that run() reads, as far as they can be found: headers, masks, the parts of mosaics.
   std::vector<std::string> files() const;
+};
+
+// The same, some rows at a time, for elevation that is larger than memory.
+class ElevationRows {
+ public:
+  // Limits of what is read so.
+  static constexpr std::int64_t kMostSide = 1 << 22;
+  static constexpr std::int64_t kMostSamples = std::int64_t{1} << 40;
+
+  ElevationRows();
+  ElevationRows(const ElevationRows&) = delete;
+  ElevationRows& operator=(const ElevationRows&) = delete;
+  ~ElevationRows();
+
+  // settings outlive this. Reads what the files say of themselves, and some rows.
+  Error open(const ReadElevation& settings);
+  // Heights of rows [first, first + count), NaN where void. out: count x width().
+  Error read(int first, int count, std::span<float> out);
+
+  int width() const;
+  int height() const;
+  // Of rows that take about 32 MiB.
+  int rows_at_once() const;
+  // Known when rows have been read: no heights, and what they may be read wrongly by.
+  const Elevation& facts() const;
+  double unit_m() const;  // heights are whole multiples of it; 0: not known
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 // Fills voids smoothly from the samples around them and marks all samples valid. `voids` keeps its count.

@@ -44,6 +44,7 @@ float within(double value, float most) {
 }  // namespace
 
 WorldRelief BakeMaterials::relief() const {
+  if (heights) return {sample, (*heights)[0], (*heights)[1], grid.voxel_m};
   const auto [low, high] =
       std::minmax_element(surface.volumes.begin(), surface.volumes.end(),
                           [](const Volume& a, const Volume& b) { return a.corner[1] < b.corner[1]; });
@@ -240,16 +241,23 @@ std::vector<MaterialSpec> BakeMaterials::list(MaterialSet& set) const {
   return specs;
 }
 
-Error BakeMaterials::run(BakedMaterials& baked) const {
+Error BakeMaterials::outline(BakedMaterials& baked) const {
   baked = BakedMaterials();
   if (options.none) return {};
-  const std::vector<MaterialSpec> specs = list(baked.set);
+  list(baked.set);
   baked.set.side = static_cast<std::uint32_t>(side());
   baked.set.repeat_log2 = log2_of(file_.repeat_m.value_or(kRepeatM) / grid.voxel_m);
   baked.set.format = options.format.value_or(file_.format.value_or(kDefaultTextureFormat));
   if (Error error = paint(baked); !error.ok()) return error;
   if (Error error = blend(baked); !error.ok()) return error;
   light(baked);
+  return {};
+}
+
+Error BakeMaterials::run(BakedMaterials& baked) const {
+  if (Error error = outline(baked); !error.ok() || options.none) return error;
+  MaterialSet listed;
+  const std::vector<MaterialSpec> specs = list(listed);
   std::vector<MaterialImage> images = images_;
   images.resize(specs.size());
   parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {

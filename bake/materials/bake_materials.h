@@ -12,6 +12,7 @@
 #include "terrain/file/world_file.h"
 #include "terrain/surface/patch.h"
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -67,6 +68,14 @@ class BakeMaterials {
   const Octree* octree = nullptr;
   Surface surface;
   std::span<const PatchBounds> bounds;
+
+  // Of a ground: its least and greatest height, voxels. None: of the surface.
+  std::optional<std::array<float, 2>> heights{};
+
+  // What run() makes but for textures, whose bytes are counted by texture_bytes().
+  Error outline(BakedMaterials& baked) const;
+  // Whether the file paints patches, which a ground does not have.
+  bool paints() const { return !file_.paint.empty() || file_.blend_map.has_value(); }
 
   // An error where the file paints with a material that is not there, by boxes or by its blend map.
   Error run(BakedMaterials& baked) const;

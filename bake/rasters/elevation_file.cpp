@@ -74,6 +74,7 @@ Error read_part(std::span<const std::byte> request, std::vector<std::byte>& resu
   WriteMessage out(result);
   out.put(read.spacing_x_m);
   out.put(read.spacing_z_m);
+  out.put(read.unit_m);
   out.put_text(read.source);
   out.put_texts(read.warnings);
   return {};
@@ -139,6 +140,7 @@ Error read_elevation_part(const ReadElevation& settings, const std::string& path
   ReadMessage message(std::span<const std::byte>(bytes).subspan(std::min(heights, bytes.size())));
   message.take(result.spacing_x_m);
   message.take(result.spacing_z_m);
+  message.take(result.unit_m);
   message.take_text(result.source);
   message.take_texts(result.warnings);
   if (bytes.size() < heights || !message.whole()) return path + ": its reader stopped early";

@@ -28,6 +28,7 @@ struct ElevationGrid {
 
 struct ElevationPart {
   double spacing_x_m = 0, spacing_z_m = 0;
+  double unit_m = 0;                  // heights are whole multiples of it; 0: not known
   std::string source;                 // for reports: "GTiff Int16, geographic"
   std::vector<std::string> warnings;  // a line each
   std::vector<std::byte> heights;     // floats, row by row; NaN where void

@@ -369,6 +369,7 @@ class Raster {
                    GDALGetDataTypeName(type);
     format_.is_8bit = type == GDT_Byte;
     format_.is_signed_16bit = type == GDT_Int16;
+    format_.is_whole = type != GDT_Float32 && type != GDT_Float64;
     format_.is_float = type == GDT_Float32;
     format_.is_unsigned = type == GDT_UInt16 || type == GDT_UInt32 || type == GDT_UInt64;
     int known = 0;

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <utility>
 
 namespace karst::bake {
 namespace {
@@ -25,12 +27,17 @@ Error failure(const std::string& path, const std::string& what) {
   return path + ": " + what;
 }
 
-Error check_size(const std::string& path, std::int64_t width, std::int64_t height) {
+struct SizeLimits {
+  std::int64_t side = kMaxElevationSide;
+  std::int64_t samples = kMaxElevationSamples;
+};
+
+Error check_size(const std::string& path, const SizeLimits& limits, std::int64_t width, std::int64_t height) {
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
   if (width < 2 || height < 2) return failure(path, "size: " + size + " samples; each side needs 2 or more");
-  if (width > kMaxElevationSide || height > kMaxElevationSide || width * height > kMaxElevationSamples) {
-    return failure(path, "size: " + size + " samples; the most is " + std::to_string(kMaxElevationSide) +
-                             " a side and " + std::to_string(kMaxElevationSamples) +
+  if (width > limits.side || height > limits.side || width * height > limits.samples) {
+    return failure(path, "size: " + size + " samples; the most is " + std::to_string(limits.side) +
+                             " a side and " + std::to_string(limits.samples) +
                              " together; --crop takes a part");
   }
   return {};
@@ -75,20 +82,37 @@ Error place(const Part& first, Part& part) {
 
 class Reader {
  public:
-  Reader(const ReadElevation& settings, Elevation& result) : settings_(settings), result_(result) {}
+  Reader(const ReadElevation& settings, const SizeLimits& limits, Elevation& result)
+      : settings_(settings), limits_(limits), result_(result) {}
+
+  Error open() {
+    if (Error error = describe(); !error.ok()) return error;
+    return choose_window();
+  }
+
+  // Rows of the window; out is NaN where no part knows a sample.
+  Error read_rows(int first, int count, std::span<float> out) {
+    std::fill(out.begin(), out.end(), std::numeric_limits<float>::quiet_NaN());
+    for (const Part& part : parts_) {
+      if (Error error = read(part, first, count, out); !error.ok()) return error;
+    }
+    return {};
+  }
+  double unit_m() const { return unit_m_; }
 
   Error run() {
-    if (Error error = describe(); !error.ok()) return error;
-    if (Error error = choose_window(); !error.ok()) return error;
+    if (Error error = open(); !error.ok()) return error;
     const std::size_t samples =
         static_cast<std::size_t>(result_.width) * static_cast<std::size_t>(result_.height);
     result_.heights_m.assign(samples, 0);
-    result_.valid.assign(samples, 0);
-    for (const Part& part : parts_) {
-      if (Error error = read(part); !error.ok()) return error;
+    if (Error error = read_rows(0, result_.height, result_.heights_m); !error.ok()) return error;
+    result_.valid.assign(samples, 1);
+    for (std::size_t k = 0; k < samples; ++k) {
+      if (!std::isnan(result_.heights_m[k])) continue;
+      result_.heights_m[k] = 0;
+      result_.valid[k] = 0;
+      ++result_.voids;
     }
-    result_.voids =
-        static_cast<std::uint64_t>(std::count(result_.valid.begin(), result_.valid.end(), std::uint8_t{0}));
     if (result_.voids == samples) return failure(settings_.path, "no sample is valid: all are void");
     if (parts_.size() > 1) result_.source += ", " + std::to_string(parts_.size()) + " files";
     return {};
@@ -143,7 +167,7 @@ class Reader {
       width = crop[2];
       height = crop[3];
     }
-    if (Error error = check_size(settings_.path, width, height); !error.ok()) return error;
+    if (Error error = check_size(settings_.path, limits_, width, height); !error.ok()) return error;
     const auto samples = static_cast<std::uint64_t>(width * height);
     const auto allowed = static_cast<std::uint64_t>(std::max(settings_.max_samples, 0));
     if (samples > std::max(allowed, kFreeSamples + kSamplesAByte * bytes_)) {
@@ -158,17 +182,22 @@ class Reader {
     return {};
   }
 
-  Error read(const Part& part) {
-    // The window that is taken, seen from the file, and what of it is in the file.
+  Error read(const Part& part, int first, int count, std::span<float> out) {
+    // The window that is taken, seen from the file, and what of the rows is in the file.
     const std::int64_t column = west_ - part.column, row = north_ - part.row;
-    const auto first_column = std::max<std::int64_t>(column, 0), first_row = std::max<std::int64_t>(row, 0);
+    const auto first_column = std::max<std::int64_t>(column, 0);
     const auto end_column = std::min<std::int64_t>(column + result_.width, part.grid.width);
-    const auto end_row = std::min<std::int64_t>(row + result_.height, part.grid.height);
     const bool is_first = &part == &parts_.front();
-    if (first_column >= end_column || first_row >= end_row) {
+    const auto of_file = [&](std::int64_t from, std::int64_t to) {
+      return std::pair(std::max<std::int64_t>(from, 0), std::min<std::int64_t>(to, part.grid.height));
+    };
+    const auto [all_first, all_end] = of_file(row, row + result_.height);
+    if (first_column >= end_column || all_first >= all_end) {
       if (!is_first) return {};
       return failure(part.path, "the first file has no sample inside of --crop; name another one first");
     }
+    const auto [first_row, end_row] = of_file(row + first, row + first + count);
+    if (first_row >= end_row) return {};
     const auto whole_number = [](std::int64_t n) { return static_cast<int>(n); };
     const Window whole{whole_number(column), whole_number(row), result_.width, result_.height};
     const Window inside{whole_number(first_column), whole_number(first_row),
@@ -176,24 +205,28 @@ class Reader {
     ElevationPart read;
     Error error = read_elevation_part(settings_, part.path, part.grid, whole, inside, read);
     if (!error.ok()) return error;
-    result_.warnings.insert(result_.warnings.end(), read.warnings.begin(), read.warnings.end());
-    if (is_first) {
+    for (std::string& warning : read.warnings) {
+      std::vector<std::string>& all = result_.warnings;
+      if (std::find(all.begin(), all.end(), warning) == all.end()) all.push_back(std::move(warning));
+    }
+    // The first file may begin south of these rows.
+    if (is_first || result_.source.empty()) {
       result_.source = read.source;
       result_.spacing_x_m = read.spacing_x_m;
       result_.spacing_z_m = read.spacing_z_m;
       if (error = check_spacing(); !error.ok()) return error;
     }
+    unit_m_ = !unit_known_ || unit_m_ == read.unit_m ? read.unit_m : 0;
+    unit_known_ = true;
     for (int j = 0; j < inside.height; ++j) {
       const std::byte* from = read.heights.data() + static_cast<std::size_t>(j) *
                                                         static_cast<std::size_t>(inside.width) *
                                                         sizeof(float);
-      std::size_t k = result_.at(inside.column - whole.column, inside.row - whole.row + j);
+      std::size_t k = result_.at(inside.column - whole.column, inside.row - whole.row - first + j);
       for (int i = 0; i < inside.width; ++i, ++k, from += sizeof(float)) {
         float height = 0;
         std::memcpy(&height, from, sizeof height);
-        if (std::isnan(height) || result_.valid[k] != 0) continue;
-        result_.heights_m[k] = height;
-        result_.valid[k] = 1;
+        if (!std::isnan(height) && std::isnan(out[k])) out[k] = height;
       }
     }
     return {};
@@ -210,17 +243,61 @@ class Reader {
   }
 
   const ReadElevation& settings_;
+  SizeLimits limits_;
   Elevation& result_;
   std::vector<Part> parts_;
   std::uint64_t bytes_ = 0;            // of all that the files are made of
   std::int64_t west_ = 0, north_ = 0;  // the window's first sample, from the first file's
+  double unit_m_ = 0;                  // of all that was read
+  bool unit_known_ = false;
 };
 
 }  // namespace
 
 Error ReadElevation::run(Elevation& result) const {
   result = {};
-  return Reader(*this, result).run();
+  return Reader(*this, SizeLimits(), result).run();
+}
+
+struct ElevationRows::State {
+  explicit State(const ReadElevation& settings) : reader(settings, {kMostSide, kMostSamples}, facts) {}
+  Elevation facts;
+  Reader reader;
+};
+
+ElevationRows::ElevationRows() = default;
+ElevationRows::~ElevationRows() = default;
+
+Error ElevationRows::open(const ReadElevation& settings) {
+  state_ = std::make_unique<State>(settings);
+  if (Error error = state_->reader.open(); !error.ok()) return error;
+  std::vector<float> row(static_cast<std::size_t>(width()) * 2);
+  return read(0, 2, row);
+}
+
+Error ElevationRows::read(int first, int count, std::span<float> out) {
+  return state_->reader.read_rows(first, count, out);
+}
+
+int ElevationRows::width() const {
+  return state_->facts.width;
+}
+
+int ElevationRows::height() const {
+  return state_->facts.height;
+}
+
+int ElevationRows::rows_at_once() const {
+  constexpr std::int64_t kSamplesAtOnce = 8 << 20;
+  return static_cast<int>(std::clamp<std::int64_t>(kSamplesAtOnce / width(), 1, height()));
+}
+
+const Elevation& ElevationRows::facts() const {
+  return state_->facts;
+}
+
+double ElevationRows::unit_m() const {
+  return state_->reader.unit_m();
 }
 
 std::vector<std::string> ReadElevation::files() const {

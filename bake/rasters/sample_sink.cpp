@@ -60,6 +60,9 @@ Error SampleSink::take_row(int row, int column, std::span<const double> samples,
 
 Error SampleSink::finish() {
   part_.source = format_.kind;
+  const double unit = std::abs(format_.scale * format_.metres_per_unit * settings_.z_scale.value_or(1));
+  const double offset = format_.offset / format_.scale;
+  if (format_.is_whole && offset == std::floor(offset)) part_.unit_m = unit;
   // The finer end of 16-bit height maps: counts of a range that only their author knows.
   const bool is_counts = format_.is_unsigned && !settings_.z_scale && format_.scale == 1;
   if (is_counts && (high_ - low_) * format_.metres_per_unit > kMostRelief) {

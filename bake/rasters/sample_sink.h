@@ -20,6 +20,7 @@ struct SampleFormat {
   bool is_signed_16bit = false;
   bool is_float = false;     // of 32 bits or fewer
   bool is_unsigned = false;  // and whole, of more than 8 bits
+  bool is_whole = false;
   double scale = 1, offset = 0;
   double metres_per_unit = 1;
   std::optional<double> nodata;

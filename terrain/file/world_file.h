@@ -43,7 +43,8 @@ struct WorldInfo {
   char name[kWorldNameBytes] = {};  // printable ASCII, zero-terminated, zero to the end; may be empty
 };
 
-// The sections, in the order in which they are written. Those after the first nine may be missing.
+// The sections, in the order in which they are written, but tiles, which are written first. Those after the
+// first nine may be missing.
 enum class WorldSection : std::uint8_t {
   octree,
   keys,

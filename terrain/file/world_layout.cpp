@@ -417,6 +417,16 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("TILE"), "tiles", false, true, nullptr},
 }};
 
+std::array<WorldSection, kWorldSectionKinds> writing_order() {
+  std::array<WorldSection, kWorldSectionKinds> order{WorldSection::tiles};
+  std::size_t count = 1;
+  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
+    const auto section = static_cast<WorldSection>(i);
+    if (section != WorldSection::tiles) order[count++] = section;
+  }
+  return order;
+}
+
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
                       SectionPlaces& places) {
   places = {};
@@ -434,14 +444,16 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
   of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
   std::uint64_t end = kHeaderBytes;
-  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
-    places[i].present = places[i].present || kSectionKinds[i].required;
-    if (!places[i].present) continue;
-    if (kSectionKinds[i].bytes != nullptr) places[i].bytes = kSectionKinds[i].bytes(info);
-    places[i].entry = end;
+  for (const WorldSection section : writing_order()) {
+    SectionPlace& place = of(section);
+    place.present = place.present || kind_of(section).required;
+    if (!place.present) continue;
+    if (kind_of(section).bytes != nullptr) place.bytes = kind_of(section).bytes(info);
+    place.entry = end;
     end += kEntryBytes;
   }
-  for (SectionPlace& place : places) {
+  for (const WorldSection section : writing_order()) {
+    SectionPlace& place = of(section);
     if (!place.present) continue;
     place.offset = align_up(end);
     end = place.offset + place.bytes;

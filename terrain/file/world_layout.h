@@ -159,6 +159,10 @@ struct SectionPlace {
 };
 using SectionPlaces = std::array<SectionPlace, kWorldSectionKinds>;
 
+// The order in which sections are written: tiles first, so that where they begin depends only on which
+// sections there are.
+std::array<WorldSection, kWorldSectionKinds> writing_order();
+
 // Where the writer puts the sections. Returns the file's length.
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
                       SectionPlaces& places);

@@ -226,28 +226,41 @@ std::uint64_t WorldWriter::tiles_begin() const {
 }
 
 Status WorldWriter::run(const ByteSink& sink) const {
+  if (ground.info.exists()) return invalid("tiles are not written here", "ground");
+  return put_all(sink, sink);
+}
+
+Status WorldWriter::run_around(const ByteSink& head, const ByteSink& tail) const {
+  if (!ground.info.exists()) return invalid("there is none", "ground");
+  return put_all(head, tail);
+}
+
+Status WorldWriter::put_all(const ByteSink& head, const ByteSink& tail) const {
   if (const Status status = validate(); !status.ok()) return status;
   SectionPlaces places;
   const std::uint64_t bytes = lay_out(info, materials, ground, places);
-  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
-    if (!places[i].present) continue;
-    if (static_cast<WorldSection>(i) == WorldSection::tiles) {
-      places[i].crc = ground.tile_crc;
+  const auto place_of = [&](WorldSection s) -> SectionPlace& { return places[static_cast<std::size_t>(s)]; };
+  for (const WorldSection section : writing_order()) {
+    if (!place_of(section).present) continue;
+    if (section == WorldSection::tiles) {
+      place_of(section).crc = ground.tile_crc;
       continue;
     }
-    const Status status = checksum(*this, static_cast<WorldSection>(i), places[i].crc);
+    const Status status = checksum(*this, section, place_of(section).crc);
     if (!status.ok()) return status;
   }
   std::array<std::byte, kMostHead> room;
-  const std::size_t head = store_head(info, places, bytes, room);
-  if (const Status status = put(sink, std::span(room).first(head)); !status.ok()) return status;
-  std::uint64_t end = head;
-  for (std::size_t i = 0; i < kWorldSectionKinds; ++i) {
-    if (!places[i].present) continue;
-    Status status = put_zeros(sink, places[i].offset - end);
-    if (status.ok()) status = put_section(*this, static_cast<WorldSection>(i), sink);
+  std::uint64_t end = store_head(info, places, bytes, room);
+  if (const Status status = put(head, std::span(room).first(static_cast<std::size_t>(end))); !status.ok())
+    return status;
+  for (const WorldSection section : writing_order()) {
+    const SectionPlace& place = place_of(section);
+    if (!place.present) continue;
+    const bool is_tiles = section == WorldSection::tiles;
+    Status status = put_zeros(is_tiles ? head : tail, place.offset - end);
+    if (status.ok() && !is_tiles) status = put_section(*this, section, tail);
     if (!status.ok()) return status;
-    end = places[i].offset + places[i].bytes;
+    end = place.offset + place.bytes;
   }
   return {};
 }

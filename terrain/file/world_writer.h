@@ -22,7 +22,6 @@ struct WorldWriter {
   const Octree* octree = nullptr;
   WorldPatches patches;
   WorldMaterials materials = WorldMaterials();
-  // With a ground, run() ends where the tiles begin: the last section, of which tile_bytes go behind.
   WorldGround ground = WorldGround();
 
   // invalid_argument: a field is out of range or contradicts another (the rules of reading). The octree's
@@ -31,13 +30,21 @@ struct WorldWriter {
 
   // Length of the file. Precondition: validate() is ok.
   std::uint64_t file_bytes() const;
-  // Where the tiles begin. It does not depend on what is in them, nor on values of materials, but on their
-  // number. Precondition: there is a ground.
+  // Where the tiles begin: behind the head, whose length depends on which sections there are alone.
+  // Precondition: there is a ground.
   std::uint64_t tiles_begin() const;
 
   // As validate(), and "octree" where it is not as info states: then nothing is written. limit_reached
   // ("sink") where the sink does not take the bytes: it holds part of the file then.
+  // invalid_argument ("ground") where there is one.
   Status run(const ByteSink& sink) const;
+
+  // The same of a world with a ground, whose tiles the caller writes, between the two: head takes what is
+  // before tiles_begin(), tail what follows ground.tile_bytes later.
+  Status run_around(const ByteSink& head, const ByteSink& tail) const;
+
+ private:
+  Status put_all(const ByteSink& head, const ByteSink& tail) const;
 };
 
 }  // namespace karst::core

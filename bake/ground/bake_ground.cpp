@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "bake/ground/bake_ground.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "app/files/atomic_file.h"
+#include "bake/ground/ground_pyramid.h"
+#include "bake/ground/ground_rows.h"
+#include "terrain/base/check.h"
+#include "terrain/base/lattice.h"
+#include "terrain/field/octree.h"
+#include "terrain/file/world_writer.h"
+
+namespace karst::bake {
+namespace {
+
+constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleSteps to kLeastSampleSteps
+// What a float loses of a height that is whole in its unit.
+constexpr double kFloatLoss = 2e-7;
+constexpr int kProgressRows = 64;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// From metres to kVertexStep.
+class Scale {
+ public:
+  Scale(double vertex_m, double base_m, double unit_m) : vertex_m_(vertex_m), base_m_(base_m) {
+    // Elevation in whole units that the lattice holds apart keeps them: its tiles take fewer bytes.
+    if (unit_m >= vertex_m && std::fmod(base_m, unit_m) == 0) unit_m_ = unit_m;
+    quantum_ = unit_m_ / vertex_m_;
+  }
+  double quantum() const { return quantum_; }
+
+  double height(double height_m) const {
+    const double from_base = height_m - base_m_;
+    if (unit_m_ > 0) {
+      const double count = std::round(from_base / unit_m_);
+      if (std::abs(count * unit_m_ - from_base) <= kFloatLoss * std::abs(height_m))
+        return std::floor(count * quantum_ + 0.5);
+    }
+    return std::floor(from_base / vertex_m_ + 0.5);
+  }
+
+ private:
+  double vertex_m_;
+  double base_m_;
+  double unit_m_ = 0;
+  double quantum_ = 0;
+};
+
+class GroundBaker {
+ public:
+  GroundBaker(const BakeGround& job, BakeGround::Report& report, const ReportProgress& progress)
+      : job_(job.job),
+        output_(job.output),
+        report_(report),
+        progress_(progress),
+        rows_(job_.read, job_.water_m) {}
+
+  Error run() {
+    materials_.options = job_.materials;
+    materials_.threads = job_.threads;
+    if (Error error = materials_.load(); !error.ok()) return error;
+    if (materials_.paints()) {
+      return job_.materials.path +
+             ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
+    }
+    auto start = std::chrono::steady_clock::now();
+    if (Error error = rows_.open(); !error.ok()) return error;
+    if (Error error = write_tiles(); !error.ok()) return error;
+    report_.seconds_tiles = seconds_since(start);
+    start = std::chrono::steady_clock::now();
+    if (Error error = write_head(); !error.ok()) return error;
+    report_.seconds_materials = seconds_since(start);
+    return file_.commit();
+  }
+
+ private:
+  enum class Outcome : std::uint8_t { done, finer_is_too_steep, out_of_range };
+
+  Error write_tiles() {
+    int halvings = 0;
+    double base_m = 0;
+    for (;;) {
+      if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
+      if (Error error = outline(); !error.ok()) return error;
+      if (Error error = file_.open(output_); !error.ok()) return error;
+      Outcome outcome = Outcome::done;
+      double offending_m = 0;
+      if (Error error = try_tiles(base_m, outcome, offending_m); !error.ok()) return error;
+      if (outcome == Outcome::done) return {};
+      ++report_.attempts;
+      if (outcome == Outcome::out_of_range) {
+        if (base_m != 0)
+          return job_.read.path + ": heights differ too much for so fine samples; try a larger --pixel-size";
+        base_m = std::round(offending_m);
+      } else if (++halvings > kMostHalvings) {
+        return job_.read.path +
+               ": too steep for a ground: samples beside each other differ by more than three thousand times "
+               "their spacing; try --nodata V for voids, --z-scale for heights that are not metres";
+      }
+    }
+  }
+
+  Error choose_steps(int halvings, double base_m) {
+    const Elevation& facts = rows_.facts();
+    report_.width = rows_.width();
+    report_.height = rows_.height();
+    report_.spacing_x_m = facts.spacing_x_m;
+    report_.spacing_z_m = facts.spacing_z_m;
+    const double longer = std::max(facts.spacing_x_m, facts.spacing_z_m);
+    const double step_m = longer / std::ldexp(kMostSampleSteps, -halvings);
+    GroundInfo& ground = info_ = {};
+    ground.samples[0] = rows_.width();
+    ground.samples[1] = rows_.height();
+    ground.steps[0] = facts.spacing_x_m / step_m;
+    ground.steps[1] = facts.spacing_z_m / step_m;
+    if (std::min(ground.steps[0], ground.steps[1]) < kLeastSampleSteps) {
+      if (halvings == 0) {
+        return job_.read.path + ": samples are more than 1024 times as long as wide; gdalwarp makes others";
+      }
+      return job_.read.path +
+             ": too steep for samples that are so much longer than wide; gdalwarp makes square ones";
+    }
+    WorldInfo& world = report_.info = {};
+    world.voxel_size_m = step_m * kStepsPerVoxel;
+    world.origin_m[0] = -0.5 * facts.spacing_x_m * (rows_.width() - 1);
+    world.origin_m[1] = base_m;
+    world.origin_m[2] = -0.5 * facts.spacing_z_m * (rows_.height() - 1);
+    world.extent = {2, 1, 2};
+    world.depth = 1;
+    world.level = 1;
+    const std::string name = job_.read.path.substr(job_.read.path.find_last_of('/') + 1);
+    for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
+      world.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
+    materials_.grid.voxel_m = world.voxel_size_m;
+    materials_.grid.origin_m = {world.origin_m[0], world.origin_m[1], world.origin_m[2]};
+    materials_.grid.extent = world.extent;
+    materials_.grid.depth = world.depth;
+    return {};
+  }
+
+  // Which sections there will be.
+  Error outline() {
+    materials_.heights = {0.0f, 1.0f};
+    BakedMaterials outlined;
+    if (Error error = materials_.outline(outlined); !error.ok()) return error;
+    writer_ = WorldWriter{report_.info, nullptr, {}};
+    writer_.materials = outlined.view();
+    writer_.materials.surroundings = surroundings();
+    writer_.ground.info = info_;
+    begin_ = writer_.tiles_begin();
+    return {};
+  }
+
+  Surroundings surroundings() const {
+    Surroundings around;
+    if (!job_.water_m) return around;
+    around.flags = kHasWater;
+    around.water_level =
+        static_cast<float>((*job_.water_m - report_.info.origin_m[1]) / report_.info.voxel_size_m);
+    return around;
+  }
+
+  Error try_tiles(double base_m, Outcome& outcome, double& offending_m) {
+    const double vertex_m = report_.info.voxel_size_m / kStepsPerVoxel * kVertexStep;
+    const Scale scale(vertex_m, base_m, rows_.unit_m());
+    Error unwritten;
+    std::uint64_t end = 0;
+    GroundPyramid pyramid(info_, scale.quantum(), job_.threads, [&](std::span<const std::byte> bytes) {
+      unwritten = file_.write(begin_ + end, bytes);
+      end += bytes.size();
+      return unwritten.ok();
+    });
+    std::vector<std::int32_t> row(static_cast<std::size_t>(rows_.width()));
+    int count = 0;
+    auto step = GroundPyramid::Outcome::ok;
+    const auto take = [&](std::span<const float> heights_m) {
+      for (std::size_t n = 0; n < row.size(); ++n) {
+        const double height = scale.height(double{heights_m[n]});
+        if (!(std::abs(height) <= kMostHeight)) {
+          outcome = Outcome::out_of_range;
+          offending_m = double{heights_m[n]};
+          return false;
+        }
+        row[n] = static_cast<std::int32_t>(height);
+      }
+      step = pyramid.push(row);
+      if (++count % kProgressRows == 0 && progress_)
+        progress_("tiles", static_cast<std::uint64_t>(count), static_cast<std::uint64_t>(rows_.height()));
+      return step == GroundPyramid::Outcome::ok;
+    };
+    if (Error error = rows_.run(take); !error.ok()) return error;
+    if (!unwritten.ok()) return unwritten;
+    if (step == GroundPyramid::Outcome::too_steep) outcome = Outcome::finer_is_too_steep;
+    if (outcome != Outcome::done) return {};
+    pyramid.finish();
+    report_.ground = pyramid.ground();
+    report_.tiles = pyramid.tiles();
+    report_.voids = rows_.voids();
+    report_.sunk_samples = rows_.sunk_samples();
+    report_.source = rows_.facts().source;
+    report_.warnings = rows_.facts().warnings;
+    if (job_.water_m && !rows_.is_held()) {
+      report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
+                                 " samples: the bed of the sea stays as it is in the elevation");
+    }
+    report_.lowest_m = base_m + vertex_m * report_.ground.info.low;
+    report_.highest_m = base_m + vertex_m * report_.ground.info.high;
+    return {};
+  }
+
+  Error write_head() {
+    const auto voxels = [&](std::int32_t height) {
+      return static_cast<float>(height) * static_cast<float>(kVertexStep) /
+             static_cast<float>(kStepsPerVoxel);
+    };
+    const GroundInfo& ground = report_.ground.info;
+    materials_.heights = {voxels(ground.low), voxels(ground.high)};
+    if (Error error = materials_.run(report_.materials); !error.ok()) return error;
+    std::vector<std::byte> memory(Octree::bytes_for(1) + Arena::kAlignment);
+    void* aligned = memory.data();
+    std::size_t space = memory.size();
+    std::align(Arena::kAlignment, Octree::bytes_for(1), aligned, space);
+    Arena arena({static_cast<std::byte*>(aligned), space});
+    Octree octree;
+    Status status = octree.create(arena, report_.info.depth, 1);
+    writer_.octree = &octree;
+    writer_.materials = report_.materials.view();
+    writer_.materials.surroundings = surroundings();
+    writer_.ground = report_.ground;
+    std::vector<std::byte> head, tail;
+    const auto append_to = [](std::vector<std::byte>& all) {
+      return [&all](std::span<const std::byte> bytes) {
+        all.insert(all.end(), bytes.begin(), bytes.end());
+        return true;
+      };
+    };
+    const auto to_head = append_to(head);
+    const auto to_tail = append_to(tail);
+    if (status.ok()) status = writer_.run_around(ByteSink::to(to_head), ByteSink::to(to_tail));
+    if (!status.ok()) return Error("world", status);
+    KARST_ASSERT(head.size() == begin_);
+    if (Error error = file_.write(begin_ + report_.ground.tile_bytes, tail); !error.ok()) return error;
+    report_.bytes = writer_.file_bytes();
+    return file_.write(0, head);
+  }
+
+  const Bake& job_;
+  const std::string& output_;
+  BakeGround::Report& report_;
+  const ReportProgress& progress_;
+  GroundRows rows_;
+  BakeMaterials materials_;
+  GroundInfo info_;
+  WorldWriter writer_;
+  std::uint64_t begin_ = 0;  // of tiles in the file
+  app::AtomicFile file_;
+};
+
+}  // namespace
+
+Error BakeGround::run(Report& report, const ReportProgress& progress) const {
+  report = Report();
+  return GroundBaker(*this, report, progress).run();
+}
+
+}  // namespace karst::bake

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+#include "app/common/json_writer.h"
+#include "bake/ground/bake_ground.h"
+
+namespace karst::bake {
+namespace {
+
+double bits_a_sample(const BakeGround::Report& report) {
+  return 8.0 * static_cast<double>(report.ground.tile_bytes) /
+         (static_cast<double>(report.width) * static_cast<double>(report.height));
+}
+
+double void_share(const BakeGround::Report& report) {
+  return static_cast<double>(report.voids) /
+         (static_cast<double>(report.width) * static_cast<double>(report.height));
+}
+
+// printf into a string.
+__attribute__((format(printf, 2, 3))) void print(std::string& out, const char* format, ...) {
+  char line[512];
+  std::va_list values;
+  va_start(values, format);
+  const int length = std::vsnprintf(line, sizeof line, format, values);
+  va_end(values);
+  if (length > 0) out.append(line, std::min(static_cast<std::size_t>(length), sizeof line - 1));
+}
+
+unsigned long long number(std::uint64_t n) {
+  return n;
+}
+
+}  // namespace
+
+std::string ground_report_text(const BakeGround::Report& report, double seconds) {
+  std::string out;
+  const GroundInfo& ground = report.ground.info;
+  print(out, "input         %s, %d x %d samples of %.6g x %.6g m, %.3f %% void%s\n", report.source.c_str(),
+        report.width, report.height, report.spacing_x_m, report.spacing_z_m, 100 * void_share(report),
+        report.voids > 0 ? " (filled)" : "");
+  print(out, "heights       %.6g to %.6g m, over %.6g x %.6g m\n", report.lowest_m, report.highest_m,
+        report.spacing_x_m * (report.width - 1), report.spacing_z_m * (report.height - 1));
+  print(out, "ground        %llu tiles of %d sizes, %llu bytes, %.3f bits a sample\n", number(report.tiles),
+        ground.top_size() + 1, number(report.ground.tile_bytes), bits_a_sample(report));
+  print(out, "quantisation  %.6g m\n", report.info.voxel_size_m * kVertexStep / kStepsPerVoxel);
+  if (report.attempts > 1)
+    print(out, "lattice       %.6g steps a sample, after %d attempts\n",
+          std::max(ground.steps[0], ground.steps[1]), report.attempts);
+  const MaterialSet& set = report.materials.set;
+  for (std::uint32_t k = 0; k < set.count; ++k)
+    print(out, "%s%s", k == 0 ? "materials     " : ", ", set.materials[k].name);
+  if (set.count > 0) print(out, "; %u x %u texels\n", set.side, set.side);
+  print(out, "written       %llu bytes in %.2f s (tiles %.2f, materials %.2f)\n", number(report.bytes),
+        seconds, report.seconds_tiles, report.seconds_materials);
+  return out;
+}
+
+std::string ground_report_json(const BakeGround& job, const BakeGround::Report& report, double seconds) {
+  app::JsonWriter json;
+  const GroundInfo& ground = report.ground.info;
+  json.begin_object();
+  json.key("input").begin_object();
+  json.field("path", std::string_view(job.job.read.path)).field("kind", std::string_view(report.source));
+  json.key("size").begin_array().value(report.width).value(report.height).end_array();
+  json.key("spacing_m").begin_array().value(report.spacing_x_m).value(report.spacing_z_m).end_array();
+  json.key("size_m").begin_array().value(report.spacing_x_m * (report.width - 1));
+  json.value(report.spacing_z_m * (report.height - 1)).end_array();
+  json.key("height_range_m").begin_array().value(report.lowest_m).value(report.highest_m).end_array();
+  json.field("void_share", void_share(report)).end_object();
+  json.key("world").begin_object();
+  json.field("name", report.info.name).field("voxel_m", report.info.voxel_size_m);
+  json.key("origin_m").begin_array();
+  for (const double x : report.info.origin_m) json.value(x);
+  json.end_array().end_object();
+  json.key("ground").begin_object();
+  json.key("steps").begin_array().value(ground.steps[0]).value(ground.steps[1]).end_array();
+  json.field("sizes", ground.top_size() + 1).field("tiles", report.tiles);
+  json.field("bytes", report.ground.tile_bytes).field("bits_a_sample", bits_a_sample(report));
+  json.field("attempts", report.attempts);
+  json.field("samples_sunk", std::uint64_t{report.sunk_samples}).end_object();
+  json.field("quantisation_m", report.info.voxel_size_m * kVertexStep / kStepsPerVoxel);
+  json.field("bytes", report.bytes).field("seconds", seconds);
+  json.key("stage_seconds").begin_object();
+  json.field("tiles", report.seconds_tiles).field("materials", report.seconds_materials).end_object();
+  json.end_object();
+  return json.text();
+}
+
+}  // namespace karst::bake
