@@ -40,7 +40,7 @@ void GroundFrame::complete(std::size_t first, std::size_t end, bool wait) {
     }
     ground.ask();
     if (!wait || lacking == 0 || !ground.wait()) return;
-    if (ground.poll() == 0) return;  // nothing can be read, or nothing finds room
+    if (ground.poll() == 0 && ground.counts().under_way == 0) return;  // nothing can be read, or finds room
   }
 }
 
@@ -99,10 +99,9 @@ Status GroundFrame::upload(FrameCosts& costs) {
     }
     ++costs.generated;
   }
-  const std::uint32_t of_patches = renderer_->settings().morph_rows;
   for (std::size_t v = 0; v <= shadow_view(); ++v) {
     for (MorphRows rows; !(rows = ground.take_rows(v)).halves.empty();) {
-      const std::uint32_t first = of_patches + first_row(v) + rows.first_row;
+      const std::uint32_t first = first_row(v) + rows.first_row;
       if (const Status status = renderer_->upload_morph_rows(first, rows.halves); !status.ok()) return status;
       costs.morph_bytes += rows.halves.size_bytes();
     }

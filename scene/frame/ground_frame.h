@@ -34,10 +34,10 @@ class GroundFrame {
   // Vertices and rows that the GPU lacks of all that was selected.
   Status upload(FrameCosts& costs);
 
-  // What a view draws, and first_family_row of its rows; of the shadow map that was selected last.
+  // What a view draws, and where its rows begin among all; of the shadow map that was selected last.
   std::span<const DrawItem> nodes(std::size_t view) const { return terrain_->ground.view(view).items(); }
   std::uint32_t first_row(std::size_t view) const {
-    return static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
+    return renderer_->settings().morph_rows + static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
   }
   // Where walls end: the lowest height of all.
   std::int64_t foot() const { return std::int64_t{terrain_->ground.info().low} * kVertexStep; }

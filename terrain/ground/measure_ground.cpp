@@ -235,14 +235,15 @@ void measure_quads(std::span<const std::int32_t> north, std::span<const std::int
   for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
 }
 
-void MeasureQuads::run() const {
+void MeasureQuads::run(std::int64_t first, std::int64_t last) const {
   const std::int64_t wide = quads_along(*info, 0, size);
-  for (std::int64_t x = 0; x < wide; ++x) QuadMeasure(*this, x).run();
-  for (auto x = static_cast<std::size_t>(wide); x < out.low.size(); ++x) {
-    out.low[x] = out.low[x - 1];
-    out.high[x] = out.high[x - 1];
-    out.below[x] = out.above[x] = out.most[x] = out.tall[x] = 0;
-    for (const std::span<float> row : out.border) row[x] = 0;
+  for (std::int64_t x = first; x < std::min(wide, last); ++x) QuadMeasure(*this, x).run();
+  for (std::int64_t x = std::max(wide, first); x < last; ++x) {
+    const auto at = static_cast<std::size_t>(x);
+    // Nodes do not look at them.
+    out.low[at] = out.high[at] = 0;
+    out.below[at] = out.above[at] = out.most[at] = out.tall[at] = 0;
+    for (const std::span<float> row : out.border) row[at] = 0;
   }
 }
 

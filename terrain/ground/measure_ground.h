@@ -76,7 +76,11 @@ struct MeasureQuads {
   std::span<const QuadRow> finer;
   QuadRow out;
 
-  void run() const;
+  // All of it.
+  void run() const { run(0, static_cast<std::int64_t>(out.low.size())); }
+  // Quads first .. last - 1, of which some may be beyond the ground. Ranges may be measured by several
+  // threads.
+  void run(std::int64_t first, std::int64_t last) const;
 };
 
 // Takes row k of quads into its row of nodes, in ascending order of k.

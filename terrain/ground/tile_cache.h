@@ -46,7 +46,7 @@ class TileCache {
   const Tile* find(NodeKey tile);
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey tile, const TilePlace& place, float urgency);
-  // Asks the source for what was wanted since begin_frame().
+  // Asks the source for what was wanted since the last time.
   void ask();
   // Takes what came, one at most or all. Returns how many tiles.
   std::uint32_t poll(bool one = false);
