@@ -44,6 +44,9 @@ class GroundFrame {
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
   std::uint64_t casters_hash() const { return terrain_->ground.view(shadow_view()).hash(); }
 
+  // Whether the last tile that was asked for could not be read.
+  bool failing() const { return exists() && terrain_->ground.counts().failing; }
+
   struct Sum {
     double bound_px = 0;
     std::uint32_t lacking = 0;     // nodes that should be split and lack a tile

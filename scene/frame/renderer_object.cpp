@@ -306,7 +306,7 @@ void RendererObject::fill_result(FrameResult& result) {
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
-  if (work_.failing() && (result.lacking > 0 || costs.patches_missing > 0)) {
+  if ((work_.failing() || ground_.failing()) && (result.lacking > 0 || costs.patches_missing > 0)) {
     limits_ |= kLimitFile;
   } else if (result.lacking > 0 && !governor.pool_full) {
     limits_ |= kLimitWork;

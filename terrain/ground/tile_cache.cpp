@@ -122,6 +122,7 @@ std::uint32_t TileCache::poll(bool one) {
     const auto at = std::find(under_way_.begin(), end, key);
     if (at == end) continue;  // nobody asked
     *at = under_way_[--counts_.under_way];
+    counts_.failing = answer == TileSource::Answer::failed;
     if (answer == TileSource::Answer::failed) {
       ++counts_.failed;
       continue;

@@ -57,6 +57,7 @@ class TileCache {
     std::uint32_t wanted = 0;  // in the last frame, as far as they were counted (kMostWants)
     std::uint32_t under_way = 0;
     std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
+    bool failing = false;                             // the last one that was answered
   };
   const Counts& counts() const { return counts_; }
 
