@@ -401,6 +401,33 @@ TEST(GroundNodesCounts, TrianglesDoNotDependOnTheStream) {
   }
 }
 
+// Sizes have colours of their own: in the sheet's strips yellow, orange and red, whose green falls and whose
+// blue rises.
+TEST(GroundNodesCounts, SizesAreShown) {
+  const Sheet sheet(glm::ivec3(0));
+  RendererSettings settings;
+  settings.shading = karst::Shading::forward;
+  Scene scene(sheet, settings);
+  double green = 1;
+  double blue = 0;
+  for (const double x : {4.0, 12.0, 20.0}) {
+    CameraSettings camera;
+    camera.position = {x, 2, 12};
+    camera.pitch_deg = -90;
+    ViewInput input = scene.input(camera, sheet.items());
+    input.show = Show::levels;
+    scene.draw(input);
+    const Picture picture = scene.picture();
+    const std::uint8_t* middle = picture.data() + (kHeight / 2 * kWidth + kWidth / 2) * 4;
+    const double of_green = 1.0 * middle[1] / middle[0];
+    const double of_blue = 1.0 * middle[2] / middle[0];
+    EXPECT_LT(of_green, green) << x;
+    EXPECT_GT(of_blue, blue + 0.01) << x;
+    green = of_green;
+    blue = of_blue;
+  }
+}
+
 TEST(GroundNodesCounts, NodesWithoutAPageAreLeftOut) {
   const Sheet sheet(glm::ivec3(0));
   RendererSettings settings;
