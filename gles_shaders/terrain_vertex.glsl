@@ -26,6 +26,7 @@ struct TerrainVertex {
   float share;        // of the way to its morph target, 0..1
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
+  int node_size;      // of a node, or less than 0 of a patch
 };
 
 TerrainVertex read_terrain_vertex() {
@@ -57,6 +58,7 @@ TerrainVertex read_terrain_vertex() {
   result.in_patch = (vec3(position_normal.xyz) + way * result.share) * reference.unit;
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;
   result.cave = int(texel.z >> KARST_CAVE_SHIFT);
+  result.node_size = place < KARST_FIRST_GROUND_PLACE ? -1 : size;
   result.position = morph_position(home, way * reference.unit, target, result.share);
   if (place >= KARST_FIRST_GROUND_PLACE && (gl_VertexID & KARST_MASK(KARST_PAGE_BITS)) >= KARST_NODE_VERTICES) {
     // Below a corner of a node, where its wall ends.

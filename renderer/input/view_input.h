@@ -23,7 +23,7 @@ namespace karst::core {
 enum class Show : std::uint8_t {
   materials,
   cascades,  // the shadow map that each pixel is looked up in
-  levels,    // triangles, by their level of detail
+  levels,    // triangles, by their level of detail or their node's size
   lookups    // how many lookups a pixel takes
 };
 

@@ -6,12 +6,11 @@
 #include "renderer/passes/screen_pass.h"
 #include "renderer/passes/terrain_variants.h"
 #include "renderer/resources/index_stream.h"
-#include "terrain/ground/ground.h"
 
 namespace karst::core {
 namespace {
 
-// Show::levels: a call for each run of items of one level, which the shader is told; nodes all have one.
+// Show::levels: a call for each run of items of one level, which the shader is told; it knows nodes' sizes.
 Status draw_levels(const GlDevice& device, const Programs& programs, const ViewInput& input,
                    ExpandIndices expand, FrameCounts& counts) {
   const std::span<const DrawItem> nodes = std::exchange(expand.nodes, {});
@@ -25,7 +24,6 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
       return status;
     first = end;
   }
-  device.gl.Uniform1i(programs.shown_level(), kNodeLevel);
   expand.items = {};
   expand.nodes = nodes;
   return draw_items(device, expand, input.max_level, counts);

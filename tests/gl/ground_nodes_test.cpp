@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -50,6 +51,13 @@ class Sheet {
     }
   }
 
+  // Level, of nodes of one size, at most 3; corner: multiples of 8.
+  Sheet(glm::ivec3 corner, int size) : corner_(corner), level_(true) {
+    for (int x = 0; x < kSide; x += 1 << size) {
+      for (int z = 0; z < kSide; z += 1 << size) add(size, {x, 0, z}, 0);
+    }
+  }
+
   // A level node over the sheet that is in no view's list.
   DrawItem add_roof(glm::ivec3 at, int size) {
     const DrawItem roof{static_cast<PatchId>(pages_.size()), kNodeLevel, 0, 0};
@@ -75,12 +83,15 @@ class Sheet {
  private:
   void add(int size, glm::ivec3 at, unsigned lower) {
     items_.push_back({static_cast<PatchId>(pages_.size()), kNodeLevel, static_cast<std::uint8_t>(lower), 0});
-    NodePage page{.origin = corner_ + at, .size = size, .quadrant = static_cast<int>(pages_.size() % 4)};
+    NodePage page{.origin = corner_ + at,
+                  .size = size,
+                  .quadrant = static_cast<int>(pages_.size() % 4),
+                  .material = static_cast<std::uint8_t>(level_ ? 1 : 0)};
     for (int axis = 0; axis < 3; ++axis) page.origin[axis] >>= size;
     std::array<GpuVertex, kNodePageVertices> slot{};
     for (int i = 0; i < kNodeSide; ++i) {
       for (int j = 0; j < kNodeSide; ++j) {
-        const double height = bumps(4 * at.x + (j << size), 4 * at.z + (i << size));
+        const double height = level_ ? 0 : bumps(4 * at.x + (j << size), 4 * at.z + (i << size));
         set(slot, i, j, static_cast<int>(height * kStepsPerVoxel) >> size);
       }
     }
@@ -99,6 +110,7 @@ class Sheet {
   }
 
   glm::ivec3 corner_;
+  bool level_ = false;
   std::vector<DrawItem> items_;
   std::vector<NodePage> pages_;
   std::vector<std::array<GpuVertex, kNodePageVertices>> vertices_;
@@ -287,6 +299,85 @@ INSTANTIATE_TEST_SUITE_P(Both, GroundNodes,
                            return shading.param == karst::Shading::forward ? "forward" : "deferred";
                          });
 
+// One material whose textures have no two places alike in a repeat: near ones of 2 voxels, far ones of 32.
+void upload_material(Renderer& renderer) {
+  MaterialSet set;
+  set.count = 1;
+  set.side = renderer.settings().material_side;
+  set.repeat_log2 = 1;
+  ASSERT_TRUE(renderer.set_materials(set).ok());
+  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
+    for (int level = 0; level < texture_levels(set.side, array); ++level) {
+      const int side = static_cast<int>(texture_side(set.side, array)) >> level;
+      std::vector<std::byte> bytes;
+      for (int n = 0; n < side * side; ++n) {
+        const double s = 6.2831853 * (n % side) / side;
+        const double t = 6.2831853 * (n / side) / side;
+        for (const double wave : {std::sin(s), std::sin(t), std::sin(s + 2 * t), std::sin(2 * s - t)})
+          bytes.push_back(static_cast<std::byte>(static_cast<int>(128 + 90 * wave)));
+      }
+      ASSERT_TRUE(renderer.upload_textures(array, level, 0, 1, bytes).ok());
+    }
+  }
+}
+
+// What a level sheet looks like does not depend on the size of its nodes: textures go on where they were.
+void expect_equal_ground(const RendererSettings& settings, glm::ivec3 far_corner) {
+  const bool drape = settings.drape_width > 0;
+  for (const glm::ivec3 corner : {glm::ivec3(0), far_corner}) {
+    Picture fine;
+    for (const int size : {0, 1, 3}) {
+      const Sheet sheet(corner, size);
+      Scene scene(sheet, settings);
+      if (drape) {
+        std::vector<std::uint8_t> image;
+        for (int n = 0; n < settings.drape_width * settings.drape_height; ++n) {
+          const int x = n % settings.drape_width;
+          const int z = n / settings.drape_width;
+          for (const int value : {20 + 12 * x, 20 + 12 * z, 40 + 6 * (x ^ z), 255})
+            image.push_back(static_cast<std::uint8_t>(value));
+        }
+        ASSERT_TRUE(scene.renderer().upload_drape(image).ok());
+      } else {
+        upload_material(scene.renderer());
+      }
+      CameraSettings camera = camera_over(corner, 1);
+      camera.position.y += 3;
+      camera.pitch_deg = -80;
+      scene.draw(scene.input(camera, sheet.items()));
+      const Picture seen = scene.picture();
+      if (fine.empty()) fine = seen;
+      double sum = 0;
+      double spread = 0;
+      int most = 0;
+      for (std::size_t n = 0; n < seen.size(); ++n) {
+        const int off = std::abs(seen[n] - fine[n]);
+        most = std::max(most, off);
+        sum += off;
+        if (n % 4 != 3) spread += std::abs(seen[n] - seen[n % 4]);
+      }
+      EXPECT_LT(sum, 0.02 * static_cast<double>(seen.size())) << corner.x << ' ' << size;
+      EXPECT_LE(most, 8) << corner.x << ' ' << size;
+      EXPECT_GT(spread, 8.0 * static_cast<double>(seen.size())) << "nothing to see";
+    }
+  }
+}
+
+TEST(GroundNodesTextures, MaterialsGoOnFromSizeToSize) {
+  RendererSettings settings;
+  settings.shading = karst::Shading::forward;
+  settings.material_count = 1;
+  settings.material_side = 64;
+  expect_equal_ground(settings, {300'008, -2'000, -700'008});
+}
+
+TEST(GroundNodesTextures, ImagesGoOnFromSizeToSize) {
+  RendererSettings settings;
+  settings.drape_width = settings.drape_height = 16;
+  settings.extent = {17, 1, 17};
+  expect_equal_ground(settings, {296, -2'000, -504});
+}
+
 // In as many calls as the stream is short for, and by level as well, the same triangles.
 TEST(GroundNodesCounts, TrianglesDoNotDependOnTheStream) {
   const Sheet sheet(glm::ivec3(0));
@@ -307,6 +398,33 @@ TEST(GroundNodesCounts, TrianglesDoNotDependOnTheStream) {
     input.show = Show::levels;
     EXPECT_EQ(scene.draw(input).triangles, triangles);
     EXPECT_EQ(scene.holes(), 0);
+  }
+}
+
+// Sizes have colours of their own: in the sheet's strips yellow, orange and red, whose green falls and whose
+// blue rises.
+TEST(GroundNodesCounts, SizesAreShown) {
+  const Sheet sheet(glm::ivec3(0));
+  RendererSettings settings;
+  settings.shading = karst::Shading::forward;
+  Scene scene(sheet, settings);
+  double green = 1;
+  double blue = 0;
+  for (const double x : {4.0, 12.0, 20.0}) {
+    CameraSettings camera;
+    camera.position = {x, 2, 12};
+    camera.pitch_deg = -90;
+    ViewInput input = scene.input(camera, sheet.items());
+    input.show = Show::levels;
+    scene.draw(input);
+    const Picture picture = scene.picture();
+    const std::uint8_t* middle = picture.data() + (kHeight / 2 * kWidth + kWidth / 2) * 4;
+    const double of_green = 1.0 * middle[1] / middle[0];
+    const double of_blue = 1.0 * middle[2] / middle[0];
+    EXPECT_LT(of_green, green) << x;
+    EXPECT_GT(of_blue, blue + 0.01) << x;
+    green = of_green;
+    blue = of_blue;
   }
 }
 
