@@ -558,8 +558,8 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   info.high_precision = own.gl.settings().precision == Precision::high;
   info.depth_texture = own.gl.shared_depth();
   info.gpu_bytes = own.gl.gpu_bytes();
-  info.cpu_bytes =
-      own.world.layout.objects_bytes + own.world.layout.staging_bytes + own.world.terrain.arena.used();
+  info.cpu_bytes = own.world.layout.objects_bytes + own.world.layout.staging_bytes +
+                   own.world.layout.reading_bytes + own.world.terrain.arena.used();
   return info;
 }
 

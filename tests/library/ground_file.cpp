@@ -41,14 +41,18 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m)
   writer.ground.root = write(tile_of(ground.root()));
   writer.ground.tile_bytes = all.size();
   writer.ground.tile_crc = crc32c(all);
-  std::vector<std::byte> out;
-  const auto sink = [&](std::span<const std::byte> piece) {
-    out.insert(out.end(), piece.begin(), piece.end());
-    return true;
+  std::vector<std::byte> out, tail;
+  const auto into = [](std::vector<std::byte>& to) {
+    return [&to](std::span<const std::byte> piece) {
+      to.insert(to.end(), piece.begin(), piece.end());
+      return true;
+    };
   };
-  const Status status = writer.run(ByteSink::to(sink));
+  const auto to_head = into(out), to_tail = into(tail);
+  const Status status = writer.run_around(ByteSink::to(to_head), ByteSink::to(to_tail));
   EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
   out.insert(out.end(), all.begin(), all.end());
+  out.insert(out.end(), tail.begin(), tail.end());
   EXPECT_EQ(out.size(), writer.file_bytes());
   return out;
 }
