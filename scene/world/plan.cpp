@@ -210,6 +210,21 @@ karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials
   return out;
 }
 
+void add_ground(const WorldReader& reader, karst::WorldInfo& out) {
+  const GroundInfo& ground = reader.ground();
+  if (!ground.exists()) return;
+  const WorldInfo& info = reader.info();
+  const double step_m = info.voxel_size_m / static_cast<double>(kStepsPerVoxel);
+  for (int axis = 0; axis < 2; ++axis) {
+    out.ground_samples[axis] = ground.samples[axis];
+    out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
+  }
+  out.ground_sizes = ground.top_size() + 1;
+  out.tile_bytes = reader.tile_bytes();
+  out.ground_low_m = info.origin_m[1] + kVertexStep * step_m * ground.low;
+  out.ground_high_m = info.origin_m[1] + kVertexStep * step_m * ground.high;
+}
+
 void store_reader(const WorldReader& reader, Head& head) {
   static_assert(std::is_trivially_copyable_v<WorldReader> && sizeof(WorldReader) <= sizeof head.state);
   // Never 0, which no head has.
@@ -327,8 +342,11 @@ Status make_plan(Plan& plan) noexcept {
 namespace {
 
 WorldInfo info_in(const core::WorldReader& reader) {
-  return core::public_info(reader.info(), reader.materials(),
-                           static_cast<std::uint32_t>(reader.lights().size()), reader.surroundings());
+  WorldInfo info =
+      core::public_info(reader.info(), reader.materials(), static_cast<std::uint32_t>(reader.lights().size()),
+                        reader.surroundings());
+  core::add_ground(reader, info);
+  return info;
 }
 
 }  // namespace

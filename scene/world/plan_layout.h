@@ -46,9 +46,10 @@ std::size_t renderer_object_bytes();
 // Of WorldObject, a renderer and so many queries (world_object.cpp).
 std::size_t objects_bytes(std::uint32_t queries);
 
-// What the public header says of a world.
+// What the public header says of a world; add_ground() of its ground, where it has one.
 karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
                              const Surroundings& surroundings);
+void add_ground(const WorldReader& reader, karst::WorldInfo& out);
 
 // Readers in heads, without their sources. read_from(): false where the head holds none.
 void store_reader(const WorldReader& reader, Head& head);

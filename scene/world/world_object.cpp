@@ -85,16 +85,31 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
     return status;
   if (const Status status = terrain.load(reader); !status.ok()) return status;
   const core::World& world = terrain.world;
-  if (world.patch_count() == 0) return {StatusCode::corrupt, "the world has no surface", "patches"};
+  const bool has_ground = reader.ground().exists();
+  if (world.patch_count() == 0 && !has_ground)
+    return {StatusCode::corrupt, "the world has no surface", "patches"};
 
   shown = public_info(world.info(), world.materials(), static_cast<std::uint32_t>(world.lights().size()),
                       world.surroundings());
+  add_ground(reader, shown);
   const auto metres = [&](glm::ivec3 lattice) {
     return from_glm(frame.origin_m +
                     glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);
   };
   shown.low_m = metres(world.box().min);
   shown.high_m = metres(world.box().max);
+  if (has_ground) {
+    const Vec3& corner = shown.origin_m;
+    const Vec3 low{corner.x, shown.ground_low_m, corner.z};
+    const Vec3 high{corner.x + shown.ground_spacing_m[0] * static_cast<double>(shown.ground_samples[0] - 1),
+                    shown.ground_high_m,
+                    corner.z + shown.ground_spacing_m[1] * static_cast<double>(shown.ground_samples[1] - 1)};
+    const bool alone = world.patch_count() == 0;
+    const auto least = [&](double a, double b) { return alone ? b : std::min(a, b); };
+    const auto most = [&](double a, double b) { return alone ? b : std::max(a, b); };
+    shown.low_m = {least(shown.low_m.x, low.x), least(shown.low_m.y, low.y), least(shown.low_m.z, low.z)};
+    shown.high_m = {most(shown.high_m.x, high.x), most(shown.high_m.y, high.y), most(shown.high_m.z, high.z)};
+  }
 
   auto* const first = reinterpret_cast<QueryObject*>(objects.data());
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {

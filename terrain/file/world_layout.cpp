@@ -197,7 +197,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
 }
 
 // Which sections are there.
-Status check_presence(const WorldInfo& info, const Table& table) {
+Status check_presence(const Table& table) {
   const auto present = [&](WorldSection s) { return table.places[static_cast<std::size_t>(s)].present; };
   const auto missing = [](WorldSection s) {
     return corrupt("a section is missing", {kind_of(s).name, kSections.offset});
@@ -214,7 +214,6 @@ Status check_presence(const WorldInfo& info, const Table& table) {
   for (const WorldSection section : {WorldSection::ground, WorldSection::tiles}) {
     if (has_ground && !present(section)) return missing(section);
   }
-  if (!has_ground && info.patches == 0) return corrupt("a world without a ground has no patches", kPatches);
   return {};
 }
 
@@ -250,7 +249,7 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
     }
     table.places[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
   }
-  if (const Status status = check_presence(info, table); !status.ok()) return status;
+  if (const Status status = check_presence(table); !status.ok()) return status;
   if (end != file_bytes) return corrupt("bytes follow the last section", {"padding", end});
   return {};
 }

@@ -210,8 +210,6 @@ Status WorldWriter::validate() const {
   if (ground.info.exists()) {
     if (const auto fault = ground_section::check(ground); fault.what != nullptr)
       return invalid(fault.what, "ground");
-  } else if (info.patches == 0) {
-    return invalid("a world without a ground has no patches", "patches");
   }
   return check_materials(info, materials);
 }

@@ -75,7 +75,7 @@ std::size_t World::level_error_count() const {
 }
 
 LatticeBox World::box() const {
-  KARST_ASSERT(info_.patches > 0);
+  if (info_.patches == 0) return {};
   return tree_.node(tree_.rows() - 1, 0);
 }
 
