@@ -44,8 +44,30 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   } else {
     json.key("water_m").null();
   }
+  if (info.ground_sizes > 0) {
+    json.key("ground").begin_object().key("samples").begin_array();
+    json.value(info.ground_samples[0]).value(info.ground_samples[1]).end_array();
+    json.key("spacing_m").begin_array();
+    json.value(info.ground_spacing_m[0]).value(info.ground_spacing_m[1]).end_array();
+    json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
+    json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes).end_object();
+  } else {
+    json.key("ground").null();
+  }
   json.end_object();
   std::fputs(json.text().c_str(), stdout);
+}
+
+void print_ground(const WorldInfo& info) {
+  const auto wide = static_cast<double>(info.ground_samples[0]);
+  const auto deep = static_cast<double>(info.ground_samples[1]);
+  std::printf("ground         %.0f x %.0f samples of %.10g x %.10g m, over %.10g x %.10g m\n", wide, deep,
+              info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
+              info.ground_spacing_m[1] * (deep - 1));
+  std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
+  std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
+              static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
+              8 * static_cast<double>(info.tile_bytes) / (wide * deep));
 }
 
 void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
@@ -57,6 +79,12 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   const double patch = side * side;
   if (info.name[0] != '\0') std::printf("name           %s\n", info.name);
   std::printf("file           %llu bytes\n", static_cast<unsigned long long>(file_bytes));
+  if (info.ground_sizes > 0) print_ground(info);
+  if (info.patches == 0 && info.ground_sizes > 0) {
+    std::printf("materials      %u, %u lights\n", info.materials, info.lights);
+    if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
+    return;
+  }
   std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent[0], info.extent[1],
               info.extent[2], size, info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);

@@ -263,7 +263,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.lights = static_cast<std::uint32_t>(reader.lights().size());
   const GroundInfo& ground = reader.ground();
   if (ground.exists()) {
-    out.ground_size = ground.top_size();
+    out.ground_sizes = ground.top_size() + 1;
     out.tile_bytes = reader.tile_bytes();
     const double step_m = info.voxel_size_m / kStepsPerVoxel;
     for (int axis = 0; axis < 2; ++axis) {

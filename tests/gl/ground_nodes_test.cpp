@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "terrain/draw/expand_indices.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/ground/family_row.h"
 #include "terrain/patch/octahedral.h"

@@ -2,10 +2,14 @@
 // make_seeds FOLDER: what mutations of each target start from, as FOLDER/TARGET/N.
 #include "app/files/png_file.h"
 #include "boards/board_profile.h"
+#include "tests/fuzz/run/seed_tile.h"
 #include "tests/fuzz/run/seed_worlds.h"
+#include "tiles/encode_tile.h"
 #ifdef KARST_FUZZ_BAKE
 #include "tests/bake/bake_files.h"
 #endif
+
+#include <zstd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -42,6 +46,21 @@ void write_worlds() {
             text_of(section_at(worlds[w], world_offsets::kTable + std::size_t{s} * world_offsets::kEntry));
       write("sections", input);
     }
+  }
+}
+
+// As they are in files, and what zstd holds of them.
+void write_tiles() {
+  karst::tiles::TileEncoder encoder;
+  for (int size = 0; size < 4; ++size) {
+    std::vector<std::byte> bytes;
+    encoder.run(karst::seed_tile_key(size), karst::seed_ground(), karst::seed_tile(size), 1, bytes);
+    const std::string head(1, static_cast<char>(size));
+    write("tile", head + std::string(text_of(bytes)));
+    std::vector<std::byte> contents(karst::tiles::contents_bytes(size));
+    if (ZSTD_decompress(contents.data(), contents.size(), bytes.data(), bytes.size()) != contents.size())
+      std::exit(1);
+    write("tile", head + std::string(text_of(contents)));
   }
 }
 
@@ -138,6 +157,7 @@ int main(int count, char** words) {
   root = words[1];
   std::filesystem::remove_all(root);
   write_worlds();
+  write_tiles();
   write_texts();
   write_pictures();
 #ifdef KARST_FUZZ_BAKE

@@ -10,7 +10,7 @@ add_custom_target(karst_fuzz_targets)
 
 add_executable(karst_make_seeds ${fuzz_run}/make_seeds.cpp)
 target_link_libraries(karst_make_seeds PRIVATE karst_test_options karst_test_support GTest::gtest
-  karst_app_common karst_boards)
+  karst_app_common karst_boards karst_tile_encoder)
 if(TARGET karst_bake_lib)
   target_sources(karst_make_seeds PRIVATE bake/bake_files.cpp)
   target_link_libraries(karst_make_seeds PRIVATE karst_bake_lib)
@@ -47,6 +47,7 @@ endfunction()
 
 karst_fuzz(world no karst_test_support GTest::gtest)
 karst_fuzz(sections no karst_test_support GTest::gtest)
+karst_fuzz(tile no karst_tiles)
 karst_fuzz(camera_path no karst_app_common)
 karst_fuzz(poses no karst_app_motion)
 karst_fuzz(board no karst_boards)

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Tiles of a ground: as they are in the file, and what they hold before zstd. Input: a number whose lowest
+// bits are the size of the tile's nodes, then the bytes.
+#include <zstd.h>
+
+#include <algorithm>
+#include <iterator>
+#include <vector>
+
+#include "terrain/base/checksum.h"
+#include "tests/fuzz/run/fuzz_target.h"
+#include "tests/fuzz/run/seed_tile.h"
+#include "tiles/decode_tile.h"
+
+namespace karst {
+namespace {
+
+using namespace core;
+
+void decode(NodeKey key, std::span<const std::byte> bytes) {
+  static std::vector<std::byte> room(tiles::decode_tile_room());
+  static Tile tile;
+  const GroundInfo info = seed_ground();
+  const TilePlace place{kSeedTileOffset, static_cast<std::uint32_t>(bytes.size()), crc32c(bytes)};
+  const Status status = tiles::decode_tile(info, key, place, bytes, room, tile);
+  if (!status.ok()) {
+    must(status.code() == StatusCode::corrupt && status.value() == place.offset);
+    return;
+  }
+  for (const std::int32_t height : tile.heights) must(height >= info.low && height <= info.high);
+  for (const NodeMeasure& node : tile.nodes) {
+    must(node.low <= node.high && node.low >= info.low && node.high <= info.high);
+    must(std::is_sorted(std::begin(node.thresholds), std::end(node.thresholds)));
+    must(node.thresholds[kDemands - 1] <= kNeverMorphs);
+    must(key.size > 0 || node.thresholds[kDemands - 1] == 0);
+  }
+  for (const TilePlace& child : tile.children) {
+    if (!child.exists()) continue;
+    must(key.size > 0 && child.offset + child.bytes <= place.offset && child.offset < place.offset);
+  }
+}
+
+}  // namespace
+
+void fuzz_one(std::span<const std::byte> input) {
+  if (input.empty()) return;
+  const NodeKey key = seed_tile_key(std::to_integer<int>(input[0]) % 4);
+  const std::span<const std::byte> bytes = input.subspan(1);
+  decode(key, bytes);
+  std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), 1));
+  decode(key, packed);
+}
+
+}  // namespace karst
