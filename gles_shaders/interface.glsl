@@ -47,7 +47,7 @@
 #define KARST_PLACE_BITS 8
 #define KARST_ROW_BITS 20
 #define KARST_MATERIAL_SHIFT 28
-// Places from here on are those of nodes (terrain/ground/family_row.h).
+// Places from here on are those of nodes (terrain/nodes/family_row.h).
 #define KARST_FIRST_GROUND_PLACE 252
 // Vertices of a page of a node; those behind them lie below its corners, at the feet of walls.
 #define KARST_NODE_VERTICES 25

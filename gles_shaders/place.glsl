@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the camera sees a point of a page of any size: terrain/ground/node_place.h, which explains it;
+// Where the camera sees a point of a page of any size: terrain/nodes/node_place.h, which explains it;
 // tests/gl compares the two.
 
 struct PageReference {

@@ -60,7 +60,8 @@ TerrainVertex read_terrain_vertex() {
   result.cave = int(texel.z >> KARST_CAVE_SHIFT);
   result.node_size = place < KARST_FIRST_GROUND_PLACE ? -1 : size;
   result.position = morph_position(home, way * reference.unit, target, result.share);
-  if (place >= KARST_FIRST_GROUND_PLACE && (gl_VertexID & KARST_MASK(KARST_PAGE_BITS)) >= KARST_NODE_VERTICES) {
+  int in_page = gl_VertexID & KARST_MASK(KARST_PAGE_BITS);
+  if (place >= KARST_FIRST_GROUND_PLACE && in_page >= KARST_NODE_VERTICES) {
     // Below a corner of a node, where its wall ends.
     result.in_patch.y += camera_fine.w - result.position.y;
     result.position.y = camera_fine.w;

@@ -9,8 +9,8 @@
 #include "bake/base/parallel.h"
 #include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
-#include "terrain/ground/make_node.h"
 #include "terrain/ground/measure_ground.h"
+#include "terrain/nodes/make_node.h"
 #include "tiles/encode_tile.h"
 
 namespace karst::bake {

@@ -40,7 +40,8 @@ struct Log {
 };
 
 // A world file, or whatever holds its bytes. read() fills out with [offset, offset + count), never beyond
-// bytes, and returns false where it cannot. Any thread that calls karst may call it, several at a time.
+// bytes, and returns false where it cannot. Any thread that calls karst may call it, and, where
+// a world has a ground, one of karst's own; several at a time.
 struct Source {
   std::uint64_t bytes = 0;
   bool (*read)(void* user, std::uint64_t offset, std::byte* out, std::size_t count) = nullptr;

@@ -7,8 +7,8 @@
 
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
-#include "terrain/ground/family_row.h"
 #include "terrain/lod/morph.h"
+#include "terrain/nodes/family_row.h"
 #include "terrain/resident/page_table.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shading/patch_shading.h"

@@ -45,7 +45,7 @@ struct ViewInput {
   std::span<const DrawItem> items;     // of a valid draw list; may be empty
   // Nodes of the ground: `patch` is the number of a node's page among those of families, `level` kNodeLevel;
   // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
-  // terrain/ground/family_row.h).
+  // terrain/nodes/family_row.h).
   std::span<const DrawItem> nodes;
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;

@@ -105,7 +105,7 @@ inline constexpr std::array<ConfigField, 15> kConfigFields = {{
     {"max_views", &Config::max_views, 1, 1, kMostViews, "views a frame",
      "each has lists and thresholds of its own; all share the pages"},
     {"ground_tiles", &Config::ground_tiles, 0, 0, 1u << 16, "tiles of the ground in memory",
-     "23 KiB each; 0: the world has no ground"},
+     "27 KiB each; 0: the world has no ground"},
     {"ground_families", &Config::ground_families, 0, 0, kMostFamilies,
      "nodes of the ground with children in view",
      "each has four pages, 2 KiB; page numbers stay below those of vertices that OpenGL ES 3.0 allows"},

@@ -78,7 +78,7 @@ inline float morph_share(float apparent, float threshold) {
   return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
 }
 
-// home, target: relative to the camera's voxel, each rounded once (terrain/ground/node_place.h). way: target
+// home, target: relative to the camera's voxel, each rounded once (terrain/nodes/node_place.h). way: target
 // less home, exact. The sum is made relative to the camera and not to the patch's origin: then it is the same
 // bits in all patches that share the vertex. What has arrived is at its target to the bit: there lies a
 // vertex of what is one size coarser.

@@ -17,10 +17,10 @@
 
 #include "karst/status.h"
 #include "terrain/base/storage_plan.h"
-#include "terrain/ground/family_pool.h"
-#include "terrain/ground/ground_view.h"
-#include "terrain/ground/make_node.h"
 #include "terrain/ground/tile_cache.h"
+#include "terrain/nodes/family_pool.h"
+#include "terrain/nodes/ground_view.h"
+#include "terrain/nodes/make_node.h"
 
 namespace karst::core {
 

@@ -11,7 +11,7 @@
 
 #include "terrain/draw/expand_indices.h"
 #include "terrain/draw/index_batches.h"
-#include "terrain/ground/family_row.h"
+#include "terrain/nodes/family_row.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
 

@@ -16,7 +16,7 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
-#include "terrain/ground/node_place.h"
+#include "terrain/nodes/node_place.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/support/morphed_surface.h"

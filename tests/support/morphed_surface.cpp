@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/draw/index_batches.h"
-#include "terrain/ground/node_place.h"
+#include "terrain/nodes/node_place.h"
 #include "terrain/patch/displacement.h"
 #include "terrain/patch/generate_vertices.h"
 

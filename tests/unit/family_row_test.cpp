@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a node's page has on the GPU besides vertices: its texel, and its vertices' entries in a family's row.
-#include "terrain/ground/family_row.h"
+#include "terrain/nodes/family_row.h"
 
 #include <map>
 #include <utility>

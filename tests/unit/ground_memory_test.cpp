@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "terrain/draw/wall_indices.h"
-#include "terrain/ground/family_pool.h"
-#include "terrain/ground/family_row.h"
-#include "terrain/ground/make_node.h"
-#include "terrain/ground/node_place.h"
 #include "terrain/ground/tile_cache.h"
+#include "terrain/nodes/family_pool.h"
+#include "terrain/nodes/family_row.h"
+#include "terrain/nodes/make_node.h"
+#include "terrain/nodes/node_place.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/support/memory_ground.h"
 

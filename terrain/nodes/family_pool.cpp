@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/ground/family_pool.h"
+#include "terrain/nodes/family_pool.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // Breadth first, size by size: whether a node is split depends on what is there of its size, so all of a
 // size is decided before any of it gets children. Boxes are measured from the camera's voxel, in double:
 // they may be planets.
-#include "terrain/ground/ground_view.h"
+#include "terrain/nodes/ground_view.h"
 
 #include <algorithm>
 #include <cmath>

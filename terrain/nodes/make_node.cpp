@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/ground/make_node.h"
+#include "terrain/nodes/make_node.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/ground/family_row.h"
+#include "terrain/nodes/family_row.h"
 
 #include "terrain/base/check.h"
 #include "terrain/patch/gpu_vertex.h"
