@@ -5,6 +5,7 @@
 precision highp float;
 precision highp int;
 #include "interface.glsl"
+#include "place.glsl"
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 rim;  // xyz: lattice steps; w: normal's yaw, 2^16 a turn
 
@@ -21,7 +22,7 @@ flat out ivec2 patch_shading;
 #endif
 
 void main() {
-  vec3 position = vec3(rim.xyz - camera_voxel.xyz * int(KARST_STEPS_PER_VOXEL));
+  vec3 position = place_in_page(page_reference(camera_voxel.xyz, 0, ivec3(0)), rim.xyz);
   gl_Position = clip_from_lattice * vec4(position, 1.0);
   float yaw = float(rim.w) * (6.283185307 / 65536.0);
   normal_ws = vec3(cos(yaw), 0.0, sin(yaw));

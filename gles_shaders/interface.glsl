@@ -38,13 +38,19 @@
 #define KARST_MORPH_ROW 32
 #define KARST_MORPH_ROW_BITS 6
 
-// A texel of the page table, second component: place of the page in its chain, 8 bits; the patch's row of
-// thresholds, 20 bits; and 4 bits for the one material that all of it has, plus 1, or 0.
+// A texel of the page table. x, y: the origin's x and z, voxels of the page's size. z: the origin's y, 26
+// bits, the size, and one bit for caves. w: place of the page in its chain, 8 bits; the row of thresholds, 20
+// bits; and 4 bits for the one material that all of it has, plus 1, or 0.
+#define KARST_ORIGIN_Y_BITS 26
+#define KARST_SIZE_BITS 5
+#define KARST_CAVE_SHIFT 31
 #define KARST_PLACE_BITS 8
 #define KARST_ROW_BITS 20
 #define KARST_MATERIAL_SHIFT 28
-// The first component: 10 bits an axis of the patch's origin, and one for caves.
-#define KARST_CAVE_SHIFT 30
+// Places from here on are those of nodes (terrain/ground/family_row.h).
+#define KARST_FIRST_GROUND_PLACE 252
+// Vertices of a page of a node; those behind them lie below its corners, at the feet of walls.
+#define KARST_NODE_VERTICES 25
 
 // Bits of a texel of the G-buffer, geometry.glsl.
 #define KARST_GEOMETRY_MATERIAL_SHIFT 26
@@ -110,6 +116,7 @@
 #define KARST_SHADOW_BORDER 4.0
 
 #define KARST_STEPS_PER_VOXEL 8192.0
+#define KARST_STEPS_LOG2 13
 // terrain/lod/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
 #define KARST_THRESHOLD_UNIT 524288.0
 #define KARST_MORPH_SHARE 0.3
@@ -131,8 +138,10 @@
 KARST_BLOCK(FrameBlock) {
   mat4 clip_from_lattice;  // from lattice steps relative to camera_voxel
   ivec4 camera_voxel;      // xyz: whole voxels from the octree's minimum corner
-  vec4 camera_fine;        // xyz: the eye relative to camera_voxel, lattice steps
-  ivec4 first_rows;        // x: row of morph_rows that the view's thresholds begin at
+  // xyz: the eye relative to camera_voxel, lattice steps; w: the height at which the ground's walls end
+  vec4 camera_fine;
+  ivec4 first_rows;        // row of morph_rows that the view's thresholds begin at, x: of patches, y: of
+                           // families of nodes
   vec4 morph_view;         // xyz: direction of view; w: least cos^2, or less than 0; see apparent_distance in
                            // morph.glsl
   vec4 ray_right;          // xyz: the view ray of a pixel is ray_forward + ndc.x * ray_right + ndc.y * ray_up

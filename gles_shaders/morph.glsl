@@ -15,3 +15,7 @@ float morph_share(float apparent, float threshold) {
   float start = (1.0 - KARST_MORPH_SHARE) * threshold;
   return clamp((apparent - start) / max(KARST_MORPH_SHARE * threshold, 1.0), 0.0, 1.0);
 }
+
+vec3 morph_position(vec3 home, vec3 way, vec3 target, float share) {
+  return share < 1.0 ? home + way * share : target;
+}

@@ -1,7 +1,8 @@
 #version 300 es
 // SPDX-License-Identifier: MIT
 // How a picture is made, in place of its materials: which shadow map a pixel is looked up in
-// (KARST_SHOW_CASCADES), or the triangles, each of one shade, coloured by their level of detail.
+// (KARST_SHOW_CASCADES), or the triangles, each of one shade, coloured by their level of detail or their
+// node's size (KARST_SHOW_LEVELS).
 precision highp float;
 precision highp int;
 #include "interface.glsl"
@@ -11,14 +12,18 @@ precision highp int;
 #include "shadow.glsl"
 #endif
 
-uniform int shown_level;  // of all that is drawn with this call, 1..6
+uniform int shown_level;  // of all patches that are drawn with this call, 1..6
 
+#ifdef KARST_SHOW_LEVELS
+flat in int node_size;  // or less than 0 of a patch
+#endif
 in vec3 normal_ws;
 in vec3 from_eye_ws;
 
 out vec4 colour;
 
-// Linear light. Levels from the coarsest on; maps from the smallest on, and what none covers.
+// Linear light. Levels from the coarsest on, and nodes' sizes from the sixth down, the same every six sizes;
+// maps from the smallest on, and what none covers.
 const vec3 kLevels[6] = vec3[6](vec3(0.10, 0.16, 0.45), vec3(0.05, 0.38, 0.50), vec3(0.10, 0.45, 0.14),
                                 vec3(0.55, 0.48, 0.06), vec3(0.60, 0.22, 0.05), vec3(0.55, 0.05, 0.10));
 const vec3 kMaps[4] = vec3[4](vec3(0.60, 0.10, 0.08), vec3(0.12, 0.45, 0.12), vec3(0.10, 0.18, 0.55),
@@ -37,7 +42,7 @@ void main() {
   vec3 normal = normalize(cross(dFdx(from_eye_ws), dFdy(from_eye_ws)));
   // It points at the eye, unless the picture is mirrored.
   normal *= -sign(dot(normal, view_scale.z > 0.5 ? ray_forward.xyz : from_eye_ws));
-  vec3 shown = kLevels[clamp(shown_level, 1, 6) - 1];
+  vec3 shown = kLevels[node_size < 0 ? clamp(shown_level, 1, 6) - 1 : 5 - node_size % 6];
   float reached = 1.0;
 #endif
   float sun = max(dot(normal, sun_direction.xyz), 0.0) * reached;

@@ -3,12 +3,12 @@
 // it lies in, and move it to where the frame's camera wants it. All passes of a frame thereby draw the same
 // surface.
 //
-// Positions stay exact (design 4.3): the patch's origin minus the camera's voxel is subtracted in integers;
-// `offset` and the vertex are whole numbers of lattice steps, so offset + q is the same real number
-// correctly rounded in every patch that has the vertex. So are the way to the morph target and the share of
-// it, and with `invariant` gl_Position: no crack can open.
+// Positions stay exact (design 4.3): a place is the same real number correctly rounded in every patch or
+// node that has it, of whichever size (place.glsl). So are the way to the morph target and the share of it
+// in all that are of one size, and with `invariant` gl_Position: no crack can open.
 #include "octahedral.glsl"
 #include "morph.glsl"
+#include "place.glsl"
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 position_normal;
 layout(location = KARST_LOCATION_MORPH) in ivec4 morph_normal;
@@ -20,39 +20,51 @@ uniform highp sampler2D morph_rows;  // r: threshold in units of KARST_THRESHOLD
 invariant gl_Position;
 
 struct TerrainVertex {
-  ivec3 patch_voxel;  // the patch's origin, voxels from the octree's minimum corner
-  vec3 in_patch;      // lattice steps from the patch's origin
+  ivec3 patch_voxel;  // the page's origin, voxels from the octree's minimum corner, modulo 2^32
+  vec3 in_patch;      // lattice steps from there
   vec3 position;      // lattice steps from camera_voxel
   float share;        // of the way to its morph target, 0..1
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
+  int node_size;      // of a node, or less than 0 of a patch
 };
 
 TerrainVertex read_terrain_vertex() {
   int page = gl_VertexID >> KARST_PAGE_BITS;
-  uvec2 texel = texelFetch(page_table, ivec2(page & KARST_MASK(KARST_PAGE_ROW_BITS),
-                                             page >> KARST_PAGE_ROW_BITS), 0).xy;
-  int place = int(texel.y) & KARST_MASK(KARST_PLACE_BITS);
+  uvec4 texel = texelFetch(page_table, ivec2(page & KARST_MASK(KARST_PAGE_ROW_BITS),
+                                             page >> KARST_PAGE_ROW_BITS), 0);
+  int place = int(texel.w) & KARST_MASK(KARST_PLACE_BITS);
   int vertex = place << KARST_PAGE_BITS | (gl_VertexID & KARST_MASK(KARST_PAGE_BITS));
   int entry = int(texelFetch(morph_entries, ivec2(vertex & KARST_MASK(KARST_ENTRY_ROW_BITS),
                                                   vertex >> KARST_ENTRY_ROW_BITS), 0).x);
-  int row = first_rows.x + (int(texel.y >> KARST_PLACE_BITS) & KARST_MASK(KARST_ROW_BITS));
+  int row = (place < KARST_FIRST_GROUND_PLACE ? first_rows.x : first_rows.y) +
+            (int(texel.w >> KARST_PLACE_BITS) & KARST_MASK(KARST_ROW_BITS));
   ivec2 at = ivec2((row & KARST_MASK(KARST_MORPH_ROW_BITS)) * KARST_MORPH_ROW + entry,
                    row >> KARST_MORPH_ROW_BITS);
   float threshold = texelFetch(morph_rows, at, 0).x * KARST_THRESHOLD_UNIT;
 
-  TerrainVertex result;
-  result.patch_voxel = ivec3(uvec3(texel.x, texel.x >> 10, texel.x >> 20) & 1023u);
-  vec3 q = vec3(position_normal.xyz);
-  vec3 way = vec3(morph_normal.xyz - position_normal.xyz);
-  vec3 offset = vec3(result.patch_voxel - camera_voxel.xyz) * KARST_STEPS_PER_VOXEL;
-  vec3 home = offset + q;
+  const int kAboveY = 32 - KARST_ORIGIN_Y_BITS;
+  ivec3 origin = ivec3(int(texel.x), int(texel.z << kAboveY) >> kAboveY, int(texel.y));
+  int size = int(texel.z >> KARST_ORIGIN_Y_BITS) & KARST_MASK(KARST_SIZE_BITS);
+  PageReference reference = page_reference(camera_voxel.xyz, size, origin);
+  vec3 home = place_in_page(reference, position_normal.xyz);
+  vec3 target = place_in_page(reference, morph_normal.xyz);
+  vec3 way = vec3(morph_normal.xyz - position_normal.xyz);  // steps of the size
   float apparent = apparent_distance(home - camera_fine.xyz, morph_view.xyz, morph_view.w);
+
+  TerrainVertex result;
   result.share = morph_share(apparent, threshold);
-  result.in_patch = q + way * result.share;
-  result.material = int(texel.y >> KARST_MATERIAL_SHIFT) - 1;
-  result.cave = int(texel.x >> KARST_CAVE_SHIFT) & 1;
-  result.position = home + way * result.share;
+  result.patch_voxel = origin << size;
+  result.in_patch = (vec3(position_normal.xyz) + way * result.share) * reference.unit;
+  result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;
+  result.cave = int(texel.z >> KARST_CAVE_SHIFT);
+  result.node_size = place < KARST_FIRST_GROUND_PLACE ? -1 : size;
+  result.position = morph_position(home, way * reference.unit, target, result.share);
+  if (place >= KARST_FIRST_GROUND_PLACE && (gl_VertexID & KARST_MASK(KARST_PAGE_BITS)) >= KARST_NODE_VERTICES) {
+    // Below a corner of a node, where its wall ends.
+    result.in_patch.y += camera_fine.w - result.position.y;
+    result.position.y = camera_fine.w;
+  }
   return result;
 }
 

@@ -151,12 +151,12 @@ Status Renderer::check_device() const {
     return limit("deferred_height", settings_.deferred_height);
   if (settings_.drape_width > caps.max_texture_size) return limit("drape_width", settings_.drape_width);
   if (settings_.drape_height > caps.max_texture_size) return limit("drape_height", settings_.drape_height);
-  if (page_rows(settings_.vertex_pages) > caps.max_texture_size ||
-      std::int64_t{settings_.vertex_pages} * kPageVertices - 1 > caps.max_element_index) {
-    return limit("vertex_pages", settings_.vertex_pages);
+  if (page_rows(settings_.all_pages()) > caps.max_texture_size ||
+      std::int64_t{settings_.all_pages()} * kPageVertices - 1 > caps.max_element_index) {
+    return limit("vertex_pages", settings_.all_pages());
   }
-  if (morph_texture_rows(settings_.morph_rows) > caps.max_texture_size)
-    return limit("morph_rows", settings_.morph_rows);
+  if (morph_texture_rows(settings_.all_rows()) > caps.max_texture_size)
+    return limit("morph_rows", settings_.all_rows());
   if (std::int64_t{settings_.first_unit} + KARST_UNITS > caps.max_texture_units)
     return limit("first_unit", settings_.first_unit);
   if (std::int64_t{settings_.first_block} + KARST_BLOCKS > caps.max_uniform_bindings)
@@ -211,6 +211,12 @@ Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uin
                                  PatchShading shading) {
   fences_.wait(device_.gl);
   return pages_.upload(device_, pages, patch, first, vertices, origin, row, shading);
+}
+
+Status Renderer::upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
+                             std::span<const GpuVertex, kNodePageVertices> vertices) {
+  fences_.wait(device_.gl);
+  return pages_.upload_node(device_, pages, page, node, vertices);
 }
 
 Status Renderer::upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows) {
@@ -317,7 +323,7 @@ Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target)
   bind_textures(device_);
   Status status;
   const bool edge = sees_edge(settings_, input, rim_vertices_);
-  if (!counts_.vertices_lost) status = draw_geometry(device_, programs_, input, counts_);
+  if (!counts_.vertices_lost) status = draw_geometry(device_, settings_, programs_, input, counts_);
   if (edge) draw_edge(device_, programs_, ShaderVariant::edge_geometry, rim_vertices_, counts_);
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
   ViewInput shaded = input;

@@ -113,8 +113,14 @@ class Renderer {
   Status upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
                          std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                          PatchShading shading = {});
-  // Rows of thresholds, kMorphRow values each as make_morph_row() fills them. A patch's row must be there
-  // before it is drawn. invalid_argument where they are not whole or not within the settings' morph_rows.
+  // Copies a node's vertices to a page, counted among those of families, and writes its texel, which goes to
+  // pages.family_texels; the same rules of what may be written and drawn. invalid_argument naming page,
+  // origin, size, quadrant, row or material; limit_reached as above. Nothing was written then.
+  Status upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
+                     std::span<const GpuVertex, kNodePageVertices> vertices);
+  // Rows of thresholds, kMorphRow values each as make_morph_row() fills them; those of families follow the
+  // settings' morph_rows. A patch's or family's row must be there before it is drawn. invalid_argument where
+  // they are not whole or not within the settings' morph_rows and family_rows.
   Status upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows);
 
   // What air.glsl's block holds in a view, make_air_block(). invalid_argument where the settings have fewer.

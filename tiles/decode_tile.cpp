@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tiles/decode_tile.h"
 
-#include <bit>
 #include <cstring>
 
 #define ZSTD_STATIC_LINKING_ONLY
@@ -9,6 +8,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
+#include "terrain/lod/morph.h"
 #include "tiles/tile_bytes.h"
 
 namespace karst::tiles {
@@ -71,8 +71,7 @@ const char* decode_children(const GroundInfo& info, NodeKey key, std::uint64_t b
 
 const char* decode_measures(const GroundInfo& info, NodeKey key, const std::byte* contents, double quantum,
                             const std::int32_t* counts, Tile& tile) {
-  std::uint32_t error_bits = 0;
-  std::uint32_t chain_bits = 0;
+  std::uint16_t before = 0;
   for (int node = 0; node < kTileMeasures; ++node) {
     NodeMeasure& measure = tile.nodes[node];
     measure = {};
@@ -89,20 +88,24 @@ const char* decode_measures(const GroundInfo& info, NodeKey key, const std::byte
     };
     const std::uint32_t below = take(kLows);
     const std::uint32_t above = take(kHighs);
-    error_bits += take(kErrors);
-    chain_bits += take(kChains);
+    std::uint32_t threshold = before;
+    for (int n = 0; n < kDemands; ++n) {
+      threshold += take_planes<2>(contents + thresholds_at(n), kTileMeasures, static_cast<std::size_t>(node));
+      if (n == 0) threshold &= 0xffffu;
+      if (threshold > kNeverMorphs) return "a threshold is out of range";
+      measure.thresholds[n] = static_cast<std::uint16_t>(threshold);
+    }
+    before = measure.thresholds[0];
     if (!exists) {
-      if (below != 0 || above != 0 || error_bits != 0 || chain_bits != 0) return "no node has measures";
+      if (below != 0 || above != 0 || threshold != 0) return "no node has measures";
       continue;
     }
+    if (before < kLeastThreshold) return "a threshold is out of range";
     const double low = height_of(std::int64_t{own.low} - below, quantum);
     const double high = height_of(std::int64_t{own.high} + above, quantum);
     if (!(low >= info.low && high <= info.high)) return "a node's heights are outside of the ground's";
-    const float error = std::bit_cast<float>(error_bits);
-    const float chain = std::bit_cast<float>(chain_bits);
-    if (!(std::isfinite(error) && error >= 0 && std::isfinite(chain) && chain >= 0))
-      return "a measure is out of range";
-    measure = {error, chain, static_cast<std::int32_t>(low), static_cast<std::int32_t>(high)};
+    measure.low = static_cast<std::int32_t>(low);
+    measure.high = static_cast<std::int32_t>(high);
   }
   return nullptr;
 }

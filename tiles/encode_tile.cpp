@@ -2,7 +2,6 @@
 #include "tiles/encode_tile.h"
 
 #include <array>
-#include <bit>
 #include <cstring>
 
 #include <zstd.h>
@@ -58,25 +57,25 @@ struct TileEncoder::Room {
   }
 
   void store_measures(NodeKey key, const GroundInfo& info, const Tile& tile) {
-    std::uint32_t error_bits = 0;
-    std::uint32_t chain_bits = 0;
+    std::uint16_t before = 0;
     for (int node = 0; node < kTileMeasures; ++node) {
       const auto at = static_cast<std::size_t>(node);
       const bool exists = node_exists(info, node_of_tile(key, node));
       const NodeMeasure& measure = tile.nodes[node];
       const Range own = range_of_node(counts.data(), node);
+      KARST_ASSERT(exists || measure == NodeMeasure());
       KARST_ASSERT(!exists || (lows[at] <= own.low && highs[at] >= own.high));
       const auto put = [&](std::size_t planes, std::uint32_t value) {
         put_planes(contents.data() + planes, kTileMeasures, at, value);
       };
       put(kLows, exists ? static_cast<std::uint32_t>(own.low - lows[at]) : 0);
       put(kHighs, exists ? static_cast<std::uint32_t>(highs[at] - own.high) : 0);
-      const std::uint32_t error = exists ? std::bit_cast<std::uint32_t>(measure.error) : 0;
-      const std::uint32_t chain = exists ? std::bit_cast<std::uint32_t>(measure.chain) : 0;
-      put(kErrors, error - error_bits);
-      put(kChains, chain - chain_bits);
-      error_bits = error;
-      chain_bits = chain;
+      for (int n = 0; n < kDemands; ++n) {
+        const auto difference =
+            static_cast<std::uint16_t>(measure.thresholds[n] - (n > 0 ? measure.thresholds[n - 1] : before));
+        put_planes<2>(contents.data() + thresholds_at(n), kTileMeasures, at, difference);
+      }
+      before = measure.thresholds[0];
     }
   }
 };

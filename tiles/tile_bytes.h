@@ -25,9 +25,9 @@ inline constexpr std::size_t kHeights = 72;  // 4 planes of kTileSamples
 inline constexpr std::size_t kMeasures = kHeights + 4 * std::size_t{kTileSamples};
 inline constexpr std::size_t kLows = kMeasures;  // of size 1 and more: 4 planes of kTileMeasures each
 inline constexpr std::size_t kHighs = kLows + 4 * std::size_t{kTileMeasures};
-inline constexpr std::size_t kErrors = kHighs + 4 * std::size_t{kTileMeasures};
-inline constexpr std::size_t kChains = kErrors + 4 * std::size_t{kTileMeasures};
-inline constexpr std::size_t kMostContents = kChains + 4 * std::size_t{kTileMeasures};
+// 2 planes of kTileMeasures for each demand.
+inline constexpr std::size_t kThresholds = kHighs + 4 * std::size_t{kTileMeasures};
+inline constexpr std::size_t kMostContents = kThresholds + 2 * kDemands * std::size_t{kTileMeasures};
 
 constexpr std::size_t contents_bytes(int size) {
   return size == 0 ? kMeasures : kMostContents;
@@ -55,14 +55,22 @@ inline std::int32_t predict(std::int32_t west, std::int32_t north, std::int32_t 
   return std::clamp(west + north - north_west, least, most);
 }
 
-inline void put_planes(std::byte* planes, std::size_t count, std::size_t at, std::uint32_t value) {
-  for (std::size_t k = 0; k < 4; ++k) planes[k * count + at] = static_cast<std::byte>(value >> (8 * k));
+template <std::size_t kPlanes = 4>
+void put_planes(std::byte* planes, std::size_t count, std::size_t at, std::uint32_t value) {
+  for (std::size_t k = 0; k < kPlanes; ++k) planes[k * count + at] = static_cast<std::byte>(value >> (8 * k));
 }
-inline std::uint32_t take_planes(const std::byte* planes, std::size_t count, std::size_t at) {
+template <std::size_t kPlanes = 4>
+std::uint32_t take_planes(const std::byte* planes, std::size_t count, std::size_t at) {
   std::uint32_t value = 0;
-  for (std::size_t k = 0; k < 4; ++k)
+  for (std::size_t k = 0; k < kPlanes; ++k)
     value |= std::to_integer<std::uint32_t>(planes[k * count + at]) << (8 * k);
   return value;
+}
+
+// The planes of a demand's thresholds. What they hold is the difference to the node's threshold at the demand
+// before; at the first one, to that of the node before, modulo 2^16.
+constexpr std::size_t thresholds_at(int demand) {
+  return kThresholds + 2 * static_cast<std::size_t>(demand) * std::size_t{kTileMeasures};
 }
 
 struct Range {

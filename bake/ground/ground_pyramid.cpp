@@ -2,6 +2,7 @@
 #include "bake/ground/ground_pyramid.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <utility>
 
@@ -18,7 +19,8 @@ namespace {
 // Rows that are in memory. A row of nodes is measured at most eight rows of its size after its last one, and
 // a row of tiles when the last of its nodes is.
 constexpr std::int64_t kHeightRows = 96;
-constexpr std::int64_t kQuadRows = 2;  // what the next size takes at once
+// What coarser sizes take at once, and as many that come meanwhile.
+constexpr std::int64_t kQuadRows = 2 * kMostReferenceRows;
 constexpr std::int64_t kNodeRows = 32;
 constexpr std::int64_t kPlaceRows = 4;                 // of tiles
 constexpr std::int32_t kMostFromOrigin = 32'766 - 16;  // steps of a node's size, as MakeNode clamps
@@ -46,9 +48,10 @@ struct GroundPyramid::Level {
   std::int64_t quad_rows = 0, node_rows = 0, tile_rows = 0;  // measured, measured, written
   std::vector<std::int32_t> heights;
   std::vector<std::int32_t> quad_low, quad_high;
-  std::vector<float> quad_parts[9];
+  std::vector<float> quad_parts[8];
   std::vector<std::int32_t> node_low, node_high;
-  std::vector<float> node_parts[8];
+  std::vector<float> node_parts[6];
+  std::vector<std::uint16_t> thresholds;
   std::vector<TilePlace> places;
 
   Level(const GroundInfo& info, int size) {
@@ -69,6 +72,7 @@ struct GroundPyramid::Level {
     node_low.resize(room(kNodeRows, nodes[0]));
     node_high.resize(node_low.size());
     for (std::vector<float>& part : node_parts) part.resize(node_low.size());
+    thresholds.resize(node_low.size() * kDemands);
     places.resize(room(kPlaceRows, tiles[0]));
   }
 
@@ -85,10 +89,11 @@ struct GroundPyramid::Level {
     QuadRow out;
     out.low = row_of(quad_low, k, kQuadRows, count);
     out.high = row_of(quad_high, k, kQuadRows, count);
-    out.below = {part(0), part(1)};
-    out.above = {part(2), part(3)};
-    out.border = {part(4), part(5), part(6), part(7)};
-    out.tall = part(8);
+    out.below = part(0);
+    out.above = part(1);
+    out.most = part(2);
+    out.border = {part(3), part(4), part(5), part(6)};
+    out.tall = part(7);
     return out;
   }
   NodeRow node_row(std::int64_t z) {
@@ -96,11 +101,10 @@ struct GroundPyramid::Level {
     NodeRow out;
     out.low = row_of(node_low, z, kNodeRows, nodes[0]);
     out.high = row_of(node_high, z, kNodeRows, nodes[0]);
-    out.full = part(0);
+    out.most = part(0);
     out.border = {part(1), part(2), part(3), part(4)};
     out.tall = part(5);
-    out.error = part(6);
-    out.chain = part(7);
+    out.thresholds = row_of(thresholds, z, kNodeRows, nodes[0] * kDemands);
     return out;
   }
   TilePlace& place(std::int64_t x, std::int64_t z) {
@@ -159,7 +163,7 @@ GroundPyramid::Outcome GroundPyramid::go_on() {
   for (bool moved = true; moved;) {
     moved = false;
     for (int size = 0; size < static_cast<int>(levels_.size()); ++size) {
-      // Row by row, so that the coarser size takes two rows of quads while they are there.
+      // Row by row, so that coarser sizes take rows of quads while they are there.
       if (measure_quads_of(size)) moved = true;
       while (measure_nodes_of(size)) moved = true;
       const Outcome outcome = write_tiles_of(size, moved);
@@ -173,29 +177,42 @@ bool GroundPyramid::measure_quads_of(int size) {
   Level& level = *levels_[static_cast<std::size_t>(size)];
   const std::int64_t k = level.quad_rows;
   if (k == level.quads[1]) return false;
-  // The coarser size has to take the rows that this one would be put over.
-  if (size + 1 < static_cast<int>(levels_.size()) &&
-      k - 2 * levels_[static_cast<std::size_t>(size) + 1]->quad_rows >= kQuadRows)
-    return false;
+  // The coarser sizes have to take the rows that this one would be put over.
+  for (int coarser = size + 1; coarser < static_cast<int>(levels_.size()); ++coarser) {
+    if (reference_size(coarser) > size) break;
+    if (reference_size(coarser) < size) continue;
+    const std::int64_t taken = levels_[static_cast<std::size_t>(coarser)]->quad_rows << (coarser - size);
+    if (k - taken >= kQuadRows) return false;
+  }
   const QuadRow out = level.quad_row(k);
   if (size == 0) {
     if (!level.has_row(k + 1)) return false;
     measure_quads(level.row(k), level.row(k + 1), out);
   } else {
-    Level& finer = *levels_[static_cast<std::size_t>(size) - 1];
-    const std::int64_t needed = std::min(2 * k + 2, finer.quads[1]);
-    if (finer.quad_rows < needed) return false;
-    const QuadRow north = finer.quad_row(2 * k);
-    const QuadRow south = finer.quad_row(2 * k + 1);
-    if (2 * k + 1 >= finer.quads[1]) repeat_quads(north, south);
+    const int r = reference_size(size);
+    Level& finer = *levels_[static_cast<std::size_t>(r)];
+    const std::int64_t rows = std::int64_t{1} << (size - r);
+    if (finer.quad_rows < std::min((k + 1) * rows, finer.quads[1])) return false;
+    std::array<std::span<const std::int32_t>, kMostReferenceRows + 1> heights;
+    std::array<QuadRow, kMostReferenceRows> quads;
+    for (std::int64_t n = 0; n <= rows; ++n) heights[static_cast<std::size_t>(n)] = finer.row(k * rows + n);
+    for (std::int64_t n = 0; n < rows; ++n) {
+      quads[static_cast<std::size_t>(n)] = finer.quad_row(std::min(k * rows + n, finer.quads[1] - 1));
+    }
     MeasureQuads measure;
     measure.info = &ground_.info;
     measure.size = size;
     measure.k = k;
-    measure.heights = {finer.row(2 * k), finer.row(2 * k + 1), finer.row(2 * k + 2)};
-    measure.children = {north, south};
+    measure.heights = std::span(heights).first(static_cast<std::size_t>(rows) + 1);
+    measure.finer = std::span(quads).first(static_cast<std::size_t>(rows));
     measure.out = out;
-    measure.run();
+    // As much work a piece at all sizes.
+    const auto piece = static_cast<std::size_t>(std::max<std::int64_t>(1, 4096 / (rows * rows)));
+    const auto pieces = static_cast<int>(std::min<std::size_t>((out.low.size() + piece - 1) / piece, 1024));
+    parallel_chunks(out.low.size(), piece, std::min(threads_, pieces),
+                    [&](std::size_t first, std::size_t last, int) {
+                      measure.run(static_cast<std::int64_t>(first), static_cast<std::int64_t>(last));
+                    });
   }
   gather_nodes(ground_.info, size, k, out, level.node_row(k / kNodeQuads));
   ++level.quad_rows;
@@ -254,7 +271,10 @@ void GroundPyramid::fill_tile(NodeKey key, Tile& tile) const {
     if (x >= level.nodes[0] || z >= level.nodes[1]) continue;
     const NodeRow row = level.node_row(z);
     const auto at = static_cast<std::size_t>(x);
-    tile.nodes[n] = {row.error[at], row.chain[at], row.low[at], row.high[at]};
+    tile.nodes[n].low = row.low[at];
+    tile.nodes[n].high = row.high[at];
+    for (std::size_t d = 0; d < kDemands; ++d)
+      tile.nodes[n].thresholds[d] = row.thresholds[at * kDemands + d];
   }
   if (key.size == 0) return;
   Level& finer = *levels_[static_cast<std::size_t>(key.size) - 1];

@@ -56,6 +56,7 @@ struct FrameCosts {
   double shadow_ms = 0;                          // finding out what casts, and drawing it
   double gpu_terrain_ms = 0, gpu_shadow_ms = 0;  // the newest that the driver tells; NaN: not known
   std::uint32_t patches_drawn = 0, patches_missing = 0, patches_capped = 0;
+  std::uint32_t nodes_drawn = 0;  // of the ground
   std::uint32_t culled_frustum = 0, culled_backface = 0, culled_occluded = 0;
   std::uint32_t at_level[7] = {};                     // patches drawn, by level
   std::uint32_t blend_skipped = 0, cave_skipped = 0;  // patches drawn that need none

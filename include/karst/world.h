@@ -23,17 +23,19 @@ struct WorldInfo {
   std::int32_t level = 0;  // finest that the file has
   std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;
   std::uint32_t materials = 0, lights = 0;
+  // The ground, a height field: samples to the east and to the south, metres from one to the next, heights of
+  // the lowest and the highest in the world's own metres, greatest size of its nodes, bytes of its tiles in
+  // the file. 0 samples: the world has none.
+  std::int64_t ground_samples[2] = {};
+  double ground_spacing_m[2] = {};
+  double ground_low_m = 0, ground_high_m = 0;
+  std::int32_t ground_size = 0;
+  std::uint64_t tile_bytes = 0;
   std::uint32_t blend_map[2] = {};  // texels along x and z of the painted weights; 0: there are none
   // Still water stands up to water_m, a height in the world's own metres. It is drawn; queries are of the
   // ground, which may be its bed.
   bool has_water = false;
   double water_m = 0;
-  // Of the ground, a height field as a quadtree; 0: there is none.
-  std::int64_t ground_samples[2] = {};         // to the east and to the south
-  double ground_spacing_m[2] = {};             // from one to the next
-  std::int32_t ground_sizes = 0;               // of nodes, each of twice the side of the one before
-  std::uint64_t tile_bytes = 0;                // of all its tiles in the file
-  double ground_low_m = 0, ground_high_m = 0;  // heights of its samples, in the world's own metres
   // Box of the surface, in the world's own metres. World::info() alone knows it.
   Vec3 low_m, high_m;
 };

@@ -18,6 +18,8 @@ std::size_t image_bytes(GLenum format, std::size_t width, std::size_t height) {
       return width * height * 2;
     case GL_RG32UI:
       return width * height * 8;
+    case GL_RGBA32UI:
+      return width * height * 16;
     case GL_COMPRESSED_RGBA8_ETC2_EAC:
       return ((width + 3) / 4) * ((height + 3) / 4) * 16;
     default:  // RGBA8, and DEPTH_COMPONENT24, which takes 32 bits

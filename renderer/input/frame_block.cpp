@@ -151,6 +151,10 @@ void set_lights(const Camera& camera, std::span<const PointLight> lights, bool g
   block.light_scale = {static_cast<float>(count), guess_caves ? 1.0f : 0.0f, 0.0f, 0.0f};
 }
 
+float foot_from(const Camera& camera, std::int64_t height) {
+  return static_cast<float>(height - std::int64_t{camera.voxel.y} * kStepsPerVoxel);
+}
+
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
   const auto axis = [repeat](int voxels) {
     return static_cast<float>(repeat / std::max(1.0, static_cast<double>(voxels) - 1.0));

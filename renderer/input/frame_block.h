@@ -45,6 +45,9 @@ void set_lights(const Camera& camera, std::span<const PointLight> lights, bool g
 
 // An image over the world's content, which begins and ends half a voxel inside its sides (karst-bake pads
 // worlds by that much), `repeat` times on each axis.
+// A height in lattice steps, from the camera's voxel.
+float foot_from(const Camera& camera, std::int64_t height);
+
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
 
 // Linear light as the picture shows it: output.glsl without its dither.

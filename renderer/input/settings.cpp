@@ -25,11 +25,15 @@ Status RendererSettings::validate() const {
     return invalid("not within its range", "vertex_pages", vertex_pages);
   if (!inside(morph_rows, 1, kMostViews * kMostPages))
     return invalid("not within its range", "morph_rows", morph_rows);
+  if (family_pages % 4 != 0 || !inside(family_pages, 0, kMostPages - std::int64_t{vertex_pages}))
+    return invalid("not 4 a family, or too many", "family_pages", family_pages);
+  if (!inside(family_rows, family_pages > 0 ? 1 : 0, std::int64_t{kMostViews + 1} * (family_pages / 4 + 1)))
+    return invalid("not within its range", "family_rows", family_rows);
   if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
     return invalid("not within its range", "stream_indices", stream_indices);
   }
   for (int axis = 0; axis < 3; ++axis) {
-    if (!inside(extent[axis], 1, 1 << kMaxDepth)) return invalid("not within 1..512 voxels", "extent");
+    if (!inside(extent[axis], 1, 1 << 20)) return invalid("not within 1..2^20 voxels", "extent");
     if (!inside(sky.cells[axis], 1, SkyVisibility::kMostSide)) return invalid("not within 1..256", "sky");
   }
   if (!inside(material_count, 0, kMostMaterials)) return invalid("not within 0..8", "material_count");

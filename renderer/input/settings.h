@@ -18,8 +18,14 @@ struct RendererSettings {
   std::uint32_t vertex_pages = 0;  // Config::gpu_vertex_pages, 1..kMostPages
   // Rows of thresholds: Config::max_views x max_resident_patches, 1..kMostViews x kMostPages.
   std::uint32_t morph_rows = 0;
+  // Of the ground's families: their pages, 4 each, which lie behind those of patches in the buffer, and rows
+  // of thresholds, which lie behind those of patches; 0 both: there is no ground. All pages together are
+  // kMostPages at most. Each view, and all shadow maps together, have a row for the root and one a family.
+  std::uint32_t family_pages = 0;
+  std::uint32_t family_rows = 0;
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
-  glm::ivec3 extent{1};              // of the world, voxels, 1..2^kMaxDepth on each axis
+  glm::ivec3 extent{1};              // of the world, voxels, 1..2^20 on each axis
+  bool rim = true;                   // there may be a wall around it (Renderer::upload_rim)
   SkyGrid sky;                       // SkyVisibility::grid_for(extent, Config::sky_words)
   // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
   // both 1..kMaxPicture.
@@ -64,9 +70,11 @@ struct RendererSettings {
   static constexpr int kMostAnisotropy = 16;
   static constexpr int kAutomaticAnisotropy = 4;  // where a GPU renders
 
+  std::uint32_t all_pages() const { return vertex_pages + family_pages; }
+  std::uint32_t all_rows() const { return morph_rows + family_rows; }
   bool deferred() const { return deferred_width > 0 && drape_width == 0; }
   // Whether there is room for a rim: with a drape a world has none.
-  bool has_rim() const { return drape_width == 0; }
+  bool has_rim() const { return rim && drape_width == 0; }
 
   // invalid_argument naming the first field outside its range.
   Status validate() const;

@@ -47,7 +47,7 @@ void set_surroundings(const Camera& camera, const FrameSurroundings& surrounding
   const double size = surroundings.voxel_size_m;
   block.water = {-kNone, static_cast<float>(size), 0.0f, 0.0f};
   block.plain = glm::vec4(surroundings.plain_albedo, kNone);
-  if (world.rim_points > 0) block.plain.w = static_cast<float>(double{world.plain_level} - eye.y);
+  if (surroundings.has_plain) block.plain.w = static_cast<float>(double{world.plain_level} - eye.y);
   double length_m = kLongestM;
   for (int n = 0; n < KARST_WAVES; ++n, length_m *= kNextLength) {
     const double k = kTurn / length_m;  // radians a metre
@@ -61,7 +61,7 @@ void set_surroundings(const Camera& camera, const FrameSurroundings& surrounding
   }
   if (!world.has_water()) return;
   block.water.x = static_cast<float>(double{world.water_level} - eye.y);
-  if (world.rim_points == 0) block.plain.w = block.water.x - static_cast<float>(kDeepM / size);
+  if (!surroundings.has_plain) block.plain.w = block.water.x - static_cast<float>(kDeepM / size);
 }
 
 }  // namespace karst::core

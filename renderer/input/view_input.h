@@ -23,7 +23,7 @@ namespace karst::core {
 enum class Show : std::uint8_t {
   materials,
   cascades,  // the shadow map that each pixel is looked up in
-  levels,    // triangles, by their level of detail
+  levels,    // triangles, by their level of detail or their node's size
   lookups    // how many lookups a pixel takes
 };
 
@@ -38,15 +38,21 @@ struct PixelSkips {
 struct ViewInput {
   Camera camera;
   FrameLight light;
-  float least_cos2 = 1.0f;                      // ErrorScale's, which the morph rows were made for
-  std::uint32_t first_morph_row = 0;            // of the view's thresholds; a page's texel counts from it
-  std::span<const DrawItem> items;              // of a valid draw list; may be empty
-  unsigned shading = kShadeBlend | kShadeCave;  // what any of the items needs, PatchShading::needs
+  float least_cos2 = 1.0f;             // ErrorScale's, which the morph rows were made for
+  std::uint32_t first_morph_row = 0;   // of the view's thresholds; a page's texel counts from it
+  std::uint32_t first_family_row = 0;  // the same of families
+  std::int64_t foot = 0;               // height at which walls of nodes end, lattice steps
+  std::span<const DrawItem> items;     // of a valid draw list; may be empty
+  // Nodes of the ground: `patch` is the number of a node's page among those of families, `level` kNodeLevel;
+  // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
+  // terrain/ground/family_row.h).
+  std::span<const DrawItem> nodes;
+  unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
   FrameSurroundings surroundings;
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
-  std::span<const std::uint16_t> index_table;  // build_index_tables()
+  std::span<const std::uint16_t> index_table;  // build_index_tables(); with nodes up to kNodeLevel at least
   int max_level = kMaxLevel;                   // of index_table and items
   Show show = Show::materials;                 // with a drape always what that shows
   // Shadow maps that the sun's light is looked up in, smallest first, at most settings().cascades; their
@@ -78,11 +84,14 @@ struct DrawTarget {
   bool depth_zero_to_one = false;
 };
 
-// What is drawn into a shadow map. items, pages, index_table, max_level: as in ViewInput.
+// What is drawn into a shadow map. foot, items, nodes, pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
   std::uint32_t first_morph_row = 0;
+  std::uint32_t first_family_row = 0;
+  std::int64_t foot = 0;
   std::span<const DrawItem> items;
+  std::span<const DrawItem> nodes;
   PageTable pages;
   std::span<const std::uint16_t> index_table;
   int max_level = kMaxLevel;

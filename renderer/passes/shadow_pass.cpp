@@ -25,6 +25,8 @@ Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings,
   device.push_group("shadow");
   shader::FrameBlock block = make_cascade_block(input.cascade);
   block.first_rows.x = static_cast<int>(input.first_morph_row);
+  block.first_rows.y = static_cast<int>(input.first_family_row);
+  block.camera_fine.w = foot_from(input.cascade.eye, input.foot);
   use_block(device, nth(Object::cascade_block_0, index), KARST_BINDING_FRAME, as_bytes(block));
   gl.BindFramebuffer(GL_FRAMEBUFFER, name_of(device, nth(Object::shadow_target_0, index)));
   DrawState state;
@@ -35,8 +37,7 @@ Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings,
   gl.ClearBufferfv(GL_DEPTH, 0, &far);
   bind_textures(device);
   gl.UseProgram(programs[ShaderVariant::depth_only]);
-  const Status status =
-      draw_items(device, {input.index_table, input.items, input.pages, {}}, input.max_level, counts);
+  const Status status = draw_items(device, expand_of(settings, input), input.max_level, counts);
   if (status.ok()) draw_host_casters(device, input);
   device.pop_group();
   return status;

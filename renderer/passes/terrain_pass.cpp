@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/passes/terrain_pass.h"
 
+#include <utility>
+
 #include "renderer/passes/screen_pass.h"
 #include "renderer/passes/terrain_variants.h"
 #include "renderer/resources/index_stream.h"
@@ -8,9 +10,10 @@
 namespace karst::core {
 namespace {
 
-// Show::levels: a call for each run of items of one level, which the shader is told.
+// Show::levels: a call for each run of items of one level, which the shader is told; it knows nodes' sizes.
 Status draw_levels(const GlDevice& device, const Programs& programs, const ViewInput& input,
                    ExpandIndices expand, FrameCounts& counts) {
+  const std::span<const DrawItem> nodes = std::exchange(expand.nodes, {});
   for (std::size_t first = 0; first < input.items.size();) {
     const std::uint8_t level = input.items[first].level;
     std::size_t end = first + 1;
@@ -21,7 +24,9 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
       return status;
     first = end;
   }
-  return {};
+  expand.items = {};
+  expand.nodes = nodes;
+  return draw_items(device, expand, input.max_level, counts);
 }
 
 // z becomes (z + w) / 2: the same depth in the buffer, without what adding 1 takes off small numbers there.
@@ -55,6 +60,8 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
       make_frame_block(input.camera, input.least_cos2, input.light, settings.sky, upright_height);
   if (target.depth_zero_to_one) block.clip_from_lattice = clip_from_lattice(zero_to_one(input.camera));
   block.first_rows.x = static_cast<int>(input.first_morph_row);
+  block.first_rows.y = static_cast<int>(input.first_family_row);
+  block.camera_fine.w = foot_from(input.camera, input.foot);
   turn_frame_block(block, input.quarter_turns);
   block.view_scale.w = target.linear ? 1.0f : 0.0f;
   set_drape(settings.extent, settings.drape_repeat, block);
@@ -72,8 +79,8 @@ unsigned frame_shading(const ViewInput& input) {
          (input.lights.empty() ? 0u : unsigned{kShadeLamps});
 }
 
-Status draw_geometry(const GlDevice& device, const Programs& programs, const ViewInput& input,
-                     FrameCounts& counts) {
+Status draw_geometry(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                     const ViewInput& input, FrameCounts& counts) {
   const Gl& gl = device.gl;
   device.push_group("geometry");
   constexpr GLuint kNothing[4] = {};
@@ -81,8 +88,7 @@ Status draw_geometry(const GlDevice& device, const Programs& programs, const Vie
   const GLfloat far = input.camera.reversed_depth ? 0.0f : 1.0f;
   gl.ClearBufferfv(GL_DEPTH, 0, &far);
   gl.UseProgram(programs[ShaderVariant::geometry]);
-  const Status status =
-      draw_items(device, {input.index_table, input.items, input.pages, {}}, input.max_level, counts);
+  const Status status = draw_items(device, expand_of(settings, input), input.max_level, counts);
   device.pop_group();
   return status;
 }
@@ -92,7 +98,7 @@ Status draw_terrain(const GlDevice& device, const RendererSettings& settings, co
   device.push_group("terrain");
   const ShaderVariant variant = variant_of(settings, input, target);
   device.gl.UseProgram(programs[variant]);
-  const ExpandIndices expand{input.index_table, input.items, input.pages, {}};
+  const ExpandIndices expand = expand_of(settings, input);
   const Status status = variant == ShaderVariant::show_levels
                             ? draw_levels(device, programs, input, expand, counts)
                             : draw_items(device, expand, input.max_level, counts);

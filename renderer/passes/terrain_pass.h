@@ -19,8 +19,8 @@ unsigned frame_shading(const ViewInput& input);
 
 // Clears the G-buffer, which is bound, and draws the terrain into it, with the state, the block and the
 // textures that are set; counts what it did. invalid_argument names what is wrong with the items.
-Status draw_geometry(const GlDevice& device, const Programs& programs, const ViewInput& input,
-                     FrameCounts& counts);
+Status draw_geometry(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
+                     const ViewInput& input, FrameCounts& counts);
 
 // Draws with the state, the block and the textures that are set; counts what it did. invalid_argument names
 // what is wrong with the items.

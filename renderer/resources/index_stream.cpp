@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "renderer/resources/index_stream.h"
 
+#include <algorithm>
+
 #include "renderer/resources/object_table.h"
+#include "terrain/ground/ground.h"
 
 namespace karst::core {
 
 Status draw_items(const GlDevice& device, ExpandIndices expand, int max_level, FrameCounts& counts) {
-  if (expand.items.empty()) return {};
+  if (expand.count() == 0) return {};
+  if (!expand.nodes.empty()) max_level = std::max(max_level, kNodeLevel);
   const Gl& gl = device.gl;
   gl.BindVertexArray(name_of(device, Object::terrain_array));
   const std::size_t bytes = device.objects.bytes(row_of(Object::stream_indices));
-  for (ExpandIndices::Chunk chunk; chunk.next_item < expand.items.size();) {
+  for (ExpandIndices::Chunk chunk; chunk.next_item < expand.count();) {
     // Invalidating lets the driver give fresh memory while the GPU still reads the last chunk.
     void* mapped = gl.MapBufferRange(GL_ELEMENT_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(bytes),
                                      GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT);

@@ -5,13 +5,26 @@
 #include "karst/status.h"
 #include "renderer/gl/gl_device.h"
 #include "renderer/input/frame_counts.h"
+#include "renderer/input/settings.h"
 #include "terrain/draw/expand_indices.h"
 
 namespace karst::core {
 
-// Draws the items with the program in use, in as many calls as the stream is too short for; counts what it
-// did. expand.out is filled in here. invalid_argument names what is wrong with the items; limit_reached where
-// the driver cannot map the stream.
+// What a view or a shadow map draws. out is left empty.
+template <class Input>
+ExpandIndices expand_of(const RendererSettings& settings, const Input& input) {
+  return {.table = input.index_table,
+          .items = input.items,
+          .pages = input.pages,
+          .out = {},
+          .nodes = input.nodes,
+          .first_node_page = settings.vertex_pages,
+          .node_pages = settings.family_pages};
+}
+
+// Draws the items and nodes with the program in use, in as many calls as the stream is too short for; counts
+// what it did. expand.out is filled in here. max_level: of the items. invalid_argument names what is wrong
+// with them; limit_reached where the driver cannot map the stream.
 Status draw_items(const GlDevice& device, ExpandIndices expand, int max_level, FrameCounts& counts);
 
 }  // namespace karst::core

@@ -127,6 +127,7 @@ ObjectShape geometry(const Settings& s, GLenum format) {
 Status fill_entries(const Gl& gl, const Settings& /*settings*/, const GlObjects& /*objects*/) {
   std::uint8_t entries[kEntryRowTexels * kEntryRows] = {};
   static_cast<void>(build_morph_entries(kMaxLevel, entries));  // fails for wrong sizes only
+  build_family_entries(entries);
   gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kEntryRowTexels, kEntryRows, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
                    entries);
   return {};
@@ -177,7 +178,7 @@ using Kind = ObjectKind;
 
 constexpr ObjectRow kRows[] = {
     {"vertices", Kind::buffer, Consumer::vertices,
-     [](const Settings& s) { return buffer(s.vertex_pages * kPageBytes, GL_DYNAMIC_DRAW); }, nullptr},
+     [](const Settings& s) { return buffer(s.all_pages() * kPageBytes, GL_DYNAMIC_DRAW); }, nullptr},
     {"stream_indices", Kind::buffer, Consumer::stream_indices,
      [](const Settings& s) { return buffer(std::size_t{s.stream_indices} * 4, GL_STREAM_DRAW); }, nullptr},
     {"rim", Kind::buffer, Consumer::vertices,
@@ -199,12 +200,12 @@ constexpr ObjectRow kRows[] = {
     {"air block 6", Kind::buffer, Consumer::uniforms, air_block<6>, nullptr},
     {"air block 7", Kind::buffer, Consumer::uniforms, air_block<7>, nullptr},
     {"page_table", Kind::texture, Consumer::page_table,
-     [](const Settings& s) { return image(GL_RG32UI, kPageRowTexels, page_rows(s.vertex_pages)); }, nullptr},
+     [](const Settings& s) { return image(GL_RGBA32UI, kPageRowTexels, page_rows(s.all_pages())); }, nullptr},
     {"morph_entries", Kind::texture, Consumer::textures,
      [](const Settings&) { return image(GL_R8UI, kEntryRowTexels, kEntryRows); }, fill_entries},
     {"morph_rows", Kind::texture, Consumer::morph_rows,
      [](const Settings& s) {
-       return image(GL_R16F, kPatchesPerRow * kMorphRow, morph_texture_rows(s.morph_rows));
+       return image(GL_R16F, kPatchesPerRow * kMorphRow, morph_texture_rows(s.all_rows()));
      },
      nullptr},
     {"far_textures", Kind::texture, Consumer::materials, materials<TextureArray::far>, fill_far_textures},

@@ -16,11 +16,17 @@ Status invalid(const char* what, const char* field, std::uint64_t value = 0) {
   return {StatusCode::invalid_argument, what, field, value};
 }
 
+bool is_page_height(int y) {
+  return y >= -kMostPageHeight && y < kMostPageHeight;
+}
+
 }  // namespace
 
 void VertexPages::create(const RendererSettings& settings) {
   vertex_pages_ = settings.vertex_pages;
+  family_pages_ = settings.family_pages;
   morph_rows_ = settings.morph_rows;
+  all_rows_ = settings.all_rows();
   changed_page_rows_.reset();
   mapped_ = nullptr;
   uploaded_bytes_ = 0;
@@ -33,9 +39,7 @@ Status VertexPages::check(const PageTable& pages, PatchId patch, std::uint32_t f
       vertices > static_cast<std::uint32_t>(patch_vertices(kMaxLevel)) - first || vertices == 0) {
     return invalid("not vertices of a slot", "vertices", vertices);
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    if (origin[axis] < 0 || origin[axis] > 1023) return invalid("not within 0..1023 voxels", "origin");
-  }
+  if (!is_page_height(origin.y)) return invalid("higher or lower than a page may be", "origin");
   if (row >= morph_rows_) return invalid("not a morph row", "row", row);
   std::uint32_t page = pages.first_page[patch];
   for (std::uint32_t n = 0; n < pages_for(first + vertices); ++n, page = pages.next_page[page]) {
@@ -49,13 +53,15 @@ Status VertexPages::check(const PageTable& pages, PatchId patch, std::uint32_t f
 // One mapping for all uploads between two frames. Unsynchronised, because the frames that the GPU still draws
 // do not use the pages that are written; flushed range by range, because a driver that has to copy what was
 // mapped shall copy no more than was written.
-bool VertexPages::map(const GlDevice& device) {
+Status VertexPages::map(const GlDevice& device) {
   device.gl.BindBuffer(GL_ARRAY_BUFFER, name_of(device, Object::vertices));
-  if (mapped_ != nullptr) return true;
-  const auto bytes = static_cast<GLsizeiptr>(std::size_t{vertex_pages_} * kPageBytes);
+  if (mapped_ != nullptr) return {};
+  const auto bytes = static_cast<GLsizeiptr>(std::size_t{vertex_pages_ + family_pages_} * kPageBytes);
   mapped_ = static_cast<GpuVertex*>(device.gl.MapBufferRange(
       GL_ARRAY_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_UNSYNCHRONIZED_BIT | GL_MAP_FLUSH_EXPLICIT_BIT));
-  return mapped_ != nullptr;
+  if (mapped_ != nullptr) return {};
+  device.gl.BindBuffer(GL_ARRAY_BUFFER, 0);
+  return {StatusCode::limit_reached, "the driver cannot map the vertex buffer", "GPU memory"};
 }
 
 Status VertexPages::upload(const GlDevice& device, const PageTable& pages, PatchId patch, std::uint32_t first,
@@ -66,10 +72,7 @@ Status VertexPages::upload(const GlDevice& device, const PageTable& pages, Patch
   }
   if (const Status status = check(pages, patch, first, vertices.size(), origin, row); !status.ok())
     return status;
-  if (!map(device)) {
-    device.gl.BindBuffer(GL_ARRAY_BUFFER, 0);
-    return {StatusCode::limit_reached, "the driver cannot map the vertex buffer", "GPU memory"};
-  }
+  if (const Status status = map(device); !status.ok()) return status;
 
   std::size_t run_begins = 0;  // a run of vertices that lie side by side in the buffer, not flushed yet
   std::size_t run_ends = 0;
@@ -92,7 +95,7 @@ Status VertexPages::upload(const GlDevice& device, const PageTable& pages, Patch
     }
     run_ends = to + count;
     pages.texels[page] =
-        make_page_texel(origin, place, row, shading.material, (shading.needs & kShadeCave) != 0);
+        make_page_texel(origin, 0, place, row, shading.material, (shading.needs & kShadeCave) != 0);
     changed_page_rows_.set(page >> KARST_PAGE_ROW_BITS);
     done += count;
   }
@@ -102,11 +105,36 @@ Status VertexPages::upload(const GlDevice& device, const PageTable& pages, Patch
   return {};
 }
 
+Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page,
+                                const NodePage& node,
+                                std::span<const GpuVertex, kNodePageVertices> vertices) {
+  if (page >= family_pages_ || page >= pages.family_texels.size())
+    return invalid("not a page of the families", "page", page);
+  if (!is_page_height(node.origin.y)) return invalid("higher or lower than a page may be", "origin");
+  if (node.size < 0 || node.size > kMostPageSize) return invalid("not within 0..20", "size");
+  if (node.quadrant < 0 || node.quadrant > 3) return invalid("not within 0..3", "quadrant");
+  if (node.row >= all_rows_ - morph_rows_) return invalid("not a row of the families", "row", node.row);
+  if (node.material > kMostMaterials) return invalid("not a material plus 1", "material", node.material);
+  if (const Status status = map(device); !status.ok()) return status;
+  const std::size_t in_buffer = std::size_t{vertex_pages_} + page;
+  const std::size_t to = in_buffer * kPageVertices;
+  std::memcpy(mapped_ + to, vertices.data(), vertices.size_bytes());
+  device.gl.FlushMappedBufferRange(GL_ARRAY_BUFFER, static_cast<GLintptr>(to * sizeof(GpuVertex)),
+                                   static_cast<GLsizeiptr>(vertices.size_bytes()));
+  device.gl.BindBuffer(GL_ARRAY_BUFFER, 0);
+  pages.family_texels[page] =
+      make_page_texel(node.origin, node.size, kFirstGroundPlace + static_cast<std::uint32_t>(node.quadrant),
+                      node.row, node.material, node.cave);
+  changed_page_rows_.set(in_buffer >> KARST_PAGE_ROW_BITS);
+  uploaded_bytes_ += vertices.size_bytes();
+  return {};
+}
+
 Status VertexPages::upload_morph_rows(const GlDevice& device, std::uint32_t first_row,
                                       std::span<const std::uint16_t> rows) {
   const std::size_t count = rows.size() / kMorphRow;
-  if (rows.size() % kMorphRow != 0 || first_row > morph_rows_ || count > morph_rows_ - first_row) {
-    return invalid("not within the settings' morph_rows", "rows", first_row + count);
+  if (rows.size() % kMorphRow != 0 || first_row > all_rows_ || count > all_rows_ - first_row) {
+    return invalid("not within the settings' morph_rows and family_rows", "rows", first_row + count);
   }
   enter_upload(device);
   device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::morph_rows));
@@ -129,19 +157,27 @@ Status VertexPages::upload_morph_rows(const GlDevice& device, std::uint32_t firs
 void VertexPages::upload_page_rows(const GlDevice& device, const PageTable& pages) {
   enter_upload(device);
   device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::page_table));
-  const auto rows = static_cast<std::size_t>(page_rows(vertex_pages_));
+  const auto rows = static_cast<std::size_t>(page_rows(vertex_pages_ + family_pages_));
   for (std::size_t row = 0; row < rows; ++row) {
-    const std::size_t first = row << KARST_PAGE_ROW_BITS;
-    if (!changed_page_rows_.test(row) || first >= pages.texels.size()) continue;
-    const auto texels = pages.texels.subspan(first);
-    const std::size_t count = std::min<std::size_t>(texels.size(), kPageRowTexels);
-    device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(row), static_cast<GLsizei>(count), 1,
-                            GL_RG_INTEGER, GL_UNSIGNED_INT, texels.data());
-    uploaded_bytes_ += count * sizeof(PageTexel);
+    if (!changed_page_rows_.test(row)) continue;
+    upload_texels(device, row, 0, pages.texels);
+    upload_texels(device, row, vertex_pages_, pages.family_texels);
   }
   device.gl.BindTexture(GL_TEXTURE_2D, 0);
   leave_upload(device);
   changed_page_rows_.reset();
+}
+
+// What a row of the texture has of texels that begin at a page.
+void VertexPages::upload_texels(const GlDevice& device, std::size_t row, std::size_t first_page,
+                                std::span<const PageTexel> texels) {
+  const std::size_t begin = std::max(row << KARST_PAGE_ROW_BITS, first_page);
+  const std::size_t end = std::min((row + 1) << KARST_PAGE_ROW_BITS, first_page + texels.size());
+  if (begin >= end) return;
+  device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(begin % kPageRowTexels),
+                          static_cast<GLint>(row), static_cast<GLsizei>(end - begin), 1, GL_RGBA_INTEGER,
+                          GL_UNSIGNED_INT, texels.data() + (begin - first_page));
+  uploaded_bytes_ += (end - begin) * sizeof(PageTexel);
 }
 
 bool VertexPages::flush(const GlDevice& device, const PageTable& pages) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The buffer of all patches' vertices, cut into pages; the texture that tells what lies in which page, and
-// the one with rows of thresholds. What is uploaded reaches the GPU with flush().
+// The buffer of all vertices of patches, and behind them of nodes, cut into pages; the texture that tells
+// what lies in which page, and the one with rows of thresholds. What is uploaded reaches the GPU with
+// flush().
 #pragma once
 
 #include <bitset>
@@ -27,7 +28,7 @@ struct RendererSettings;
 // by patch.
 inline constexpr int kPageRowTexels = 1 << KARST_PAGE_ROW_BITS;
 inline constexpr int kEntryRowTexels = 1 << KARST_ENTRY_ROW_BITS;
-inline constexpr int kEntryRows = (patch_vertices(kMaxLevel) + kEntryRowTexels - 1) / kEntryRowTexels;
+inline constexpr int kEntryRows = static_cast<int>(kMorphEntries) / kEntryRowTexels;
 inline constexpr int kPatchesPerRow = 1 << KARST_MORPH_ROW_BITS;
 
 inline constexpr std::size_t kPageBytes = kPageVertices * sizeof(GpuVertex);
@@ -39,14 +40,27 @@ inline int morph_texture_rows(std::uint32_t patches) {
   return static_cast<int>((patches + kPatchesPerRow - 1) / kPatchesPerRow);
 }
 
+// What a page of a node holds besides its vertices.
+struct NodePage {
+  glm::ivec3 origin{0};       // voxels of its size; y within +-kMostPageHeight
+  int size = 0;               // 0..kMostPageSize
+  int quadrant = 0;           // of its family, 0..3 (NodeKey::quadrant)
+  std::uint32_t row = 0;      // of its family, from ViewInput::first_family_row on
+  std::uint8_t material = 0;  // the one that all of it has plus 1, or 0
+  bool cave = false;          // it may be a cave or lit by lamps
+};
+
 class VertexPages {
  public:
   void create(const RendererSettings& settings);
 
-  // Renderer::upload_vertices and upload_morph_rows; frames that may still draw the pages are complete.
+  // Renderer::upload_vertices, upload_node and upload_morph_rows; frames that may still draw the pages are
+  // complete.
   Status upload(const GlDevice& device, const PageTable& pages, PatchId patch, std::uint32_t first,
                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                 PatchShading shading);
+  Status upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page, const NodePage& node,
+                     std::span<const GpuVertex, kNodePageVertices> vertices);
   Status upload_morph_rows(const GlDevice& device, std::uint32_t first_row,
                            std::span<const std::uint16_t> rows);
 
@@ -61,11 +75,16 @@ class VertexPages {
 
   Status check(const PageTable& pages, PatchId patch, std::uint32_t first, std::size_t vertices,
                glm::ivec3 origin, std::uint32_t row) const;
-  bool map(const GlDevice& device);
+  // Maps the buffer and leaves it bound.
+  Status map(const GlDevice& device);
   void upload_page_rows(const GlDevice& device, const PageTable& pages);
+  void upload_texels(const GlDevice& device, std::size_t row, std::size_t first_page,
+                     std::span<const PageTexel> texels);
 
   std::uint32_t vertex_pages_ = 0;
-  std::uint32_t morph_rows_ = 0;
+  std::uint32_t family_pages_ = 0;
+  std::uint32_t morph_rows_ = 0;                  // of patches
+  std::uint32_t all_rows_ = 0;                    // and of families
   std::bitset<kMostPageRows> changed_page_rows_;  // rows of texels that the texture does not have yet
   GpuVertex* mapped_ = nullptr;                   // the whole vertex buffer, between an upload and flush()
   std::uint64_t uploaded_bytes_ = 0;

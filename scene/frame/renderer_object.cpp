@@ -90,13 +90,15 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     shadows.reach_voxels = std::clamp(reach_m / world.shown.voxel_size_m, 4.0, 0x1p20);
   }
   work_.create(world.terrain, gl, inspection);
-  shadows_.create(world.terrain, gl, work_, shadows);
+  ground_.create(world.terrain, gl, inspection);
+  shadows_.create(world.terrain, gl, work_, ground_, shadows);
   forget_vertices();
   return {};
 }
 
 void RendererObject::forget_vertices() {
   world.terrain.residency.forget();
+  ground_.forget();
   shadows_.forget();
   first_frame_ = true;
 }
@@ -141,6 +143,16 @@ Status RendererObject::surround() {
   const Surroundings& around = world.terrain.world.surroundings();
   surroundings_.world = around;
   surroundings_.voxel_size_m = world.shown.voxel_size_m;
+  const GroundInfo& ground = world.terrain.world.ground();
+  if (ground.exists()) {
+    // Its walls end where it is lowest.
+    const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
+    surroundings_.has_plain = true;
+    surroundings_.world.plain_level = low;
+    surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
+    return {};
+  }
+  surroundings_.has_plain = around.rim_points > 0;
   if (!gl.settings().has_rim() || around.rim_points == 0) return {};
   const std::span<glm::ivec3> rim(std::launder(reinterpret_cast<glm::ivec3*>(world.staging.data())),
                                   around.rim_points);
@@ -272,6 +284,10 @@ void RendererObject::count_views() {
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
     for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    const GroundFrame::Sum ground = ground_.sum(n);
+    costs.nodes_drawn += ground.drawn;
+    costs.culled_frustum += ground.culled;
+    if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
   }
 }
 
@@ -283,9 +299,14 @@ void RendererObject::fill_result(FrameResult& result) {
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
     result.triangles += view.selection().list.triangles;
+    const GroundFrame::Sum ground = ground_.sum(n);
+    result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
+    result.lacking += ground.lacking;
+    result.triangles += ground.triangles;
+    if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
-  if (work_.failing() && (result.lacking > 0 || costs.patches_missing > 0)) {
+  if ((work_.failing() || ground_.failing()) && (result.lacking > 0 || costs.patches_missing > 0)) {
     limits_ |= kLimitFile;
   } else if (result.lacking > 0 && !governor.pool_full) {
     limits_ |= kLimitWork;
@@ -319,6 +340,9 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (status.ok() && waits) status = complete(cuts);
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
+  ground_.begin_frame(input.work_ms, costs);
+  ground_.select(world.terrain.views_of(view_count_), std::span(requests_).first(view_count_), waits, costs);
+  if (status = ground_.upload(costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
@@ -378,6 +402,12 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.index_table = world.terrain.world.index_table();
   input.max_level = world.terrain.world.info().level;
   input.first_morph_row = world.terrain.residency.first_morph_row(view);
+  if (ground_.exists()) {
+    input.nodes = ground_.nodes(n);
+    input.first_family_row = ground_.first_row(n);
+    input.foot = ground_.foot();
+    input.pages.family_texels = world.terrain.ground.texels();
+  }
   input.light_space = shadows_.light_space();
   input.cascades = shadows_.cascades();
   input.show = shown(inspection.show);

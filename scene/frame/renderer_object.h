@@ -9,6 +9,7 @@
 #include "karst/renderer.h"
 #include "renderer/gl/gl.h"
 #include "renderer/renderer.h"
+#include "scene/frame/ground_frame.h"
 #include "scene/frame/shadow_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "scene/world/world_object.h"
@@ -50,6 +51,7 @@ struct RendererObject final : karst::Renderer {
   void forget_vertices();
 
   VertexWork work_;
+  GroundFrame ground_;
   ShadowFrame shadows_;
   std::array<View, karst::kMostViews> views_{};
   std::array<ViewRequest, karst::kMostViews> requests_{};

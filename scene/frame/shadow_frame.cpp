@@ -52,11 +52,12 @@ HostPass host_pass(const HostCasters& casters, const LightSpace& space, const Ca
 
 }  // namespace
 
-void ShadowFrame::create(TerrainParts& terrain, Renderer& renderer, VertexWork& work,
+void ShadowFrame::create(TerrainParts& terrain, Renderer& renderer, VertexWork& work, GroundFrame& ground,
                          const CascadeSettings& settings) {
   terrain_ = &terrain;
   renderer_ = &renderer;
   work_ = &work;
+  ground_ = &ground;
   settings_ = settings;
   forget();
 }
@@ -90,9 +91,10 @@ Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& li
   for (int n = 0; n < count; ++n) {
     const Cascade* const smaller = n > 0 ? &cascades_[static_cast<std::size_t>(n) - 1] : nullptr;
     const Cascade& cascade = cascades_[static_cast<std::size_t>(n)];
-    const bool seen = std::any_of(input.views.begin(), input.views.end(), [&](const ViewState& view) {
-      return has_receivers(terrain_->world, view.items(), cascade, smaller);
-    });
+    const bool seen =
+        ground_->exists() || std::any_of(input.views.begin(), input.views.end(), [&](const ViewState& view) {
+          return has_receivers(terrain_->world, view.items(), cascade, smaller);
+        });
     // The host's own things may lie where no terrain is seen.
     if (input.skip && !seen && input.casters.draw == nullptr) {
       ++costs.cascades_skipped;
@@ -191,15 +193,19 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     status = {};
   }
   if (!status.ok()) return status;
-  map.complete = casters.lacking == 0;
+  const double texel_steps = kErrorTexels * cascade.texel * kStepsPerVoxel;
+  const bool whole_ground = ground_->select_casters(view, cascade, texel_steps, input.wait, costs);
+  const std::uint64_t ground_hash = ground_->exists() ? ground_->casters_hash() : 0;
+  map.complete = casters.lacking == 0 && whole_ground;
   map.thresholds = version(input);
   map.scale = view.error_scale();
-  if (same_box && !host_moved && map.casters == casters.hash) {
+  if (same_box && !host_moved && map.casters == casters.hash && map.ground == ground_hash) {
     ++costs.cascades_skipped;
     return {};
   }
   const std::int64_t listed = clock_ns();
   if (status = work_->upload_morph_rows(costs); !status.ok()) return status;
+  if (status = ground_->upload(costs); !status.ok()) return status;
   CascadeInput pass;
   pass.cascade = cascade;
   pass.items = casters.items;
@@ -207,6 +213,12 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   pass.index_table = terrain_->world.index_table();
   pass.max_level = terrain_->world.info().level;
   pass.first_morph_row = terrain_->residency.first_morph_row(view);
+  if (ground_->exists()) {
+    pass.nodes = ground_->nodes(ground_->shadow_view());
+    pass.first_family_row = ground_->first_row(ground_->shadow_view());
+    pass.foot = ground_->foot();
+    pass.pages.family_texels = terrain_->ground.texels();
+  }
   HostPass host = host_pass(input.casters, light_space_, cascade);
   if (input.casters.draw != nullptr) {
     pass.draw_more = [](void* user) {
@@ -217,11 +229,12 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   }
   status = renderer_->draw_cascade(index, pass);
   ++costs.cascades_drawn;
-  costs.shadow_triangles += casters.triangles;
+  costs.shadow_triangles += casters.triangles + ground_->sum(ground_->shadow_view()).triangles;
   costs.submit_ms += ms_since(listed);
   map.drawn = status.ok();
   map.cascade = cascade;
   map.casters = casters.hash;
+  map.ground = ground_hash;
   return status;
 }
 

@@ -9,6 +9,7 @@
 #include "karst/inspect.h"
 #include "karst/renderer.h"
 #include "renderer/renderer.h"
+#include "scene/frame/ground_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "terrain/lod/morph.h"
 #include "terrain/shadow/cascades.h"
@@ -29,7 +30,8 @@ struct HostCasters {
 class ShadowFrame {
  public:
   // Borrowed for the object's life. settings.count: maps that the renderer has.
-  void create(TerrainParts& terrain, Renderer& renderer, VertexWork& work, const CascadeSettings& settings);
+  void create(TerrainParts& terrain, Renderer& renderer, VertexWork& work, GroundFrame& ground,
+              const CascadeSettings& settings);
   // All maps are drawn anew.
   void forget();
 
@@ -58,6 +60,7 @@ class ShadowFrame {
     bool complete = false;         // nothing was lacking
     double error_texels = 0;       // SelectCasters
     std::uint64_t casters = 0;     // ShadowCasters::Result::hash
+    std::uint64_t ground = 0;      // GroundView::hash
     std::uint32_t thresholds = 0;  // version that the casters were listed for
     ErrorScale scale;              // of those thresholds
   };
@@ -72,6 +75,7 @@ class ShadowFrame {
   TerrainParts* terrain_ = nullptr;
   Renderer* renderer_ = nullptr;
   VertexWork* work_ = nullptr;
+  GroundFrame* ground_ = nullptr;
   CascadeSettings settings_;
   std::array<Map, kMostCascades> maps_{};
   LightSpace light_space_;

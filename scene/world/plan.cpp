@@ -7,10 +7,14 @@
 #include <cstring>
 #include <type_traits>
 
+#include <glm/common.hpp>
+
 #include "scene/world/placement.h"
 #include "scene/world/plan_layout.h"
+#include "scene/world/tile_reader.h"
 #include "terrain/draw/index_batches.h"
 #include "terrain/file/world_reader.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/resident/height_cache.h"
 #include "terrain/shadow/cascades.h"
 #include "terrain/world/terrain_parts.h"
@@ -66,6 +70,25 @@ Status check_needs(const Needs& needs) {
   return {};
 }
 
+// Families of a ground: 3 MiB of vertices, what a pixel of error takes over mountains at 1280 x 720; and
+// tiles: those of its root to its finest, several times, in 4 MiB.
+constexpr std::uint32_t kFamilies = 1'536;
+constexpr std::uint32_t kTiles = 160;
+constexpr std::uint32_t kLeastFamilies = 64;
+// Those of one place at all sizes, and some more.
+constexpr std::uint32_t kLeastTiles = kMostSize + 12;
+constexpr std::size_t kFamilyBytes = 4 * kPageVertices * sizeof(GpuVertex);
+
+void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
+  if (!world.ground.exists()) return;
+  config.ground_tiles = kTiles;
+  config.ground_families = kFamilies;
+  if (needs.vertex_bytes > 0 && world.info.patches == 0) {
+    config.ground_families = static_cast<std::uint32_t>(
+        std::clamp<std::uint64_t>(needs.vertex_bytes / kFamilyBytes, kLeastFamilies, kMostFamilies - 1));
+  }
+}
+
 void set_limits(const WorldInfo& info, const Needs& needs, Config& config) {
   const int finest = std::min(static_cast<int>(needs.level), info.level);
   const std::uint64_t detail = std::uint64_t{World::default_detail_pages(info.patches)} * needs.views;
@@ -106,13 +129,36 @@ void fit_sky(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
       static_cast<std::uint32_t>(std::min<std::uint64_t>(config.sky_words, std::max(left, kLeastWords)));
 }
 
-void set_renderer(const WorldInfo& info, const MaterialSet& materials, const Needs& needs,
-                  const Config& config, RendererSettings& renderer) {
+// Fewer tiles where all of them are too many.
+void fit_tiles(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
+  if (taken <= max_cpu || config.ground_tiles == 0) return;
+  const std::uint64_t fewer = (taken - max_cpu) / sizeof(Tile) + 1;
+  const std::uint64_t left = config.ground_tiles > fewer ? config.ground_tiles - fewer : 0;
+  config.ground_tiles = static_cast<std::uint32_t>(std::max<std::uint64_t>(left, kLeastTiles));
+}
+
+// Of a world's ground and voxels.
+glm::ivec3 extent_of(const PlannedWorld& world) {
+  if (!world.ground.exists()) return world.info.extent;
+  const LatticeBox box = ground_box(world.ground);
+  return glm::max(world.info.extent,
+                  glm::ivec3(glm::ceil(glm::dvec3(box.max - box.min) / double{kStepsPerVoxel})));
+}
+
+void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& config,
+                  RendererSettings& renderer) {
+  const WorldInfo& info = world.info;
+  const MaterialSet& materials = world.materials;
   const bool drape = needs.drape_width > 0;
   renderer.vertex_pages = config.gpu_vertex_pages;
   renderer.morph_rows = config.max_resident_patches * config.max_views;
   renderer.stream_indices = config.stream_indices;
-  renderer.extent = info.extent;
+  if (world.ground.exists()) {
+    renderer.family_pages = 4 * config.ground_families;
+    renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
+  }
+  renderer.extent = extent_of(world);
+  renderer.rim = info.patches > 0;
   renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
@@ -145,18 +191,23 @@ ByteSource byte_source(const Source& source) {
 }
 
 std::uint64_t PlanLayout::cpu_bytes() const {
-  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes;
+  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes + reading_bytes;
 }
 
 namespace {
 
 // From layout.config on.
-Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const Needs& needs,
-                      PlanLayout& layout) {
-  set_renderer(info, materials, needs, layout.config, layout.renderer);
+Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout& layout) {
+  const WorldInfo& info = world.info;
+  const MaterialSet& materials = world.materials;
+  set_renderer(world, needs, layout.config, layout.renderer);
   layout.query_limits.level = std::min(static_cast<int>(needs.query_level), info.level);
   layout.query_limits.patches = std::min(needs.query_patches, std::max(info.patches, 1u));
   layout.query_limits.max_level = info.level;
+  if (world.ground.exists()) {
+    layout.query_limits.ground = {QueryGround::kLeastTiles + 8, TileReader::workspace_bytes()};
+    layout.reading_bytes = whole_lines(TileReader::bytes());
+  }
   Budget query;
   Query::add_to(query, layout.query_limits);
   layout.query_bytes = query.cpu_bytes();
@@ -172,6 +223,8 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
   fit_heights(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
   layout.holds_all_heights = layout.config.max_height_blocks == all;
   add_up(layout);
+  fit_tiles(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
+  add_up(layout);
   fit_sky(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
   layout.renderer.sky = SkyVisibility::grid_for(info.extent, layout.config.sky_words);
   add_up(layout);
@@ -180,15 +233,18 @@ Status lay_out_config(const WorldInfo& info, const MaterialSet& materials, const
 
 }  // namespace
 
-Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout) {
+Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout) {
   if (const Status status = check_needs(needs); !status.ok()) return status;
   layout = {};
-  set_limits(info, needs, layout.config);
-  return lay_out_config(info, materials, needs, layout);
+  set_limits(world.info, needs, layout.config);
+  set_ground_limits(world, needs, layout.config);
+  return lay_out_config(world, needs, layout);
 }
 
-karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
-                             const Surroundings& surroundings) {
+karst::WorldInfo public_info(const WorldReader& reader) {
+  const WorldInfo& info = reader.info();
+  const MaterialSet& materials = reader.materials();
+  const Surroundings& surroundings = reader.surroundings();
   karst::WorldInfo out;
   static_assert(sizeof out.name == kWorldNameBytes);
   std::memcpy(out.name, info.name, sizeof out.name);
@@ -204,25 +260,22 @@ karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials
   out.materials = materials.count;
   out.blend_map[0] = materials.blend_map.width;
   out.blend_map[1] = materials.blend_map.depth;
-  out.lights = lights;
+  out.lights = static_cast<std::uint32_t>(reader.lights().size());
+  const GroundInfo& ground = reader.ground();
+  if (ground.exists()) {
+    out.ground_size = ground.top_size();
+    out.tile_bytes = reader.tile_bytes();
+    const double step_m = info.voxel_size_m / kStepsPerVoxel;
+    for (int axis = 0; axis < 2; ++axis) {
+      out.ground_samples[axis] = ground.samples[axis];
+      out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
+    }
+    out.ground_low_m = info.origin_m[1] + double{kVertexStep} * ground.low * step_m;
+    out.ground_high_m = info.origin_m[1] + double{kVertexStep} * ground.high * step_m;
+  }
   out.has_water = surroundings.has_water();
   if (out.has_water) out.water_m = info.origin_m[1] + info.voxel_size_m * double{surroundings.water_level};
   return out;
-}
-
-void add_ground(const WorldReader& reader, karst::WorldInfo& out) {
-  const GroundInfo& ground = reader.ground();
-  if (!ground.exists()) return;
-  const WorldInfo& info = reader.info();
-  const double step_m = info.voxel_size_m / static_cast<double>(kStepsPerVoxel);
-  for (int axis = 0; axis < 2; ++axis) {
-    out.ground_samples[axis] = ground.samples[axis];
-    out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
-  }
-  out.ground_sizes = ground.top_size() + 1;
-  out.tile_bytes = reader.tile_bytes();
-  out.ground_low_m = info.origin_m[1] + kVertexStep * step_m * ground.low;
-  out.ground_high_m = info.origin_m[1] + kVertexStep * step_m * ground.high;
 }
 
 void store_reader(const WorldReader& reader, Head& head) {
@@ -255,6 +308,7 @@ void fill_plan(const PlanLayout& layout, Plan& plan) {
   add_term(plan, "objects", false, layout.objects_bytes - queries);
   add_term(plan, "queries", false, queries);
   add_term(plan, "staging", false, layout.staging_bytes);
+  add_term(plan, "reading", false, layout.reading_bytes);
   for (const ConfigField& field : kConfigFields) {
     if (plan.limit_count == std::size(plan.limits)) break;
     plan.limits[plan.limit_count++] = {
@@ -297,7 +351,7 @@ Status make_plan(const Head& head, Plan& plan) noexcept {
   const core::WorldFrame world{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
   if (const Status status = frame.create(plan.placement, world); !status.ok()) return status;
   core::PlanLayout layout;
-  if (const Status status = core::lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
+  if (const Status status = core::lay_out(core::PlannedWorld::of(reader), plan.needs, layout); !status.ok())
     return status;
   plan.head = head;
   core::fill_plan(layout, plan);
@@ -332,8 +386,9 @@ Status make_plan(Plan& plan) noexcept {
   info.level = static_cast<int>(config.max_level);
   info.extent = glm::ivec3(1 << config.max_depth);
   info.patches = config.max_patches;
-  if (const Status status = core::lay_out_config(info, core::MaterialSet(), plan.needs, layout); !status.ok())
-    return status;
+  core::PlannedWorld world;
+  world.info = info;
+  if (const Status status = core::lay_out_config(world, plan.needs, layout); !status.ok()) return status;
   plan.head = {};
   core::fill_plan(layout, plan);
   return core::check_room(plan);
@@ -342,11 +397,7 @@ Status make_plan(Plan& plan) noexcept {
 namespace {
 
 WorldInfo info_in(const core::WorldReader& reader) {
-  WorldInfo info =
-      core::public_info(reader.info(), reader.materials(), static_cast<std::uint32_t>(reader.lights().size()),
-                        reader.surroundings());
-  core::add_ground(reader, info);
-  return info;
+  return core::public_info(reader);
 }
 
 }  // namespace

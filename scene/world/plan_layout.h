@@ -32,13 +32,24 @@ struct PlanLayout {
   std::size_t objects_bytes = 0;  // WorldObject, the renderer and the queries themselves
   std::size_t staging_bytes = 0;  // of a texture on its way to the GPU
   std::size_t terrain_bytes = 0;
-  std::size_t query_bytes = 0;  // of one query; there are needs.queries
+  std::size_t reading_bytes = 0;  // of tiles of the ground
+  std::size_t query_bytes = 0;    // of one query; there are needs.queries
 
   std::uint64_t cpu_bytes() const;
 };
 
-// info, materials: of the file; materials.count 0: none. invalid_argument naming the field of needs.
-Status lay_out(const WorldInfo& info, const MaterialSet& materials, const Needs& needs, PlanLayout& layout);
+// What of a file decides the limits.
+struct PlannedWorld {
+  WorldInfo info;
+  MaterialSet materials;  // count 0: none
+  GroundInfo ground;      // does not exist: none
+
+  static PlannedWorld of(const WorldReader& reader) {
+    return {reader.info(), reader.materials(), reader.ground()};
+  }
+};
+// invalid_argument naming the field of needs.
+Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout);
 
 // Of the object that a renderer lives in (scene/frame).
 std::size_t renderer_object_bytes();
@@ -46,10 +57,8 @@ std::size_t renderer_object_bytes();
 // Of WorldObject, a renderer and so many queries (world_object.cpp).
 std::size_t objects_bytes(std::uint32_t queries);
 
-// What the public header says of a world; add_ground() of its ground, where it has one.
-karst::WorldInfo public_info(const WorldInfo& info, const MaterialSet& materials, std::uint32_t lights,
-                             const Surroundings& surroundings);
-void add_ground(const WorldReader& reader, karst::WorldInfo& out);
+// What the public header says of a world.
+karst::WorldInfo public_info(const WorldReader& reader);
 
 // Readers in heads, without their sources. read_from(): false where the head holds none.
 void store_reader(const WorldReader& reader, Head& head);

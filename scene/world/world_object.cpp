@@ -68,7 +68,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   if (const Status status = reader.go_on(byte_source(file)); !status.ok())
     return status.code() == StatusCode::invalid_argument ? other : status;
   const WorldInfo& info = reader.info();
-  if (const Status status = lay_out(info, reader.materials(), plan.needs, layout); !status.ok())
+  if (const Status status = lay_out(PlannedWorld::of(reader), plan.needs, layout); !status.ok())
     return status;
   if (layout.cpu_bytes() != plan.cpu_bytes || layout.budget.gpu_bytes() != plan.gpu_bytes) {
     return {StatusCode::invalid_argument, "changed since make_plan()", "plan", layout.cpu_bytes()};
@@ -85,31 +85,19 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
     return status;
   if (const Status status = terrain.load(reader); !status.ok()) return status;
   const core::World& world = terrain.world;
-  const bool has_ground = reader.ground().exists();
-  if (world.patch_count() == 0 && !has_ground)
+  if (world.patch_count() == 0 && !world.ground().exists())
     return {StatusCode::corrupt, "the world has no surface", "patches"};
+  if (world.ground().exists()) {
+    if (const Status status = open_ground(pieces.take(layout.reading_bytes)); !status.ok()) return status;
+  }
 
-  shown = public_info(world.info(), world.materials(), static_cast<std::uint32_t>(world.lights().size()),
-                      world.surroundings());
-  add_ground(reader, shown);
+  shown = public_info(world.reader());
   const auto metres = [&](glm::ivec3 lattice) {
     return from_glm(frame.origin_m +
                     glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);
   };
   shown.low_m = metres(world.box().min);
   shown.high_m = metres(world.box().max);
-  if (has_ground) {
-    const Vec3& corner = shown.origin_m;
-    const Vec3 low{corner.x, shown.ground_low_m, corner.z};
-    const Vec3 high{corner.x + shown.ground_spacing_m[0] * static_cast<double>(shown.ground_samples[0] - 1),
-                    shown.ground_high_m,
-                    corner.z + shown.ground_spacing_m[1] * static_cast<double>(shown.ground_samples[1] - 1)};
-    const bool alone = world.patch_count() == 0;
-    const auto least = [&](double a, double b) { return alone ? b : std::min(a, b); };
-    const auto most = [&](double a, double b) { return alone ? b : std::max(a, b); };
-    shown.low_m = {least(shown.low_m.x, low.x), least(shown.low_m.y, low.y), least(shown.low_m.z, low.z)};
-    shown.high_m = {most(shown.high_m.x, high.x), most(shown.high_m.y, high.y), most(shown.high_m.z, high.z)};
-  }
 
   auto* const first = reinterpret_cast<QueryObject*>(objects.data());
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
@@ -118,7 +106,25 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
     const Status status = query->create(layout.query_limits, query_world(world), placement, world.octree(),
                                         pieces.take(layout.query_bytes));
     if (!status.ok()) return status;
+    if (world.ground().exists()) {
+      query->asked.set_ground(world.ground(), &terrain.ground.root_tile(), tiles.reading());
+    }
   }
+  return {};
+}
+
+// memory: for reading tiles.
+Status WorldObject::open_ground(std::span<std::byte> memory) {
+  const WorldReader& reader = terrain.world.reader();
+  // The root's, through the same memory.
+  const NodeKey root = tile_of({reader.ground().top_size(), 0, 0});
+  auto* const tile = new (memory.data()) Tile;
+  const Status status =
+      TileReader::read(reader, root, reader.root_tile(), memory.subspan(whole_lines(sizeof(Tile))), *tile);
+  if (!status.ok()) return status;
+  terrain.ground.attach(reader.ground(), *tile, tiles.source());
+  tiles.start(reader, memory);
+  if (!tiles.has_thread()) say(Severity::warning, "tiles are read by frames: no thread could be made");
   return {};
 }
 

@@ -9,6 +9,7 @@
 #include "scene/world/placement.h"
 #include "scene/world/plan_layout.h"
 #include "scene/world/query_object.h"
+#include "scene/world/tile_reader.h"
 #include "terrain/world/terrain_parts.h"
 
 namespace karst::core {
@@ -18,6 +19,7 @@ struct WorldObject final : karst::World {
   ~WorldObject() = default;
 
   Status load(const Plan& plan, const Source& source, std::span<std::byte> memory, Log log);
+  Status open_ground(std::span<std::byte> memory);
   void say(Severity severity, const char* text) const {
     if (log.line != nullptr) log.line(log.user, severity, text);
   }
@@ -29,6 +31,7 @@ struct WorldObject final : karst::World {
   PlacementFrame placement;
   PlanLayout layout;
   TerrainParts terrain;
+  TileReader tiles;
   std::span<QueryObject> queries;
   std::span<std::byte> renderer_room;  // of the renderer
   std::span<std::byte> staging;

@@ -21,7 +21,7 @@ struct DrawItem {
                              // it whether or not it is in view
   std::uint8_t skipped_edges;  // bit e: edge e is a point; the triangles that stand on it have no area and
                                // are left out
-  std::uint8_t reserved = 0;
+  std::uint8_t walls = 0;      // of nodes of the ground, bit e: it ends at edge e, in a wall down from there
 
   friend bool operator==(const DrawItem&, const DrawItem&) = default;
 };

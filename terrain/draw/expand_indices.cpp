@@ -5,7 +5,10 @@
 // memory; elsewhere the slot's vertices are placed first, and each index is looked up.
 #include "terrain/draw/expand_indices.h"
 
+#include <algorithm>
 #include <array>
+
+#include "terrain/draw/wall_indices.h"
 
 namespace karst::core {
 namespace {
@@ -103,6 +106,15 @@ class Slot {
     return true;
   }
 
+  // The same of a slot that is one page.
+  bool find_page(std::uint32_t page, std::uint32_t pages, std::uint32_t first, int level) {
+    if (page >= pages || slot_pages(level) != 1) return false;
+    moved_[0] = (first + page) * kPageVertices;
+    placed_ = 0;
+    steps_count_ = 0;
+    return true;
+  }
+
   std::uint32_t* write(const std::uint16_t* from, std::uint32_t count, std::uint32_t* to) {
     switch (steps_count_) {
       case 0:
@@ -140,9 +152,8 @@ Status ExpandIndices::validate(int max_level) const {
   if (!items.empty() && pages.first_page.empty()) {
     return {StatusCode::invalid_argument, "missing", "first_page"};
   }
-  if (out.size() < least_room(max_level)) {
-    return {StatusCode::invalid_argument, "has no room for one patch", "out", least_room(max_level)};
-  }
+  const std::uint32_t room = std::max(least_room(max_level), nodes.empty() ? 0 : kLeastNodeRoom);
+  if (out.size() < room) return {StatusCode::invalid_argument, "has no room for one patch", "out", room};
   return {};
 }
 
@@ -152,16 +163,20 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
   std::size_t room = out.size();
   const BatchStarts starts;
   Slot slot;
-  for (; chunk.next_item < items.size(); ++chunk.next_item) {
-    const DrawItem& item = items[chunk.next_item];
-    if (!slot.find(pages, item.patch, item.level)) {
+  for (; chunk.next_item < count(); ++chunk.next_item) {
+    const bool is_node = chunk.next_item >= items.size();
+    const DrawItem& item = is_node ? nodes[chunk.next_item - items.size()] : items[chunk.next_item];
+    const bool found = is_node ? slot.find_page(item.patch, node_pages, first_node_page, item.level)
+                               : slot.find(pages, item.patch, item.level);
+    if (!found) {
       ++chunk.left_out;
       continue;
     }
-    const std::uint32_t count = patch_index_count(item.level, item.lower_edges, item.skipped_edges);
-    if (count > room) break;
-    room -= count;
-    chunk.indices += count;
+    const std::uint32_t indices =
+        patch_index_count(item.level, item.lower_edges, item.skipped_edges) + wall_index_count(item.walls);
+    if (indices > room) break;
+    room -= indices;
+    chunk.indices += indices;
     // At level 1 nothing is lower, and its batches are empty.
     const unsigned lower = item.level > 1 ? item.lower_edges : 0u;
     const BatchRuns& runs = kRuns[(lower & 15u) << 4 | (item.skipped_edges & 15u)];
@@ -169,6 +184,10 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
     for (int r = 0; r < kMaxIndexRanges && runs.last[r] != 0; ++r) {
       const std::uint32_t first = start[runs.first[r]];
       to = slot.write(table.data() + first, start[runs.last[r]] - first, to);
+    }
+    for (int edge = 0; edge < 4 && item.walls != 0; ++edge) {
+      if ((item.walls >> edge & 1u) == 0) continue;
+      to = slot.write(kWallIndices[static_cast<std::size_t>(edge)].data(), kIndicesPerWall, to);
     }
   }
   return chunk;

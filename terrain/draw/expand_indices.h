@@ -11,35 +11,48 @@
 #include "karst/status.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
 #include "terrain/resident/page_table.h"
 
 namespace karst::core {
 
 struct ExpandIndices {
   // Inputs, borrowed.
-  std::span<const std::uint16_t> table;  // build_index_tables(max_level), max_level at least every item's
+  std::span<const std::uint16_t>
+      table;  // build_index_tables(max_level), max_level at least every item's and node's
   std::span<const DrawItem> items;
   PageTable pages;  // texels are not used
 
   // Output, borrowed; may be write-only memory of the GPU: it is written once, in order, and never read.
   std::span<std::uint32_t> out;
 
+  // Input, borrowed: nodes of the ground, which come after the items. A node's `patch` is the number of its
+  // page, below node_pages, from first_node_page of the buffer on; its level has one page.
+  std::span<const DrawItem> nodes = {};
+  std::uint32_t first_node_page = 0;
+  std::uint32_t node_pages = 0;
+
   struct Chunk {
-    std::uint32_t indices = 0;    // written to the front of out: what to draw
-    std::uint32_t next_item = 0;  // where to go on; items.size() when all are done
-    // Items of this chunk whose patch has fewer pages than the level needs, which a valid frame has none of:
-    // they are left out whole, because other patches' vertices lie where theirs are not.
+    std::uint32_t indices = 0;  // written to the front of out: what to draw
+    std::uint32_t next_item =
+        0;  // where to go on, counted through items and nodes; count() when all are done
+    // Items of this chunk whose patch has fewer pages than the level needs, and nodes without a page, which a
+    // valid frame has none of: they are left out whole, because other vertices lie where theirs are not.
     std::uint32_t left_out = 0;
   };
 
+  std::size_t count() const { return items.size() + nodes.size(); }
+
   // Room that out needs so that every chunk holds at least one item of a level up to max_level.
   static constexpr std::uint32_t least_room(int max_level) { return max_patch_indices(max_level); }
+  // The same of a node with walls all around.
+  static constexpr std::uint32_t kLeastNodeRoom = max_patch_indices(2) + 4 * kIndicesPerWall;
 
-  // invalid_argument naming the first field that is empty or too small, for items at levels up to max_level.
+  // invalid_argument naming the first field that is empty or too small, for levels up to max_level.
   Status validate(int max_level) const;
 
-  // Writes whole items from first_item on until out is full or the items end. To draw a list:
-  //   for (Chunk c; c.next_item < items.size();) { c = run(c.next_item); draw c.indices indices; }
+  // Writes whole items from first_item on until out is full or they end. To draw a list:
+  //   for (Chunk c; c.next_item < count();) { c = run(c.next_item); draw c.indices indices; }
   // Precondition: validate() is ok for the items' levels.
   Chunk run(std::uint32_t first_item) const;
 };

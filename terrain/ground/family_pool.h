@@ -11,6 +11,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/ground/ground.h"
+#include "terrain/resident/page_table.h"
 
 namespace karst::core {
 
@@ -29,11 +30,13 @@ class FamilyPool {
   struct Storage {
     std::span<Family> families;
     std::span<std::uint32_t> chains;  // as many
+    std::span<PageTexel> texels;      // by page, for the renderer
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       visit(Consumer::ground, config.ground_families, families);
       visit(Consumer::ground, config.ground_families, chains);
+      visit(Consumer::ground, 4 * std::size_t{config.ground_families}, texels);
     }
   };
   void create(const Storage& storage) { storage_ = storage; }
@@ -44,6 +47,8 @@ class FamilyPool {
   // The family of a node, which the frame sees; a new one where there is none. kNone: there is no room.
   std::uint32_t see(NodeKey parent);
 
+  // Lent to the renderer, which alone writes and reads them.
+  std::span<PageTexel> texels() const { return storage_.texels; }
   std::uint32_t count() const { return static_cast<std::uint32_t>(storage_.families.size()); }
   bool is_filled(std::uint32_t family, int quadrant) const {
     return (storage_.families[family].filled >> quadrant & 1) != 0;

@@ -34,6 +34,13 @@ void build_family_entries(std::span<std::uint8_t> out) {
         out[first + vertex] = static_cast<std::uint8_t>(class_of(south, east));
       }
     }
+    // Those below the corners go with them.
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const int i = corner == 1 || corner == 2 ? kNodeQuads : 0;
+      const int j = corner == 2 || corner == 3 ? kNodeQuads : 0;
+      out[first + kNodeVertices + corner] =
+          out[first + static_cast<std::size_t>(vertex_order(kNodeLevel, i, j))];
+    }
   }
 }
 

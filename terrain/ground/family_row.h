@@ -32,9 +32,10 @@ constexpr int family_corner(int corner) {
 static_assert(family_corner(3) == kFamilyClasses && kFamilyClasses < kMorphRow);
 
 inline constexpr std::uint32_t kFirstGroundPlace = 252;
-static_assert(kMostSlotPages <= kFirstGroundPlace);
+static_assert(kMostSlotPages <= kFirstGroundPlace && kFirstGroundPlace + 4 == kMostPlaces);
+static_assert(kMostSize <= kMostPageSize);
 // Entries of all slots' vertices, patches' and nodes': places of pages have 8 bits.
-inline constexpr std::uint32_t kMorphEntries = 256 * kPageVertices;
+inline constexpr std::uint32_t kMorphEntries = kMostPlaces * kPageVertices;
 
 // Fills what build_morph_entries() leaves of a table of kMorphEntries entries: those of nodes.
 // Precondition: out.size() == kMorphEntries.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ground: a height field of any size as a quadtree of nodes (issue's words: design 4.12).
+// The ground: a height field of any size as a quadtree of nodes (design 4.12).
 //
 // A *node* is a square of kNodeQuads x kNodeQuads quads, 25 vertices, one page. A node of *size* s has
 // vertices at every 2^s-th sample; size 0 has all of them. A *family* is the four children of one node; they
@@ -24,8 +24,10 @@ namespace karst::core {
 inline constexpr int kNodeQuads = 4;
 inline constexpr int kNodeSide = kNodeQuads + 1;             // vertices
 inline constexpr int kNodeVertices = kNodeSide * kNodeSide;  // 25
-inline constexpr int kNodeLevel = 2;                         // of the index batches that draw a node
-inline constexpr int kMostSize = 20;                         // 2^22 samples a side
+// In its page there are four more, below its corners, for the walls where the ground ends.
+inline constexpr int kNodePageVertices = kNodeVertices + 4;
+inline constexpr int kNodeLevel = 2;  // of the index batches that draw a node
+inline constexpr int kMostSize = 20;  // 2^22 samples a side
 inline constexpr std::int64_t kMostSamples = (std::int64_t{kNodeQuads} << kMostSize) + 1;  // a side
 inline constexpr double kMostSampleSteps = 2048;  // between samples: a quarter of a voxel
 inline constexpr double kLeastSampleSteps = 2;
@@ -66,6 +68,12 @@ struct NodeKey {
 inline bool node_exists(const GroundInfo& info, NodeKey key) {
   return key.x >= 0 && key.z >= 0 && (std::int64_t{key.x} * kNodeQuads << key.size) < info.samples[0] - 1 &&
          (std::int64_t{key.z} * kNodeQuads << key.size) < info.samples[1] - 1;
+}
+
+// The edges of a node at which the ground ends: bit e, edges as family_row.h numbers them.
+inline unsigned node_walls(const GroundInfo& info, NodeKey key) {
+  return (key.x == 0 ? 1u : 0u) | (node_exists(info, {key.size, key.x, key.z + 1}) ? 0u : 2u) |
+         (node_exists(info, {key.size, key.x + 1, key.z}) ? 0u : 4u) | (key.z == 0 ? 8u : 0u);
 }
 
 // Index of a vertex of a size's grid among the samples of size 0.

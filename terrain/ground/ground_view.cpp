@@ -12,6 +12,8 @@
 
 #include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/view/frustum.h"
 
 namespace karst::core {
@@ -36,6 +38,14 @@ constexpr int direction_of(Step step) {
     if (kAround[d].south == step.south && kAround[d].east == step.east) return d;
   }
   return -1;
+}
+
+// No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
+// times error.
+float most_error(const NodeMeasure& measure, int size) {
+  const std::uint16_t greatest = measure.thresholds[kDemands - 1];
+  if (greatest >= kNeverMorphs) return kInfinite;
+  return threshold_steps(greatest) * std::ldexp(1.0f, size) / static_cast<float>(demand(kDemands - 1));
 }
 
 // Relative to the camera's voxel.
@@ -63,11 +73,13 @@ struct GroundView::Looks {
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
-  Frustum frustum;     // relative to the camera's voxel
-  glm::dvec3 fine;     // the eye, relative to it
-  glm::i64vec3 voxel;  // the camera's voxel, in steps
+  Frustum frustum;    // relative to the camera's voxel
+  glm::dvec3 fine;    // the eye, relative to it
+  glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
-  double rounding = 1;  // f^s is its s-th power
+  DemandPlace demand{};
+  bool is_finite = true;                     // the demand
+  std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
 };
 
@@ -89,11 +101,16 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
               tiles,
               planes_at(request),
               glm::dvec3(camera.fine),
-              glm::i64vec3(camera.voxel) * std::int64_t{kStepsPerVoxel},
+              glm::dvec3(camera.voxel) * double{kStepsPerVoxel},
               glm::vec3(camera.forward)};
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
-  looks.rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
+  const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
+  looks.unit[0] = 1;
+  for (std::size_t size = 1; size < looks.unit.size(); ++size)
+    looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
+  looks.is_finite = request.scale.steps_per_step < kInfinite;
+  looks.demand = place_of_demand(looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
 
   Node& root = storage_.nodes[0];
   root = {};
@@ -126,26 +143,16 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
 // Its box, whether that is in view, and how near it is.
 void GroundView::look_at(const Looks& looks, Node& node) const {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const std::int64_t pad = std::int64_t{4} << node.key.size;
-  glm::dvec3 low, high;
-  const auto span = [&](int axis, int world_axis, int index) {
-    const auto at = [&](std::int64_t vertex) {
-      return sample_place(looks.info.steps[axis],
-                          sample_of(looks.info.samples[axis], node.key.size, vertex)) *
-             kVertexStep;
-    };
-    low[world_axis] =
-        static_cast<double>(at(std::int64_t{index} * kNodeQuads) - pad - looks.voxel[world_axis]);
-    high[world_axis] =
-        static_cast<double>(at((std::int64_t{index} + 1) * kNodeQuads) + pad - looks.voxel[world_axis]);
-  };
-  span(0, 0, node.key.x);
-  span(1, 2, node.key.z);
-  low.y = static_cast<double>(std::int64_t{measure.low} * kVertexStep - pad - looks.voxel.y);
-  high.y = static_cast<double>(std::int64_t{measure.high} * kVertexStep + pad - looks.voxel.y);
-
+  const NodeBox box = node_box(looks.info, measure, node.key);
+  glm::dvec3 low = box.low - looks.corner;
+  const glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
+  const double lowest = low.y;
   if (looks.request.culls) {
+    // Walls are not in its box.
+    if (node_walls(looks.info, node.key) != 0) {
+      low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
+    }
     const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
     const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
     for (const Plane& plane : looks.frustum.planes) {
@@ -157,6 +164,7 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
       if (inmost < 0) node.in_view = false;
     }
   }
+  low.y = lowest;
   // As least_apparent_distance(), in double but for what the GPU computes in float.
   const float least_cos2 = looks.request.scale.least_cos2;
   if (least_cos2 < 0.0f) {
@@ -171,11 +179,13 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
   }
   node.threshold = 0.0f;
   if (node.key.size == 0) return;
-  const double scale = looks.request.scale.steps_per_step;
   double threshold = double{kInfinite};
-  if (looks.request.morphing && scale < double{kInfinite}) {
-    threshold =
-        (scale * double{measure.error} + double{measure.chain}) * std::pow(looks.rounding, node.key.size);
+  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
+  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
+    const double at_n = double{threshold_steps(halves[0])};
+    const double after_n = double{threshold_steps(halves[1])};
+    threshold = (at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor *
+                looks.unit[static_cast<std::size_t>(node.key.size)];
   }
   node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
 }
@@ -187,10 +197,10 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     return;
   }
   if (node.key.size == 0 || !(node.least_apparent < node.threshold)) return;
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const float left = node.least_apparent - measure.error;
-  const float px = left > 0.0f ? looks.request.scale.pixels * measure.error / left : kInfinite;
-  if (node.key.size <= looks.request.least_size || measure.error <= looks.request.spared_error) {
+  const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  const float left = node.least_apparent - error;
+  const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
+  if (node.key.size <= looks.request.least_size || error <= looks.request.spared_error) {
     node.refused = true;
     result_.bound_px = std::max(result_.bound_px, px);
     return;
@@ -322,7 +332,7 @@ void GroundView::list(const Looks& looks) {
   std::array<std::int32_t, 4 * (kMostSize + 2)> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
-  const glm::i64vec3 eye = looks.voxel + glm::i64vec3(looks.fine);
+  const glm::dvec3 eye = looks.corner + looks.fine;
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
@@ -334,18 +344,19 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
+      item.walls = static_cast<std::uint8_t>(node_walls(looks.info, node.key));
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
-      result_.triangles += patch_index_count(item.level, item.lower_edges, 0) / 3;
+      result_.triangles +=
+          (patch_index_count(item.level, item.lower_edges, 0) + wall_index_count(item.walls)) / 3;
       result_.least_size = std::min(result_.least_size, node.key.size);
       continue;
     }
     // The middle vertex of its family.
     const auto middle = [&](int axis, int index) {
-      const std::int64_t vertex = std::int64_t{2} * index + 1;
-      return sample_place(looks.info.steps[axis],
-                          sample_of(looks.info.samples[axis], node.key.size - 1, vertex * kNodeQuads)) *
-             kVertexStep;
+      const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
+      const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
+      return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
     };
     const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);

@@ -4,15 +4,14 @@
 // nothing cracks. morph.h has the words: apparent distance rho, its steepest rise G, its share sigma, the
 // error scale S / error_px.
 //
-// Thresholds. A node p of size s >= 1 has one threshold
-//     D(p) = ((S / error_px + 1) E(p) + C(p)) f^s       f: a little above 1, for rounding
-// E and C are measured when the ground is made (NodeMeasure). The vertices of p's family, even ones too, go
-// from home to their targets, which are places of p's own vertices and midpoints between them, over the last
-// sigma before D(p); on p's border before the least threshold of all nodes of p's size that share the vertex.
-// p is split where its least rho is below D(p). With R(q) the most that rho changes in q's box,
-//   (1)  D(p) >= (S / error_px + 1) error + G reach / (1 - sigma)
+// Thresholds. A node p of size s >= 1 has one threshold, a function of k = S / error_px + 1 that is measured
+// when the ground is made (NodeMeasure, demand.h, measure_ground.h), times f^s, f being a little above 1, for
+// rounding. The vertices of p's family, even ones too, go from home to their targets, which are places of p's
+// own vertices and midpoints between them, over the last sigma before D(p); on p's border before the least
+// threshold of all nodes of p's size that share the vertex. p is split where its least rho is below D(p).
+// With R(q) the most that rho changes in q's box,
+//   (1)  D(p) >= k error + G reach / (1 - sigma)
 //   (2)  (1 - sigma) D(p) >= D(q) + R(q)      for every q of size s - 1 that touches p
-// and both hold for E and C alone, whatever S is: E(p) >= E(q) / (1 - sigma), and C has all the rest.
 //
 // What follows:
 //  - A node that is not split has rho >= D(p) in all of its box. So all vertices that its family would

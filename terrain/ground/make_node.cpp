@@ -74,6 +74,28 @@ Parents parents_of(int i, int k) {
   return p;
 }
 
+constexpr std::int64_t kMostReach = 32'766;  // steps, of an int16; even
+
+// The vertices below the corners: the corners' own places, which whoever draws them lowers. So they move as
+// the corners do, and walls of neighbours meet.
+void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
+  const unsigned walls = node_walls(info, node);
+  // Outwards, by edge.
+  constexpr float kOut[4][2] = {{-1, 0}, {0, 1}, {1, 0}, {0, -1}};
+  for (int corner = 0; corner < 4; ++corner) {
+    const int south = corner == 1 || corner == 2 ? kNodeQuads : 0;
+    const int east = corner == 2 || corner == 3 ? kNodeQuads : 0;
+    GpuVertex& foot = out[static_cast<std::size_t>(kNodeVertices + corner)];
+    foot = out[static_cast<std::size_t>(vertex_order(kNodeLevel, south, east))];
+    glm::vec3 normal(0.0f);
+    for (const int edge : {corner, (corner + 3) % 4}) {
+      if ((walls >> edge & 1u) != 0) normal += glm::vec3(kOut[edge][0], 0.0f, kOut[edge][1]);
+    }
+    if (normal == glm::vec3(0.0f)) continue;
+    foot.normal = foot.morph_normal = encode_octahedral(normal);
+  }
+}
+
 }  // namespace
 
 glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeKey node) {
@@ -88,7 +110,7 @@ glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeK
 }
 
 void MakeNode::run() const {
-  KARST_ASSERT(info != nullptr && tile != nullptr && out.size() == kNodeVertices);
+  KARST_ASSERT(info != nullptr && tile != nullptr && out.size() == kNodePageVertices);
   KARST_ASSERT(node_exists(*info, node));
   // A quad of the parent's has its diagonal by the parity of its place in the grid: that of its place in the
   // parent, and so of its place in the node.
@@ -98,8 +120,7 @@ void MakeNode::run() const {
   const glm::i64vec3 origin = glm::i64vec3(node_origin(*info, measure, node)) * std::int64_t{kStepsPerVoxel};
   const auto store = [&](glm::i64vec3 steps, std::int16_t(&to)[3]) {
     for (int axis = 0; axis < 3; ++axis) {
-      to[axis] =
-          static_cast<std::int16_t>(std::clamp<std::int64_t>(steps[axis] - origin[axis], -32'766, 32'766));
+      to[axis] = static_cast<std::int16_t>(std::clamp(steps[axis] - origin[axis], -kMostReach, kMostReach));
     }
   };
   for (int k = 0; k < kNodeSide; ++k) {
@@ -120,6 +141,7 @@ void MakeNode::run() const {
           encode_octahedral(grid.normal(p.i[0], p.k[0], 2) + grid.normal(p.i[1], p.k[1], 2));
     }
   }
+  add_feet(*info, node, out);
 }
 
 }  // namespace karst::core

@@ -21,12 +21,12 @@ struct MakeNode {
   NodeKey node;                // exists
   bool morphs = true;          // false: the root, whose vertices have nowhere to go
 
-  // Output, borrowed: kNodeVertices, in slot order (family_row.h). Lattice steps of the node's size from
-  // node_origin(), even ones; int16's ends where heights are further from the middle of the node's. A
-  // vertex's target is its place on the lattice of the next greater size, or the mean of two such places: of
-  // the ends of the edge of the parent's quad that it is the middle of, or of the quad's diagonal. Normals
-  // are those of the grid of the node's size, by differences to both neighbours, and of the parent's (S:
-  // normals per level).
+  // Output, borrowed: kNodePageVertices: those of the grid in slot order (family_row.h), then its corners
+  // once more, which are drawn at the feet of walls. Lattice steps of the node's size from node_origin(),
+  // even ones; int16's ends where heights are further from the middle of the node's. A vertex's target is its
+  // place on the lattice of the next greater size, or the mean of two such places: of the ends of the edge of
+  // the parent's quad that it is the middle of, or of the quad's diagonal. Normals are those of the grid of
+  // the node's size, by differences to both neighbours, and of the parent's (S: normals per level).
   std::span<GpuVertex> out;
 
   void run() const;

@@ -2,7 +2,6 @@
 #include "terrain/ground/measure_ground.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -15,45 +14,210 @@ namespace {
 constexpr double kSteepest = 1.1547005383792517;  // G: 2 / sqrt 3
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kMorphShare;
-constexpr double kFloatSums = 1.0 + 1e-5;  // what sums of floats over all sizes lose at most
-
-// A float of 12 bits that is not less.
-float round_up(double value) {
-  auto result = static_cast<float>(value);
-  if (static_cast<double>(result) < value)
-    result = std::nextafter(result, std::numeric_limits<float>::infinity());
-  constexpr std::uint32_t kLow = 0xfff;
-  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(result) + kLow) & ~kLow);
-}
+// What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
+constexpr double kFloatSums = 1.0 + 1e-5;
 
 bool is_power_of_two(double value) {
   int exponent = 0;
   return std::frexp(value, &exponent) == 0.5;
 }
 
-struct Reach {
-  std::int32_t least, most;
-
-  void take(std::int32_t value) {
-    least = std::min(least, value);
-    most = std::max(most, value);
-  }
-};
-
-// What a child of a quad spans, in steps: a corner of the quad, two middles of edges and the centre, with
-// their targets.
-float tall_of(std::int32_t corner, const std::int32_t (&moved)[3], const std::int32_t (&targets)[3]) {
-  Reach reach{2 * corner, 2 * corner};
-  for (int n = 0; n < 3; ++n) {
-    reach.take(2 * moved[n]);
-    reach.take(targets[n]);
-  }
-  return static_cast<float>(reach.most - reach.least);
-}
-
 double length(double x, double y, double z) {
   return std::sqrt(x * x + y * y + z * z);
 }
+
+struct Span {
+  double low, high;
+
+  void take(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+};
+
+// A quad of a size within the rows of its reference grid.
+class QuadMeasure {
+ public:
+  QuadMeasure(const MeasureQuads& job, std::int64_t x)
+      : job_(job), x_(x), quads_(1 << (job.size - reference_size(job.size))), first_(x * quads_) {}
+
+  void run() const {
+    const auto at = static_cast<std::size_t>(x_);
+    const QuadRow& out = job_.out;
+    std::int32_t low = std::numeric_limits<std::int32_t>::max();
+    std::int32_t high = std::numeric_limits<std::int32_t>::min();
+    const int wide = std::min<int>(quads_, reference_quads(0) - static_cast<int>(first_));
+    const int deep = std::min<int>(quads_, reference_quads(1) - static_cast<int>(job_.k * quads_));
+    for (int k = 0; k < deep; ++k) {
+      const QuadRow& row = job_.finer[static_cast<std::size_t>(k)];
+      for (int i = 0; i < wide; ++i) {
+        low = std::min(low, row.low[static_cast<std::size_t>(first_ + i)]);
+        high = std::max(high, row.high[static_cast<std::size_t>(first_ + i)]);
+      }
+    }
+    out.low[at] = low;
+    out.high[at] = high;
+    const GroundInfo& info = *job_.info;
+    const bool whole =
+        ((x_ + 1) << job_.size) <= info.samples[0] - 1 && ((job_.k + 1) << job_.size) <= info.samples[1] - 1;
+    if (whole) {
+      run_whole();
+    } else {
+      run_at_end(wide, deep);
+    }
+  }
+
+ private:
+  int reference_quads(int axis) const {
+    return static_cast<int>(quads_along(*job_.info, axis, reference_size(job_.size)));
+  }
+  double height(int i, int k) const {
+    return 2.0 * job_.heights[static_cast<std::size_t>(k)][static_cast<std::size_t>(first_ + i)];
+  }
+  float below(int i, int k) const {
+    return job_.finer[static_cast<std::size_t>(k)].below[static_cast<std::size_t>(first_ + i)];
+  }
+  float above(int i, int k) const {
+    return job_.finer[static_cast<std::size_t>(k)].above[static_cast<std::size_t>(first_ + i)];
+  }
+
+  // All states lie between two planes.
+  void run_at_end(int wide, int deep) const {
+    const auto at = static_cast<std::size_t>(x_);
+    const GroundInfo& info = *job_.info;
+    const int r = reference_size(job_.size);
+    // Where the reference's vertices are, in samples.
+    const auto place = [&](int axis, std::int64_t index) {
+      return static_cast<double>(sample_of(info.samples[axis], r, index));
+    };
+    const double x0 = place(0, first_), z0 = place(1, job_.k * quads_);
+    const double x1 = place(0, first_ + wide), z1 = place(1, job_.k * quads_ + deep);
+    const double east = height(wide, 0) - height(0, 0) + height(wide, deep) - height(0, deep);
+    const double south = height(0, deep) - height(0, 0) + height(wide, deep) - height(wide, 0);
+    const double slope_x = east / (2.0 * (x1 - x0)), slope_z = south / (2.0 * (z1 - z0));
+    Span band{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    double under = 0, over = 0;
+    for (int k = 0; k <= deep; ++k) {
+      const double dz = place(1, job_.k * quads_ + k) - z0;
+      for (int i = 0; i <= wide; ++i) {
+        const double dx = place(0, first_ + i) - x0;
+        band.take(height(i, k) - slope_x * dx - slope_z * dz);
+        if (i == wide || k == deep) continue;
+        under = std::min(under, double{below(i, k)});
+        over = std::max(over, double{above(i, k)});
+      }
+    }
+    const double between = (band.high - band.low + over - under) * kFloatSums;
+    const auto value = static_cast<float>(between);
+    job_.out.below[at] = -value;
+    job_.out.above[at] = value;
+    job_.out.most[at] = value;
+    for (const std::span<float> row : job_.out.border) row[at] = value;
+    job_.out.tall[at] = 2.0f * (static_cast<float>(job_.out.high[at]) - static_cast<float>(job_.out.low[at]));
+  }
+
+  // Vertex (i, k) of the children's: 0..2.
+  double child(int i, int k) const { return height(i * quads_ / 2, k * quads_ / 2); }
+
+  void run_whole() const {
+    const auto at = static_cast<std::size_t>(x_);
+    const bool even = ((x_ + job_.k) & 1) == 0;
+    const double centre = child(1, 1);
+    const double centre_target = even ? 0.5 * (child(0, 0) + child(2, 2)) : 0.5 * (child(2, 0) + child(0, 2));
+    // By edge: west, south, east, north; the corners of an edge, its middle and the middle's target.
+    const double corner[4][2] = {{child(0, 0), child(0, 2)},
+                                 {child(0, 2), child(2, 2)},
+                                 {child(2, 2), child(2, 0)},
+                                 {child(2, 0), child(0, 0)}};
+    const double middle[4] = {child(0, 1), child(1, 2), child(2, 1), child(1, 0)};
+    double back[4];  // -way
+    double target[4];
+    for (int edge = 0; edge < 4; ++edge) {
+      target[edge] = 0.5 * (corner[edge][0] + corner[edge][1]);
+      back[edge] = middle[edge] - target[edge];
+    }
+    const double centre_back = centre - centre_target;
+    float most = 0, least_home = 0, greatest_home = 0;
+    float border[4] = {};
+    const int n = quads_;
+    const double scale = 2.0 / n;
+    // Of the two vertex rows that a row of the reference's quads lies between: least and greatest of the full
+    // surface less the size's own, less any state, and less those in which an edge's middle alone is away.
+    struct Point {
+      float home, low, high, low_edge, high_edge;
+      int edge;
+    };
+    Point rows[2][kMostReferenceRows + 1];
+    for (int k = 0; k <= n; ++k) {
+      Point* const row = rows[k & 1];
+      const Point* const before = rows[(k + 1) & 1];
+      const double v = k * scale - 1.0;
+      for (int i = 0; i <= n; ++i) {
+        const double u = i * scale - 1.0;
+        const bool to_side = std::abs(u) >= std::abs(v);
+        const int edge = to_side ? (u < 0 ? 0 : 2) : (v > 0 ? 1 : 3);
+        const double out = to_side ? std::abs(u) : std::abs(v);
+        const double along = to_side ? (edge == 0 ? v : -v) : (edge == 1 ? u : -u);
+        const double at_corner = std::abs(along);
+        const double at_middle = out - at_corner;
+        const double at_centre = 1.0 - out;
+        const double own =
+            at_corner * corner[edge][along < 0 ? 0 : 1] + at_middle * middle[edge] + at_centre * centre;
+        const double d = height(i, k) - own;
+        const double b = at_middle * back[edge];
+        const double c = at_centre * centre_back;
+        Point& p = row[i];
+        // At the size itself both are at their targets.
+        p.home = static_cast<float>(d + b + c);
+        p.low = static_cast<float>(d + std::min(0.0, b) + std::min(0.0, c));
+        p.high = static_cast<float>(d + std::max(0.0, b) + std::max(0.0, c));
+        p.low_edge = static_cast<float>(d + std::min(0.0, b));
+        p.high_edge = static_cast<float>(d + std::max(0.0, b));
+        // Where an edge's middle counts nothing other edges' triangles may be, too.
+        p.edge = at_middle > 0.0 ? edge : -1;
+      }
+      for (int i = 0; k > 0 && i < n; ++i) {
+        const Point* const corners[4] = {&before[i], &before[i + 1], &row[i], &row[i + 1]};
+        const float under = below(i, k - 1);
+        const float over = above(i, k - 1);
+        for (const Point* p : corners) {
+          least_home = std::min(least_home, p->home + under);
+          greatest_home = std::max(greatest_home, p->home + over);
+          most = std::max(most, std::max(-(p->low + under), p->high + over));
+        }
+        // The child triangles of an edge that the quad lies in.
+        for (const Point* p : corners) {
+          const float value = std::max(-(p->low_edge + under), p->high_edge + over);
+          for (int edge = 0; edge < 4; ++edge) {
+            if (p->edge == edge || p->edge < 0) border[edge] = std::max(border[edge], value);
+          }
+        }
+      }
+    }
+    const auto keep = [](float value) { return static_cast<float>(double{value} * kFloatSums); };
+    job_.out.below[at] = keep(least_home);
+    job_.out.above[at] = keep(greatest_home);
+    job_.out.most[at] = keep(most);
+    for (std::size_t edge = 0; edge < 4; ++edge) job_.out.border[edge][at] = keep(border[edge]);
+    // Of a child: two middles and the centre with their targets, and a corner.
+    double tall = 0;
+    for (int edge = 0; edge < 4; ++edge) {
+      const int next = (edge + 1) % 4;
+      Span of{centre, centre};
+      for (const double value :
+           {centre_target, middle[edge], target[edge], middle[next], target[next], corner[edge][1]}) {
+        of.take(value);
+      }
+      tall = std::max(tall, of.high - of.low);
+    }
+    job_.out.tall[at] = static_cast<float>((tall + double{greatest_home} - double{least_home}) * kFloatSums);
+  }
+
+  const MeasureQuads& job_;
+  std::int64_t x_;
+  int quads_;
+  std::int64_t first_;
+};
 
 }  // namespace
 
@@ -65,91 +229,21 @@ void measure_quads(std::span<const std::int32_t> north, std::span<const std::int
     out.low[x] = std::min(std::min(north[x], north[x + 1]), std::min(south[x], south[x + 1]));
     out.high[x] = std::max(std::max(north[x], north[x + 1]), std::max(south[x], south[x + 1]));
   }
-  for (const auto* rows : {&out.below, &out.above}) {
-    for (const std::span<float> row : *rows) std::fill(row.begin(), row.end(), 0.0f);
+  for (const std::span<float> row : {out.below, out.above, out.most, out.tall}) {
+    std::fill(row.begin(), row.end(), 0.0f);
   }
   for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
-  std::fill(out.tall.begin(), out.tall.end(), 0.0f);
 }
 
-void repeat_quads(const QuadRow& above, const QuadRow& out) {
-  std::copy(above.low.begin(), above.low.end(), out.low.begin());
-  std::copy(above.high.begin(), above.high.end(), out.high.begin());
-  for (const auto* rows : {&out.below, &out.above}) {
-    for (const std::span<float> row : *rows) std::fill(row.begin(), row.end(), 0.0f);
-  }
-  for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
-  std::fill(out.tall.begin(), out.tall.end(), 0.0f);
-}
-
-void MeasureQuads::run() const {
-  const auto wide = static_cast<std::size_t>(quads_along(*info, 0, size));
-  const bool rows_end = ((k + 1) << size) > info->samples[1] - 1;
-  const QuadRow& near = children[0];
-  const QuadRow& far = children[1];
-  for (std::size_t x = 0; x < wide; ++x) {
-    const std::size_t west = 2 * x;
-    const std::size_t east = 2 * x + 1;
-    out.low[x] = std::min(std::min(near.low[west], near.low[east]), std::min(far.low[west], far.low[east]));
-    out.high[x] =
-        std::max(std::max(near.high[west], near.high[east]), std::max(far.high[west], far.high[east]));
-    if (rows_end || static_cast<std::int64_t>(x + 1) << size > info->samples[0] - 1) {
-      const float r = 2.0f * (static_cast<float>(out.high[x]) - static_cast<float>(out.low[x]));
-      for (const std::size_t t : {0u, 1u}) {
-        out.below[t][x] = -r;
-        out.above[t][x] = r;
-      }
-      for (const std::span<float> row : out.border) row[x] = r;
-      out.tall[x] = 2.0f * r;
-      continue;
-    }
-    const std::int32_t* const n = heights[0].data() + west;
-    const std::int32_t* const m = heights[1].data() + west;
-    const std::int32_t* const s = heights[2].data() + west;
-    const bool even = ((static_cast<std::int64_t>(x) + k) & 1) == 0;
-    // Twice the targets, and so steps.
-    const std::int32_t target[4] = {n[0] + s[0], s[0] + s[2], n[2] + s[2], n[0] + n[2]};
-    const std::int32_t middle[4] = {m[0], s[1], m[2], n[1]};
-    const std::int32_t centre_target = even ? n[0] + s[2] : n[2] + s[0];
-    const float centre = static_cast<float>(2 * m[1] - centre_target);
-    // I of the two children at each edge.
-    const float low[4] = {std::min(near.below[1][west], far.below[0][west]),
-                          std::min(far.below[1][west], far.below[1][east]),
-                          std::min(near.below[1][east], far.below[0][east]),
-                          std::min(near.below[0][west], near.below[0][east])};
-    const float high[4] = {std::max(near.above[1][west], far.above[0][west]),
-                           std::max(far.above[1][west], far.above[1][east]),
-                           std::max(near.above[1][east], far.above[0][east]),
-                           std::max(near.above[0][west], near.above[0][east])};
-    float below[4];
-    float above[4];
-    for (std::size_t edge = 0; edge < 4; ++edge) {
-      const float back = static_cast<float>(2 * middle[edge] - target[edge]);  // -way
-      const float least = std::min(0.0f, back);
-      const float most = std::max(0.0f, back);
-      out.border[edge][x] = std::max(-(low[edge] + least), high[edge] + most);
-      below[edge] = low[edge] + std::min(least, centre);
-      above[edge] = high[edge] + std::max(most, centre);
-    }
-    const std::size_t with_north = even ? 2 : 0;  // the edge that triangle 0 has besides
-    const std::size_t with_south = 2 - with_north;
-    out.below[0][x] = std::min(below[3], below[with_north]);
-    out.above[0][x] = std::max(above[3], above[with_north]);
-    out.below[1][x] = std::min(below[1], below[with_south]);
-    out.above[1][x] = std::max(above[1], above[with_south]);
-    float tall = tall_of(n[0], {n[1], m[0], m[1]}, {target[3], target[0], centre_target});
-    tall = std::max(tall, tall_of(n[2], {n[1], m[2], m[1]}, {target[3], target[2], centre_target}));
-    tall = std::max(tall, tall_of(s[0], {s[1], m[0], m[1]}, {target[1], target[0], centre_target}));
-    tall = std::max(tall, tall_of(s[2], {s[1], m[2], m[1]}, {target[1], target[2], centre_target}));
-    out.tall[x] = tall + std::max(std::max(out.above[0][x], out.above[1][x]),
-                                  -std::min(out.below[0][x], out.below[1][x]));
-  }
-  for (std::size_t x = wide; x < out.low.size(); ++x) {
-    out.low[x] = out.low[wide - 1];
-    out.high[x] = out.high[wide - 1];
-    for (const std::size_t t : {0u, 1u}) out.below[t][x] = out.above[t][x] = 0;
-    for (const std::span<float> row : out.border) row[x] = 0;
-    out.tall[x] = 0;
+void MeasureQuads::run(std::int64_t first, std::int64_t last) const {
+  const std::int64_t wide = quads_along(*info, 0, size);
+  for (std::int64_t x = first; x < std::min(wide, last); ++x) QuadMeasure(*this, x).run();
+  for (std::int64_t x = std::max(wide, first); x < last; ++x) {
+    const auto at = static_cast<std::size_t>(x);
+    // Nodes do not look at them.
+    out.low[at] = out.high[at] = 0;
+    out.below[at] = out.above[at] = out.most[at] = out.tall[at] = 0;
+    for (const std::span<float> row : out.border) row[at] = 0;
   }
 }
 
@@ -161,7 +255,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
   if (first_row) {
     std::fill(out.low.begin(), out.low.end(), std::numeric_limits<std::int32_t>::max());
     std::fill(out.high.begin(), out.high.end(), std::numeric_limits<std::int32_t>::min());
-    std::fill(out.full.begin(), out.full.end(), 0.0f);
+    std::fill(out.most.begin(), out.most.end(), 0.0f);
     for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
     std::fill(out.tall.begin(), out.tall.end(), 0.0f);
   }
@@ -173,10 +267,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
       out.low[node] = std::min(out.low[node], quads.low[x]);
       out.high[node] = std::max(out.high[node], quads.high[x]);
       if (size == 0) continue;
-      for (const std::size_t t : {0u, 1u}) {
-        raise(out.full[node], -quads.below[t][x]);
-        raise(out.full[node], quads.above[t][x]);
-      }
+      raise(out.most[node], quads.most[x]);
       if (last_row) raise(out.border[1][node], quads.border[1][x]);
       if (first_row) raise(out.border[3][node], quads.border[3][x]);
       raise(out.tall[node], quads.tall[x]);
@@ -188,8 +279,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
 
 void MeasureNodes::run() const {
   if (size == 0) {
-    std::fill(own->error.begin(), own->error.end(), 0.0f);
-    std::fill(own->chain.begin(), own->chain.end(), 0.0f);
+    std::fill(own->thresholds.begin(), own->thresholds.end(), std::uint16_t{0});
     return;
   }
   const double unit = std::ldexp(1.0, size);
@@ -199,9 +289,8 @@ void MeasureNodes::run() const {
   const double quad[2] = {half * info->steps[0], half * info->steps[1]};
   const std::size_t nodes = own->low.size();
   for (std::size_t x = 0; x < nodes; ++x) {
-    double error = double{own->full[x]};
-    for (std::size_t edge = 0; edge < 4; ++edge)
-      error = std::max(error, double{own->border[edge][x]} / kKept);
+    double error = double{own->most[x]};
+    for (const std::span<float> border : own->border) error = std::max(error, double{border[x]} / kKept);
     const auto other_side = [&](const NodeRow* row, std::size_t at, std::size_t edge) {
       if (row != nullptr && at < nodes) error = std::max(error, double{row->border[edge][at]});
     };
@@ -209,23 +298,34 @@ void MeasureNodes::run() const {
     other_side(own, x + 1, 0);
     other_side(north, x, 1);
     other_side(south, x, 3);
-    error = error * kFloatSums + rounding;
-    const double reach = length(quad[0], double{own->tall[x]} * kFloatSums, quad[1]) + 8 * unit;
-    double chain = kSteepest * reach / kKept;
+    error += rounding;
+    const double reach = length(quad[0], double{own->tall[x]}, quad[1]) + 8 * unit;
+    const double least = kSteepest * reach / kKept;
+    const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
+    double steps[kDemands];
+    for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
     for (const NodeRow* row : finer) {
       if (row == nullptr) continue;
       const std::size_t begin = 2 * x > 0 ? 2 * x - 1 : 0;
       const std::size_t end = std::min(2 * x + 3, row->low.size());
       for (std::size_t q = begin; q < end; ++q) {
-        error = std::max(error, kSlack * double{row->error[q]} / kKept);
         const double tall = 2 * (static_cast<double>(row->high[q]) - row->low[q]) + 8 * half;
         const double rise =
-            kSteepest * length(kNodeQuads * quad[0] + 4 * half, tall, kNodeQuads * quad[1] + 4 * half);
-        chain = std::max(chain, (double{row->chain[q]} + rise) * kSlack / kKept + 8 * unit);
+            kSteepest * length(kNodeQuads * quad[0] + 8 * half, tall, kNodeQuads * quad[1] + 8 * half);
+        for (int n = 0; n < kDemands; ++n) {
+          const std::uint16_t finer_half = row->thresholds[q * kDemands + static_cast<std::size_t>(n)];
+          // Where nothing of q ever moves there is nothing to keep.
+          const double of_q = finer_half >= kNeverMorphs ? std::numeric_limits<double>::infinity()
+                                                         : double{threshold_steps(finer_half)} * half;
+          if (size > 1) steps[n] = std::max(steps[n], (of_q + rise) * kSlack / kKept + 8 * unit);
+        }
       }
     }
-    own->error[x] = round_up(error);
-    own->chain[x] = round_up(chain);
+    for (int n = 0; n < kDemands; ++n) {
+      // The float is rounded down by less than the half is rounded up, but where it is a half already.
+      const auto value = static_cast<float>(steps[n] / unit * (1.0 + 0x1p-22));
+      out[static_cast<std::size_t>(n)] = threshold_half(value);
+    }
   }
 }
 

@@ -5,16 +5,18 @@
 // Words. The *full* surface is that of size 0; a size's surface has its diagonals as the index batches of
 // patches have them: quad (i, k) from its north-west corner where i + k is even, else from its north-east
 // one. So the eight triangles of a quad's four children have a corner of the quad, the middle of one of its
-// edges and its centre each. The *way* of a middle or centre is what it moves by, from home to its target.
-// Of a triangle T of size s, *I*(T) holds the full surface less any state of the morph from size s - 1 to s,
-// over T and along y:
-//   I(T) = hull over T's four children t of I(t) + [least, greatest of 0, -way of edge, -way of centre]
-// and I = [0, 0] at size 0. Vertices of a quad that reaches beyond the last sample move sideways, so that
-// there I = [-r, r], r being what the heights of its samples differ by.
+// edges and its centre each. The *way* of a middle or centre is what it moves by, from home to its target. In
+// a *state* each of them has gone any share of its way.
 //
-// Edges are numbered as families have them (family_row.h): 0 west, 1 south, 2 east, 3 north. A quad's
-// triangle 0 has its north edge, triangle 1 its south edge. Lengths are lattice steps of size 0, heights
-// kVertexStep.
+// Deviations are along y, and exact at the vertices of a *reference* grid kReferenceSizes finer, where they
+// are largest but for what the reference itself strays from the full surface, which is known of each of its
+// quads. So the sizes up to kReferenceSizes are exact, and coarser ones off by little.
+//
+// A quad that reaches beyond the last sample has vertices that move sideways. There all states lie, like the
+// full surface, between two planes that are parallel to its slope; the distance of the planes counts.
+//
+// Edges are numbered as families have them (family_row.h): 0 west, 1 south, 2 east, 3 north. Lengths are
+// lattice steps of size 0, heights kVertexStep.
 #pragma once
 
 #include <array>
@@ -22,10 +24,11 @@
 #include <span>
 
 #include "terrain/ground/ground.h"
+#include "terrain/ground/tile.h"
 
 namespace karst::core {
 
-// Nodes, or quads, of a size along an axis (0: x, 1: z).
+// Quads, or nodes, of a size along an axis (0: x, 1: z).
 inline std::int64_t quads_along(const GroundInfo& info, int axis, int size) {
   return (info.samples[axis] - 2 + (std::int64_t{1} << size)) >> size;
 }
@@ -33,22 +36,28 @@ inline std::int64_t nodes_along(const GroundInfo& info, int axis, int size) {
   return (quads_along(info, axis, size) + kNodeQuads - 1) / kNodeQuads;
 }
 
+inline constexpr int kReferenceSizes = 5;
+constexpr int reference_size(int size) {
+  return size > kReferenceSizes ? size - kReferenceSizes : 0;
+}
+inline constexpr int kMostReferenceRows = 1 << kReferenceSizes;  // of the reference's quads in one
+
 // A row of quads; spans of kNodeQuads x nodes_along() each.
 struct QuadRow {
-  std::span<std::int32_t> low, high;       // of all samples in the quad
-  std::array<std::span<float>, 2> below;   // I of its triangles: least, 0 or less
-  std::array<std::span<float>, 2> above;   // and greatest
-  std::array<std::span<float>, 4> border;  // greatest |I + [0, -way]| of children at the edge
-  std::span<float> tall;                   // greatest height that a child with its targets spans, and |I|
+  std::span<std::int32_t> low, high;  // of all samples in the quad
+  std::span<float> below, above;      // the full surface less the size's own: least, 0 or less; and greatest
+  std::span<float> most;              // greatest deviation in any state of the morph from the size below
+  std::array<std::span<float>, 4> border;  // at each edge, the same with the edge's middle alone on its way
+  std::span<float> tall;                   // greatest height that a child spans, with its targets
 };
 
-// A row of nodes; spans of nodes_along() each.
+// A row of nodes; spans of nodes_along() each, but thresholds, of kDemands times as many.
 struct NodeRow {
   std::span<std::int32_t> low, high;
-  std::span<float> full;  // greatest |I| of its triangles
+  std::span<float> most;
   std::array<std::span<float>, 4> border;
   std::span<float> tall;
-  std::span<float> error, chain;  // NodeMeasure's
+  std::span<std::uint16_t> thresholds;  // NodeMeasure's, node by node
 };
 
 // Quads of size 0. north, south: heights of kNodeQuads x nodes_along() + 1 vertices, as Tile has them beyond
@@ -60,33 +69,36 @@ struct MeasureQuads {
   const GroundInfo* info = nullptr;
   int size = 1;        // 1 or more
   std::int64_t k = 0;  // the row, less than quads_along()
-  // Of the next smaller size: heights of vertices in rows 2 k to 2 k + 2, and quads in rows 2 k and 2 k + 1.
-  std::array<std::span<const std::int32_t>, 3> heights;
-  std::array<QuadRow, 2> children;
+  // Of r = reference_size(size), n = 2^(size - r): heights of vertices in the n + 1 rows from n k on, and
+  // quads in the n rows from n k on. Rows beyond the last one are as the last one, and quads there are not
+  // looked at.
+  std::span<const std::span<const std::int32_t>> heights;
+  std::span<const QuadRow> finer;
   QuadRow out;
 
-  void run() const;
+  // All of it.
+  void run() const { run(0, static_cast<std::int64_t>(out.low.size())); }
+  // Quads first .. last - 1, of which some may be beyond the ground. Ranges may be measured by several
+  // threads.
+  void run(std::int64_t first, std::int64_t last) const;
 };
-
-// Puts a row of quads that is beyond the last one, and belongs to nodes that are not: what is above it.
-void repeat_quads(const QuadRow& above, const QuadRow& out);
 
 // Takes row k of quads into its row of nodes, in ascending order of k.
 void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRow& quads, const NodeRow& out);
 
-// error and chain of a row of nodes, which touches those above and below it, and is touched by rows 2 z - 1
-// to 2 z + 2 of the next smaller size. E and C of NodeMeasure, so that (1) and (2) of ground_view.h hold:
-//   E(p) is the greatest of |I| in p; of |I + [0, -way]| / (1 - sigma) of children at an edge of p, and of
-//   those on its other side undivided; with the rounding of vertices; of E(q) / (1 - sigma)
-//   C(p) is the greatest of G reach / (1 - sigma); of (C(q) + R(q)) / (1 - sigma)
-// for all nodes q of the next smaller size that touch p. Rounded up to 12 bits, which files hold in fewer
-// bytes.
+// Thresholds of a row of nodes, which touches those above and below it, and is touched by rows 2 z - 1 to 2 z
+// + 2 of the next smaller size. D(k) is the greatest of
+//   k error + G reach / (1 - sigma), error being the greatest deviation in any state in the node; with the
+//   middles of its border alone on their way, over 1 - sigma in the node and undivided on its other side; and
+//   the rounding of vertices (D(q)(k) + R(q)) / (1 - sigma) for each node q of the next smaller size that
+//   touches it
+// so that (1) and (2) of ground_view.h hold.
 struct MeasureNodes {
   const GroundInfo* info = nullptr;
   int size = 0;
   // Null: there is none. Of size 0 own alone is needed.
   const NodeRow* north = nullptr;
-  const NodeRow* own = nullptr;  // gathered; error and chain are the output
+  const NodeRow* own = nullptr;  // gathered; thresholds are the output
   const NodeRow* south = nullptr;
   std::array<const NodeRow*, 4> finer{};
 

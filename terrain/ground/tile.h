@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 
+#include "terrain/ground/demand.h"
 #include "terrain/ground/ground.h"
 
 namespace karst::core {
@@ -22,18 +23,18 @@ inline constexpr int kTileSide = kTileQuads + 1 + 2 * kTileRim;  // 69
 inline constexpr int kTileSamples = kTileSide * kTileSide;       // 4,761
 inline constexpr int kTileMeasures = kTileNodes * kTileNodes;    // 256
 
-// What is measured of a node. 16 bytes.
+// What is measured of a node. 32 bytes.
 struct NodeMeasure {
-  // E and C of thresholds.h: lattice steps of size 0, rounded up. 0 of size 0.
-  float error = 0;
-  float chain = 0;
+  // D of ground_view.h, over 2^size, at the demands of demand.h, as halves in the unit of morph.h, rounded
+  // up; rising. 0 of size 0.
+  std::uint16_t thresholds[kDemands] = {};
   // Least and greatest height of the samples in the node, its border included; kVertexStep.
   std::int32_t low = 0;
   std::int32_t high = 0;
 
   friend bool operator==(const NodeMeasure&, const NodeMeasure&) = default;
 };
-static_assert(sizeof(NodeMeasure) == 16);
+static_assert(sizeof(NodeMeasure) == 32);
 
 // Where a tile lies in its source. bytes 0: there is none.
 struct TilePlace {
@@ -46,7 +47,7 @@ struct TilePlace {
 };
 static_assert(sizeof(TilePlace) == 16);
 
-// A tile in memory; 23,204 bytes.
+// A tile in memory; 27,304 bytes.
 struct Tile {
   // Heights in kVertexStep, row by row from the north, west first: that of the grid vertex (i, k) of the size
   // at (k - first_k + kTileRim) * kTileSide + (i - first_i + kTileRim), first being kTileQuads x (or z).

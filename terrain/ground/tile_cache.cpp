@@ -73,9 +73,11 @@ void TileCache::ask() {
   std::sort(wants_.begin(), end, [](const Want& a, const Want& b) { return a.urgency > b.urgency; });
   for (auto want = wants_.begin(); want != end && counts_.under_way < kMostUnderWay; ++want) {
     if (is_under_way(want->key)) continue;
-    if (source_.ask == nullptr || !source_.ask(source_.context, want->key, want->place)) return;
+    if (source_.ask == nullptr || !source_.ask(source_.context, want->key, want->place)) break;
     under_way_[counts_.under_way++] = want->key;
   }
+  // Whoever still lacks them wants them again.
+  want_count_ = 0;
 }
 
 void TileCache::unlink(std::int32_t entry) {
@@ -120,6 +122,7 @@ std::uint32_t TileCache::poll(bool one) {
     const auto at = std::find(under_way_.begin(), end, key);
     if (at == end) continue;  // nobody asked
     *at = under_way_[--counts_.under_way];
+    counts_.failing = answer == TileSource::Answer::failed;
     if (answer == TileSource::Answer::failed) {
       ++counts_.failed;
       continue;

@@ -40,11 +40,13 @@ class TileCache {
   void reset(const TileSource& source, NodeKey root, const Tile& root_tile);
 
   void begin_frame();
+  // It stays where it is.
+  const Tile& root() const { return storage_.tiles[0]; }
   // Null where it is not there. Valid until poll().
   const Tile* find(NodeKey tile);
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey tile, const TilePlace& place, float urgency);
-  // Asks the source for what was wanted since begin_frame().
+  // Asks the source for what was wanted since the last time.
   void ask();
   // Takes what came, one at most or all. Returns how many tiles.
   std::uint32_t poll(bool one = false);
@@ -55,6 +57,7 @@ class TileCache {
     std::uint32_t wanted = 0;  // in the last frame, as far as they were counted (kMostWants)
     std::uint32_t under_way = 0;
     std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
+    bool failing = false;                             // the last one that was answered
   };
   const Counts& counts() const { return counts_; }
 

@@ -78,11 +78,13 @@ inline float morph_share(float apparent, float threshold) {
   return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
 }
 
-// home: relative to the camera's voxel, as it is drawn. way: target less home, exact. The sum is made
-// relative to the camera and not to the patch's origin: then it is the same bits in all patches that share
-// the vertex.
-inline glm::vec3 morph_position(glm::vec3 home, glm::vec3 way, float share) {
-  return {home.x + way.x * share, home.y + way.y * share, home.z + way.z * share};
+// home, target: relative to the camera's voxel, each rounded once (terrain/ground/node_place.h). way: target
+// less home, exact. The sum is made relative to the camera and not to the patch's origin: then it is the same
+// bits in all patches that share the vertex. What has arrived is at its target to the bit: there lies a
+// vertex of what is one size coarser.
+inline glm::vec3 morph_position(glm::vec3 home, glm::vec3 way, glm::vec3 target, float share) {
+  return share < 1.0f ? glm::vec3(home.x + way.x * share, home.y + way.y * share, home.z + way.z * share)
+                      : target;
 }
 
 // --- Thresholds as the GPU gets them: a row of half floats a patch, in units of kThresholdUnit.

@@ -39,10 +39,6 @@ glm::dvec3 unit(glm::dvec3 v) {
   return v / std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
-LatticeBox world_box(const QueryWorld& world) {
-  return world.tree->node(world.tree->rows() - 1, 0);
-}
-
 // How far boxes are grown for a question: with a sphere's radius, and where undisplaced patches may be met.
 struct Growth {
   bool undisplaced;
@@ -55,42 +51,47 @@ struct Growth {
         nodes(patches + (undisplaced ? of.undisplaced_reach() : 0)) {}
 };
 
-void set_level(const QueryPatches& patches, const QueryPatch& patch, QueryHit& hit) {
-  hit.level = static_cast<std::uint8_t>(patch.displaced ? patch.level : 0);
-  hit.coarse = hit.level < patches.level();
+// Where a segment enters a box grown by so much, as its share; above 1: nowhere.
+double entry_of(const Segment& segment, const NodeBox& box, double grow) {
+  double first = 0.0;
+  double last = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = box.low[axis] - grow - segment.from[axis];
+    const double high = box.high[axis] + grow - segment.from[axis];
+    const double way = segment.way[axis];
+    if (way == 0.0) {
+      if (low > 0.0 || high < 0.0) return 2.0;
+      continue;
+    }
+    first = std::max(first, std::min(low / way, high / way));
+    last = std::min(last, std::max(low / way, high / way));
+  }
+  return first <= last ? first : 2.0;
 }
 
-// Calls visit(id, patch, triangle of the patch, height, up, tile, triangle of the tile) for what the vertical
-// line through a place crosses between bottom and top, lattice steps. limit(): the height below which nothing
-// is wanted any more.
-template <class Limit, class Visit>
-void walk_line(QueryPatches& patches, glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit,
-               Visit&& visit) {
-  const Growth growth(patches, wait);
-  const VerticalLine line(place);
-  Segment segment;
-  const glm::dvec3 a(line.x, top, line.z);
-  const glm::dvec3 b(line.x, bottom, line.z);
-  if (!(top > bottom) || !segment.cut(a, b, world_box(patches.world()), kCutGrowth)) return;
-  if (segment.length < kLeastLength) return;
-  const SlabTest node_test(segment, growth.nodes);
-  const SlabTest patch_test(segment, growth.patches);
-  SlabTest tile_test(segment, kBoxMargin);
-  const auto t_limit = [&] {
-    return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
-  };
-  const auto visit_patch = [&](PatchId id) {
-    const QueryPatch patch = patches.get(id, wait == Wait::for_file);
-    tile_test.move_to(segment, patch.origin, kBoxMargin);
-    walk_tiles(patch, tile_test, t_limit, [&](int i, int j) {
-      const TileVertices tile(patch, i, j);
-      line.cross(tile, [&](int t, double height, bool up) {
-        if (height > top || height < bottom) return;
-        visit(id, patch, (j * (patch_cells(patch.level) / 2) + i) * 8 + t, height, up, tile, t);
-      });
-    });
-  };
-  walk_patches(patches.world(), node_test, patch_test, growth.undisplaced, t_limit, visit_patch);
+// Where triangles are of.
+struct Source {
+  PatchId patch;
+  std::int64_t first;  // of the tile's triangles, among all with this patch
+  std::uint8_t level;
+  bool coarse;
+
+  void tell(QueryHit& hit) const {
+    hit.patch = patch;
+    hit.level = level;
+    hit.coarse = coarse;
+  }
+};
+
+Source source_of(const QueryPatches& patches, PatchId id, const QueryPatch& patch, int i, int j) {
+  const auto level = static_cast<std::uint8_t>(patch.displaced ? patch.level : 0);
+  return {id, (j * (patch_cells(patch.level) / 2) + i) * 8, level, level < patches.level()};
+}
+
+Source source_of(const QueryGround::Met& met, int level) {
+  const std::int64_t node = (std::int64_t{met.node.z} << 24) + met.node.x;
+  return {QueryHit::kGround, (node * 4 + met.tile) * 8,
+          static_cast<std::uint8_t>(std::max(1, level - met.node.size)), met.node.size > 0};
 }
 
 // Calls visit(id) for the patches whose boxes are within a distance of a place, in the order of their
@@ -127,7 +128,7 @@ std::uint32_t patches_near(const QueryWorld& world, glm::dvec3 place, double dis
 
 struct Order {
   PatchId patch;
-  int triangle;
+  std::int64_t triangle;
   friend bool operator<(const Order& a, const Order& b) {
     return a.patch != b.patch ? a.patch < b.patch : a.triangle < b.triangle;
   }
@@ -135,12 +136,81 @@ struct Order {
 
 }  // namespace
 
+LatticeBox Query::world_box() const {
+  if (!has_patches()) return ground_box(ground_.info());
+  const LatticeBox box = patches_.world().tree->node(patches_.world().tree->rows() - 1, 0);
+  if (!ground_.exists()) return box;
+  const LatticeBox other = ground_box(ground_.info());
+  return {glm::min(box.min, other.min), glm::max(box.max, other.max)};
+}
+
+// Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit().
+template <class Limit, class Visit>
+void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit&& limit, Visit&& visit) {
+  const Growth growth(patches_, wait, radius);
+  if (has_patches()) {
+    const SlabTest node_test(segment, growth.nodes);
+    const SlabTest patch_test(segment, growth.patches);
+    SlabTest tile_test(segment, growth.patches);
+    walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, [&](PatchId id) {
+      const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
+      tile_test.move_to(segment, patch.origin, growth.patches);
+      walk_tiles(patch, tile_test, limit, [&](int i, int j) {
+        visit(source_of(patches_, id, patch, i, j), TileVertices(patch, i, j));
+      });
+    });
+  }
+  const auto entry = [&](const NodeBox& box) { return entry_of(segment, box, growth.patches); };
+  ground_.walk(
+      wait == Wait::for_file, [&](const NodeBox& box) { return entry(box) <= double{limit()}; },
+      [&](const NodeBox& a, const NodeBox& b) { return entry(a) < entry(b); },
+      [&](const QueryGround::Met& met, const TileVertices& tile) {
+        visit(source_of(met, std::max(level(), 1)), tile);
+      });
+}
+
+// Calls visit(source, tile, triangle of the tile, height, up) for what the vertical line through a place
+// crosses between bottom and top, lattice steps. limit(): the height below which nothing is wanted any more.
+template <class Limit, class Visit>
+void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit) {
+  const VerticalLine line(place);
+  Segment segment;
+  const glm::dvec3 a(line.x, top, line.z);
+  const glm::dvec3 b(line.x, bottom, line.z);
+  if (!(top > bottom) || !segment.cut(a, b, world_box(), kCutGrowth)) return;
+  if (segment.length < kLeastLength) return;
+  const auto t_limit = [&] {
+    return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
+  };
+  walk_segment(segment, 0.0, wait, t_limit, [&](const Source& source, const TileVertices& tile) {
+    line.cross(tile, [&](int t, double height, bool up) {
+      if (height > top || height < bottom) return;
+      visit(source, tile, t, height, up);
+    });
+  });
+}
+
 Status Query::prepare(glm::dvec3 place, double radius) {
   if (!good(place)) return {StatusCode::invalid_argument, "not a place near a world", "place"};
   if (!(radius >= 0.0 && radius <= kReach)) {
     return {StatusCode::invalid_argument, "not 0 to 2^30 voxels", "radius"};
   }
-  if (is_empty()) return {};
+  if (ground_.exists()) {
+    // A walk through all of them reads them; more than there is room for give way to each other.
+    const std::uint64_t failed = ground_.failed_reads();
+    const glm::dvec3 at = place * kSteps;
+    const double reach = radius * kSteps;
+    const auto distance = [&](const NodeBox& box) {
+      const glm::dvec3 d = at - glm::clamp(at, box.low, box.high);
+      return std::max(std::abs(d.x), std::abs(d.z));
+    };
+    ground_.walk(
+        true, [&](const NodeBox& box) { return distance(box) <= reach; },
+        [&](const NodeBox& a, const NodeBox& b) { return distance(a) < distance(b); },
+        [](const QueryGround::Met&, const TileVertices&) {});
+    if (ground_.failed_reads() != failed) return ground_.trouble();
+  }
+  if (!has_patches()) return {};
   const QueryWorld& world = patches_.world();
   const std::uint32_t count = patches_near(world, place * kSteps, radius * kSteps, [](PatchId) {});
   double within = radius;
@@ -166,19 +236,18 @@ Status Query::prepare(glm::dvec3 place, double radius) {
 
 std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out) {
   if (is_empty() || !good(place)) return 0;
-  const LatticeBox box = world_box(patches_.world());
+  const LatticeBox box = world_box();
   const double reach = patches_.undisplaced_reach() + kBoxMargin;
   const double bottom = box.min.y - reach;
   std::uint32_t count = 0;
   walk_line(
-      patches_, place * kSteps, box.max.y + reach, bottom, wait, [&] { return bottom; },
-      [&](PatchId id, const QueryPatch& patch, int, double height, bool, const TileVertices& tile, int t) {
+      place * kSteps, box.max.y + reach, bottom, wait, [&] { return bottom; },
+      [&](const Source& source, const TileVertices& tile, int t, double height, bool) {
         QueryHit hit;
         hit.place = glm::dvec3(place.x, height / kSteps, place.z);
         hit.normal = unit(tile.area(t));
         hit.distance = place.y - hit.place.y;
-        hit.patch = id;
-        set_level(patches_, patch, hit);
+        source.tell(hit);
         // Sorted into what is there; beyond the end of out the lowest one is dropped. Equal heights: by
         // patch.
         std::size_t held = std::min<std::size_t>(count, out.size());
@@ -199,23 +268,21 @@ std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out
 bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
   hit = {};
   if (is_empty() || !good(place) || !(std::abs(step) <= kReach)) return false;
-  const LatticeBox box = world_box(patches_.world());
+  const LatticeBox box = world_box();
   const double reach = patches_.undisplaced_reach() + kBoxMargin;
   const double bottom = box.min.y - reach;
   double best = bottom;
   Order first{QueryHit::kNone, 0};
   walk_line(
-      patches_, place * kSteps, std::min((place.y + step) * kSteps, box.max.y + reach), bottom, wait,
+      place * kSteps, std::min((place.y + step) * kSteps, box.max.y + reach), bottom, wait,
       [&] { return best; },
-      [&](PatchId id, const QueryPatch& patch, int triangle, double height, bool up, const TileVertices& tile,
-          int t) {
-        const Order order{id, triangle};
+      [&](const Source& source, const TileVertices& tile, int t, double height, bool up) {
+        const Order order{source.patch, source.first + t};
         if (!up || height < best || (height == best && first < order)) return;
         best = height;
         first = order;
         hit.normal = unit(tile.area(t));
-        hit.patch = id;
-        set_level(patches_, patch, hit);
+        source.tell(hit);
       });
   if (!hit.found()) return false;
   hit.place = glm::dvec3(place.x, best / kSteps, place.z);
@@ -225,13 +292,13 @@ bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
 
 bool Query::inside(glm::dvec3 place, Wait wait) {
   if (is_empty() || !good(place)) return false;
-  const LatticeBox box = world_box(patches_.world());
+  const LatticeBox box = world_box();
   const double top = box.max.y + patches_.undisplaced_reach() + kBoxMargin;
   const double height_of_place = place.y * kSteps;
   int up_less_down = 0;
   walk_line(
-      patches_, place * kSteps, top, height_of_place, wait, [&] { return height_of_place; },
-      [&](PatchId, const QueryPatch&, int, double height, bool up, const TileVertices&, int) {
+      place * kSteps, top, height_of_place, wait, [&] { return height_of_place; },
+      [&](const Source&, const TileVertices&, int, double height, bool up) {
         if (height > height_of_place) up_less_down += up ? 1 : -1;
       });
   return up_less_down > 0;
@@ -240,35 +307,24 @@ bool Query::inside(glm::dvec3 place, Wait wait) {
 bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
   hit = {};
   if (is_empty() || !good(from) || !good(to)) return false;
-  const Growth growth(patches_, wait);
   Segment segment;
-  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), kCutGrowth)) return false;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(), kCutGrowth)) return false;
   if (!(largest(segment.way) >= kLeastLength)) return false;
-  const SlabTest node_test(segment, growth.nodes);
-  const SlabTest patch_test(segment, growth.patches);
-  SlabTest tile_test(segment, kBoxMargin);
   const SegmentShear shear(segment);
   double best = 1.0;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best); };
-  const auto visit_patch = [&](PatchId id) {
-    const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
-    tile_test.move_to(segment, patch.origin, kBoxMargin);
-    walk_tiles(patch, tile_test, limit, [&](int i, int j) {
-      const TileVertices tile(patch, i, j);
-      shear.cross(tile, [&](int t, double share, glm::dvec3 place) {
-        const Order order{id, (j * (patch_cells(patch.level) / 2) + i) * 8 + t};
-        if (share > best || (share == best && first < order)) return;
-        best = share;
-        first = order;
-        hit.place = place;
-        hit.normal = tile.area(t);
-        hit.patch = id;
-        set_level(patches_, patch, hit);
-      });
+  walk_segment(segment, 0.0, wait, limit, [&](const Source& source, const TileVertices& tile) {
+    shear.cross(tile, [&](int t, double share, glm::dvec3 place) {
+      const Order order{source.patch, source.first + t};
+      if (share > best || (share == best && first < order)) return;
+      best = share;
+      first = order;
+      hit.place = place;
+      hit.normal = tile.area(t);
+      source.tell(hit);
     });
-  };
-  walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, visit_patch);
+  });
   if (!hit.found()) return false;
   hit.place = hit.place / kSteps;
   hit.normal = unit(hit.normal);
@@ -279,38 +335,26 @@ bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
 bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, QueryHit& hit) {
   hit = {};
   if (is_empty() || !good(from) || !good(to) || !(radius >= 0.0 && radius <= kReach)) return false;
-  const Growth growth(patches_, wait, radius * kSteps);
   Segment segment;
-  if (!segment.cut(from * kSteps, to * kSteps, world_box(patches_.world()), kCutGrowth + radius * kSteps))
-    return false;
+  if (!segment.cut(from * kSteps, to * kSteps, world_box(), kCutGrowth + radius * kSteps)) return false;
   if (!(largest(segment.way) >= kLeastLength)) segment.way = glm::dvec3(0.0);
-  const SlabTest node_test(segment, growth.nodes);
-  const SlabTest patch_test(segment, growth.patches);
-  SlabTest tile_test(segment, growth.patches);
   Contact best;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best.t); };
-  const auto visit_patch = [&](PatchId id) {
-    const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
-    tile_test.move_to(segment, patch.origin, growth.patches);
-    walk_tiles(patch, tile_test, limit, [&](int i, int j) {
-      const TileVertices tile(patch, i, j);
-      for (int t = 0; t < 8; ++t) {
-        const glm::dvec3 area = tile.area(t);
-        Contact contact;
-        const Triangle triangle{{tile.corner(t, 0), tile.corner(t, 1), tile.corner(t, 2)}};
-        if (!sweep_triangle(segment, radius * kSteps, triangle, area, best, contact)) continue;
-        const Order order{id, (j * (patch_cells(patch.level) / 2) + i) * 8 + t};
-        if (best < contact || (!(contact < best) && first < order)) continue;
-        best = contact;
-        first = order;
-        hit.normal = area;
-        hit.patch = id;
-        set_level(patches_, patch, hit);
-      }
-    });
-  };
-  walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, visit_patch);
+  walk_segment(segment, radius * kSteps, wait, limit, [&](const Source& source, const TileVertices& tile) {
+    for (int t = 0; t < 8; ++t) {
+      const glm::dvec3 area = tile.area(t);
+      Contact contact;
+      const Triangle triangle{{tile.corner(t, 0), tile.corner(t, 1), tile.corner(t, 2)}};
+      if (!sweep_triangle(segment, radius * kSteps, triangle, area, best, contact)) continue;
+      const Order order{source.patch, source.first + t};
+      if (best < contact || (!(contact < best) && first < order)) continue;
+      best = contact;
+      first = order;
+      hit.normal = area;
+      source.tell(hit);
+    }
+  });
   if (!hit.found()) return false;
   hit.place = best.place / kSteps;
   hit.normal = unit(hit.normal);

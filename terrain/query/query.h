@@ -35,6 +35,8 @@
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
 #include "terrain/query/patch_cache.h"
+#include "terrain/query/query_ground.h"
+#include "terrain/query/segment.h"
 #include "terrain/resident/height_cache.h"
 #include "terrain/surface/patch.h"
 
@@ -48,14 +50,16 @@ enum class Wait : std::uint8_t { never, for_file };
 
 struct QueryHit {
   static constexpr PatchId kNone = 0xffffffffu;
+  static constexpr PatchId kGround = 0xfffffffeu;
 
   glm::dvec3 place{0.0};
   glm::dvec3 normal{0.0};  // of the triangle, unit length, out of the rock
   // ray, sphere: from the start. ground, column: how far the surface lies below the place, negative above it.
   double distance = 0.0;
-  PatchId patch = kNone;   // kNone: nothing was met
-  std::uint8_t level = 0;  // of the surface that was met; 0: undisplaced
-  bool coarse = false;     // level is below the query's
+  PatchId patch = kNone;  // kNone: nothing was met; kGround: no patch, but the ground
+  // Of the surface that was met; 0: undisplaced. Of the ground the query's, less one a size, at least 1.
+  std::uint8_t level = 0;
+  bool coarse = false;  // level is below the query's
 
   bool found() const { return patch != kNone; }
 };
@@ -76,27 +80,40 @@ class Query {
  public:
   static constexpr double kReach = 0x1p30;  // voxels
 
-  using Limits = QueryPatches::Limits;
+  struct Limits : QueryPatches::Limits {
+    QueryGround::Limits ground;
+  };
 
   Query() = default;
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  static void add_to(Budget& budget, const Limits& limits) { QueryPatches::add_to(budget, limits); }
+  static void add_to(Budget& budget, const Limits& limits) {
+    QueryPatches::add_to(budget, limits);
+    QueryGround::add_to(budget, limits.ground);
+  }
 
   // Takes exactly what add_to() counts from the arena. invalid_argument naming the field; limit_reached
   // ("memory").
-  Status create(const Limits& limits, Arena& arena) { return patches_.create(limits, arena); }
+  Status create(const Limits& limits, Arena& arena) {
+    const Status status = patches_.create(limits, arena);
+    return status.ok() ? ground_.create(limits.ground, arena) : status;
+  }
 
   // Forgets all patches. invalid_argument ("bounds", "tree", "heights"), limit_reached ("max_level").
   Status set_world(const QueryWorld& world) { return patches_.set_world(world); }
+  // As QueryGround's; after set_world(). The ground is met at size 0, and coarser where Wait::never has no
+  // tile.
+  void set_ground(const GroundInfo& info, const Tile* root, const TileReading& reading) {
+    ground_.set_ground(info, root, reading);
+  }
 
   // The level that answers are of: that of the limits, or the world's where it is less.
   int level() const { return patches_.level(); }
 
-  // Makes the patches within radius of a place ready, which reads the file where heights are not in memory.
-  // invalid_argument ("place", "radius"); limit_reached ("query_patches", value: how many there are): nearer
-  // ones are ready; errors of reading.
+  // Makes the patches, and the ground's tiles, within radius of a place ready, which reads the file where
+  // heights are not in memory. invalid_argument ("place", "radius"); limit_reached ("query_patches", value:
+  // how many there are): nearer ones are ready; errors of reading.
   Status prepare(glm::dvec3 place, double radius);
 
   // All surfaces on the vertical line through a place, from the top. Returns how many there are; the first
@@ -124,15 +141,24 @@ class Query {
   bool inside(glm::dvec3 place, Wait wait);
 
   // Reads that failed since set_world(), and what the last one said.
-  std::uint64_t failed_reads() const { return patches_.failed_reads(); }
-  const Status& trouble() const { return patches_.trouble(); }
+  std::uint64_t failed_reads() const { return patches_.failed_reads() + ground_.failed_reads(); }
+  const Status& trouble() const { return patches_.trouble().ok() ? ground_.trouble() : patches_.trouble(); }
   // Groups of heights that were read since create(): how often the file was touched.
   std::uint64_t groups_read() const { return patches_.groups_read(); }
+  // The same of tiles of the ground, since set_ground().
+  std::uint64_t tiles_read() const { return ground_.tiles_read(); }
 
  private:
-  bool is_empty() const { return level() == 0 || patches_.world().surface.patches.empty(); }
+  bool has_patches() const { return level() != 0 && !patches_.world().surface.patches.empty(); }
+  bool is_empty() const { return !has_patches() && !ground_.exists(); }
+  LatticeBox world_box() const;
+  template <class Limit, class Visit>
+  void walk_segment(const Segment& segment, double radius, Wait wait, Limit&& limit, Visit&& visit);
+  template <class Limit, class Visit>
+  void walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit);
 
   QueryPatches patches_;
+  QueryGround ground_;
 };
 
 }  // namespace karst::core

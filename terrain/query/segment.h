@@ -101,13 +101,13 @@ BoxLanes patch_lanes(const QueryWorld& world, PatchId id) {
 }
 
 // Four boxes, lane by lane.
-struct FourBoxes {
+struct WalkBoxes {
   simd::Float4 low[3];
   simd::Float4 high[3];
 
   // lanes(c): the BoxLanes of box c; the last of `count` is repeated.
   template <class Lanes>
-  FourBoxes(std::uint32_t count, Lanes&& lanes) {
+  WalkBoxes(std::uint32_t count, Lanes&& lanes) {
     simd::Int4 a[4];
     simd::Int4 b[4];
     for (std::uint32_t c = 0; c < 4; ++c) {
@@ -155,7 +155,7 @@ void walk_patches(const QueryWorld& world, const SlabTest& node_test, const Slab
     const int bottom = depth;
     for (std::uint32_t c = 0; c < count; c += 4) {
       const std::uint32_t lanes = count - c < 4 ? count - c : 4;
-      const FourBoxes four(lanes, [&](std::uint32_t lane) {
+      const WalkBoxes four(lanes, [&](std::uint32_t lane) {
         if (at.row > 0) return node_lanes(tree.node(at.row - 1, first + c + lane));
         return patch_lanes<kUndisplaced>(world, first + c + lane);
       });

@@ -5,6 +5,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "terrain/ground/ground.h"
+
 namespace karst::core {
 namespace {
 
@@ -20,6 +22,11 @@ TileVertices::TileVertices(const QueryPatch& patch, int a, int b) {
     const std::int16_t* p = first + 3 * (kAround[v][1] * side + kAround[v][0]);
     at[v] = glm::dvec3(patch.origin + glm::ivec3(p[0], p[1], p[2]));
   }
+}
+
+// Of a node i runs south and j east (family_row.h).
+TileVertices::TileVertices(const glm::dvec3* first) {
+  for (int v = 0; v < 9; ++v) at[v] = first[kAround[v][0] * kNodeSide + kAround[v][1]];
 }
 
 glm::dvec3 TileVertices::area(int t) const {

@@ -14,6 +14,8 @@ struct TileVertices {
   glm::dvec3 at[9];
 
   TileVertices(const QueryPatch& patch, int a, int b);
+  // Of a node of the ground: the north-west one of nine in rows of kNodeSide, west first.
+  explicit TileVertices(const glm::dvec3* first);
 
   // Corners of triangle t.
   const glm::dvec3& corner(int t, int k) const { return at[k == 2 ? 8 : (t + k) & 7]; }

@@ -30,27 +30,37 @@ constexpr std::uint32_t slot_pages(int level) {
 }
 inline constexpr std::uint32_t kMostSlotPages = slot_pages(kMaxLevel);
 
-// What vertex shaders learn of a page, as a texel of two unsigned integers; gles_shaders/interface.glsl.
+// What vertex shaders learn of a page, as a texel of four unsigned integers; gles_shaders/interface.glsl.
+// What lies in a page has a *size*: its lattice step is 2^size steps, its voxel 2^size voxels. Patches have
+// size 0, nodes of the ground their own (terrain/ground/ground.h).
 struct PageTexel {
-  std::uint32_t origin =
-      0;  // the patch's origin in voxels, 10 bits an axis, x lowest; bit 30: it may be a cave
-  std::uint32_t place = 0;  // of the page in its chain, 8 bits; the patch's morph row, 20 bits; 4 bits for
-                            // the material that all of the patch has plus 1, or 0
+  // The origin in voxels of the size, two's complement: of x and z all 32 bits; of y 26, above which lie the
+  // size, 5 bits, and one for what may be a cave.
+  std::uint32_t x = 0;
+  std::uint32_t z = 0;
+  std::uint32_t y_size = 0;
+  std::uint32_t place = 0;  // of the page in its chain, 8 bits; the morph row, 20 bits; 4 bits for the one
+                            // material that all of it has plus 1, or 0
 
   friend bool operator==(const PageTexel&, const PageTexel&) = default;
 };
 inline constexpr std::uint32_t kMostMorphRows = 1u << 20;
-static_assert(sizeof(PageTexel) == 8);
-static_assert(kMostSlotPages <= 256 && (1 << kMaxDepth) < 1024, "what a texel has bits for");
+inline constexpr std::uint32_t kMostPlaces = 256;         // of pages in a chain, and what nodes have instead
+inline constexpr int kMostPageSize = 20;                  // shaders' positions are exact up to it
+inline constexpr std::int32_t kMostPageHeight = 1 << 25;  // y of an origin is within [-this, this)
+static_assert(sizeof(PageTexel) == 16);
+static_assert(kMostSlotPages <= kMostPlaces, "what a texel has bits for");
 
-// Precondition: origin within 0..1023, place below kMostSlotPages, row below kMostMorphRows, material
-// below 16.
-constexpr PageTexel make_page_texel(glm::ivec3 origin, std::uint32_t place, std::uint32_t row,
+// Precondition: origin.y within +-kMostPageHeight, size within 0..kMostPageSize, place below kMostPlaces, row
+// below kMostMorphRows, material below 16.
+constexpr PageTexel make_page_texel(glm::ivec3 origin, int size, std::uint32_t place, std::uint32_t row,
                                     std::uint32_t material, bool cave) {
-  KARST_ASSERT(origin.x >> 10 == 0 && origin.y >> 10 == 0 && origin.z >> 10 == 0);
-  KARST_ASSERT(place < kMostSlotPages && row < kMostMorphRows && material < 16);
-  const auto axis = [](int v) { return static_cast<std::uint32_t>(v); };
-  return {axis(origin.x) | axis(origin.y) << 10 | axis(origin.z) << 20 | std::uint32_t{cave} << 30,
+  KARST_ASSERT(origin.y >= -kMostPageHeight && origin.y < kMostPageHeight);
+  KARST_ASSERT(size >= 0 && size <= kMostPageSize);
+  KARST_ASSERT(place < kMostPlaces && row < kMostMorphRows && material < 16);
+  const auto bits = [](int v) { return static_cast<std::uint32_t>(v); };
+  return {bits(origin.x), bits(origin.z),
+          (bits(origin.y) & 0x3ffffffu) | bits(size) << 26 | std::uint32_t{cave} << 31,
           place | row << 8 | material << 28};
 }
 
@@ -59,6 +69,8 @@ struct PageTable {
   std::span<const std::uint32_t> next_page;   // by page
   // By page, as many as next_page: memory that is lent to the renderer, which alone writes and reads it.
   std::span<PageTexel> texels;
+  // The same of the pages of families, which lie behind them: by page's number among those.
+  std::span<PageTexel> family_texels = {};
 };
 
 }  // namespace karst::core

@@ -30,8 +30,8 @@ struct NodeUpload {
   std::uint32_t row = 0;   // of thresholds, among the families' rows
   int size = 0;
   int quadrant = 0;
-  glm::ivec3 origin{0};  // voxels of the size
-  std::span<const GpuVertex, kNodeVertices> vertices{static_cast<const GpuVertex*>(nullptr), kNodeVertices};
+  glm::ivec3 origin{0};                 // voxels of the size
+  std::span<const GpuVertex> vertices;  // kNodePageVertices
 };
 
 class Ground {
@@ -55,6 +55,8 @@ class Ground {
   void detach() { info_ = {}; }
   bool exists() const { return info_.exists(); }
   const GroundInfo& info() const { return info_; }
+  // Constant until the next attach(); any thread may read it.
+  const Tile& root_tile() const { return tiles_.root(); }
   // Forgets what is on the GPU.
   void forget();
 
@@ -72,6 +74,9 @@ class Ground {
   const GroundView& view(std::size_t n) const { return views_[n]; }
   std::size_t shadow_view() const { return view_count_ - 1; }
   MorphRows take_rows(std::size_t view) { return views_[view].take_rows(); }
+  std::span<PageTexel> texels() const { return pool_.texels(); }
+  // Of a view, and of all: on the GPU.
+  std::uint32_t row_count() const { return pool_.count() + 1; }
   const TileCache::Counts& counts() const { return tiles_.counts(); }
 
  private:
@@ -100,7 +105,7 @@ class Ground {
     bool selected = false;
   };
   std::array<Turn, kMostViews + 1> turns_{};
-  std::array<GpuVertex, kNodeVertices> vertices_{};
+  std::array<GpuVertex, kNodePageVertices> vertices_{};
 };
 
 }  // namespace karst::core

@@ -18,6 +18,7 @@
 #include "terrain/base/budget.h"
 #include "terrain/base/check.h"
 #include "terrain/base/config.h"
+#include "terrain/world/ground.h"
 #include "terrain/world/residency.h"
 #include "terrain/world/shadow_casters.h"
 #include "terrain/world/view_state.h"
@@ -50,6 +51,7 @@ struct TerrainParts {
 
   World world;
   Residency residency;
+  Ground ground;  // nothing is attached to it by load(): whoever reads tiles does
   ShadowCasters casters;
   std::array<ViewState, kMostViews> views;  // those beyond Config::max_views have no memory
   Arena arena{{}};

@@ -7,6 +7,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/shared_vertices.h"
 #include "terrain/resident/page_table.h"
@@ -49,8 +50,13 @@ std::size_t World::scratch_size(const Config& config) {
   return std::max({table, mask, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
 }
 
+// Nodes of the ground are drawn from it as well.
+int World::index_table_level(const Config& config) {
+  return std::max(static_cast<int>(config.max_level), kNodeLevel);
+}
+
 std::size_t World::index_table_size(const Config& config) {
-  return index_count(static_cast<int>(config.max_level));
+  return index_count(index_table_level(config));
 }
 
 Status World::create(const Config& config, Arena& arena) {
@@ -67,7 +73,7 @@ Status World::create(const Config& config, Arena& arena) {
   tree_.create(blocks_.boxes);
   occluders_.create(blocks_.occluders);
   sky_.create(blocks_.sky);
-  return build_index_tables(static_cast<int>(config.max_level), blocks_.index_table);
+  return build_index_tables(index_table_level(config), blocks_.index_table);
 }
 
 std::size_t World::level_error_count() const {
@@ -75,8 +81,12 @@ std::size_t World::level_error_count() const {
 }
 
 LatticeBox World::box() const {
-  if (info_.patches == 0) return {};
-  return tree_.node(tree_.rows() - 1, 0);
+  KARST_ASSERT(info_.patches > 0 || ground().exists());
+  if (info_.patches == 0) return ground_box(ground());
+  const LatticeBox patches = tree_.node(tree_.rows() - 1, 0);
+  if (!ground().exists()) return patches;
+  const LatticeBox other = ground_box(ground());
+  return {glm::min(patches.min, other.min), glm::max(patches.max, other.max)};
 }
 
 Heights World::heights() const {

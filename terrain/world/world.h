@@ -91,7 +91,11 @@ class World {
   const Occluders& occluders() const { return occluders_; }
   const SkyVisibility& sky() const { return sky_; }
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
-  // Box of everything, lattice steps. Precondition: there is a patch.
+  // Does not exist where the world has none.
+  const GroundInfo& ground() const { return reader_.ground(); }
+  // To read tiles by; stays until the next load().
+  const WorldReader& reader() const { return reader_; }
+  // Box of everything, lattice steps. Precondition: there is a patch or a ground.
   LatticeBox box() const;
   // Vertices at levels up to this fit one page, so that it costs what level 1 costs.
   int base_level() const { return info_.level < 2 ? info_.level : 2; }
@@ -178,6 +182,7 @@ class World {
     }
   };
 
+  static int index_table_level(const Config& config);
   static std::size_t index_table_size(const Config& config);
   static std::size_t scratch_size(const Config& config);
   std::size_t level_error_count() const;

@@ -51,7 +51,7 @@ TEST(DeviceLimits, SettingsAreChecked) {
       {"drape_height", [](RendererSettings& s) { s.drape_width = RendererSettings::kMaxPicture; }},
       {"drape_repeat", [](RendererSettings& s) { s.drape_width = s.drape_height = 1, s.drape_repeat = NAN; }},
       {"extent", [](RendererSettings& s) { s.extent.y = 0; }},
-      {"extent", [](RendererSettings& s) { s.extent.z = 513; }},
+      {"extent", [](RendererSettings& s) { s.extent.z = (1 << 20) + 1; }},
       {"sky", [](RendererSettings& s) { s.sky.cells.x = 0; }},
       {"sky", [](RendererSettings& s) { s.sky.cells.y = 257; }},
   };
@@ -265,8 +265,8 @@ TEST(DeviceLimits, UploadsThatDoNotFitAreRefused) {
                {"vertices", 0, 0, 0, {}, 0},
                {"vertices", 0, 4193, 33, {}, 0},
                {"vertices", 0, 0xffffffffu, 33, {}, 0},
-               {"origin", 0, 0, 33, {0, -1, 0}, 0},
-               {"origin", 0, 0, 33, {1024, 0, 0}, 0},
+               {"origin", 0, 0, 33, {0, -kMostPageHeight - 1, 0}, 0},
+               {"origin", 0, 0, 33, {0, kMostPageHeight, 0}, 0},
                {"row", 0, 0, 33, {}, 10}};
   for (const auto& c : cases) {
     const std::span<const GpuVertex> some = std::span(vertices).first(c.count);

@@ -43,6 +43,8 @@ std::uint64_t texel_bytes(GLenum format) {
   switch (format) {
     case GL_RG32UI:
       return 8;
+    case GL_RGBA32UI:
+      return 16;
     case GL_R8:
     case GL_R8UI:
       return 1;

@@ -16,6 +16,7 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
+#include "terrain/ground/node_place.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/gl/gl_fixture.h"
 #include "tests/support/morphed_surface.h"
@@ -55,10 +56,11 @@ class Decoder {
     // Nothing is rasterised, but drawing needs a complete framebuffer.
     EXPECT_TRUE(target_.create(context_.loader(), {.width = 1, .height = 1}).ok());
     gl.GenTextures(3, textures_);
-    make_texture(KARST_UNIT_PAGE_TABLE, GL_RG32UI, 1 << KARST_PAGE_ROW_BITS, "page_table");
+    make_texture(KARST_UNIT_PAGE_TABLE, GL_RGBA32UI, 1 << KARST_PAGE_ROW_BITS, "page_table");
     make_texture(KARST_UNIT_MORPH_ENTRIES, GL_R8UI, 1 << KARST_ENTRY_ROW_BITS, "morph_entries");
     std::vector<std::uint8_t> entries(static_cast<std::size_t>(1 << KARST_ENTRY_ROW_BITS) * kEntryRows);
     EXPECT_TRUE(build_morph_entries(kMaxLevel, entries).ok());
+    build_family_entries(entries);
     gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_ENTRY_ROW_BITS, kEntryRows, GL_RED_INTEGER,
                      GL_UNSIGNED_BYTE, entries.data());
     make_texture(KARST_UNIT_MORPH_ROWS, GL_R16F, kRowTexels, "morph_rows");
@@ -88,7 +90,7 @@ class Decoder {
     gl.UseProgram(program_);
     gl.UniformBlockBinding(program_, gl.GetUniformBlockIndex(program_, "FrameBlock"), KARST_BINDING_FRAME);
     gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_PAGE_TABLE);
-    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_PAGE_ROW_BITS, kTextureRows, GL_RG_INTEGER,
+    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1 << KARST_PAGE_ROW_BITS, kTextureRows, GL_RGBA_INTEGER,
                      GL_UNSIGNED_INT, texels.data());
     gl.ActiveTexture(GL_TEXTURE0 + KARST_UNIT_MORPH_ROWS);
     gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kRowTexels, kTextureRows, GL_RED, GL_HALF_FLOAT, rows.data());
@@ -124,7 +126,6 @@ class Decoder {
 
  private:
   static constexpr int kRowTexels = kMorphRow << KARST_MORPH_ROW_BITS;
-  static constexpr int kEntryRows = (patch_vertices(kMaxLevel) >> KARST_ENTRY_ROW_BITS) + 1;
 
   // Leaves the texture bound and its unit active.
   void make_texture(int unit, GLenum format, int width, const char* sampler) {
@@ -188,7 +189,7 @@ TEST(VertexDecode, EveryPackedNormalAndPositionsDecodeAsInCpp) {
   std::vector<PageTexel> texels(origins.size());
   for (std::size_t page = 0; page < origins.size(); ++page) {
     for (int axis = 0; axis < 3; ++axis) origins[page][axis] = random.below(513);
-    texels[page] = make_page_texel(origins[page], 0, 0, 0, false);
+    texels[page] = make_page_texel(origins[page], 0, 0, 0, 0, false);
   }
   const glm::dvec3 eye{300.3, 77.7, 211.1};
   const shader::FrameBlock block = block_of(camera_at(eye, 30, -20), 0.5f);
@@ -228,6 +229,148 @@ TEST(VertexDecode, EveryPackedNormalAndPositionsDecodeAsInCpp) {
   }
 }
 
+// The thresholds of families begin at a row of their own, behind others that would move everything the other
+// way.
+constexpr int kFirstFamilyRow = 3;
+
+// A page of a node.
+struct Page {
+  glm::ivec3 origin{0};
+  int size = 0;
+};
+
+bool same_bits(const float* a, const float* b, std::size_t count) {
+  return std::memcmp(a, b, count * sizeof(float)) == 0;
+}
+
+// Bits of a vertex as drawn at one end of its way, and as C++ has them.
+void expect_place(const Decoded& d, const Camera& camera, const Page& page, const std::int16_t (&at)[3]) {
+  const glm::vec3 place = node_place(camera.voxel, page.size, page.origin, {at[0], at[1], at[2]});
+  for (int axis = 0; axis < 3; ++axis) {
+    const float from_eye = (place[axis] - camera.fine[axis]) / kStepsPerVoxel;
+    ASSERT_TRUE(same_bits(&d.from_eye[axis], &from_eye, 1)) << page.size << ' ' << axis;
+    const float in_patch = std::ldexp(static_cast<float>(at[axis]), page.size) / kStepsPerVoxel;
+    ASSERT_EQ(d.in_patch[axis], in_patch);
+    ASSERT_EQ(static_cast<std::uint32_t>(d.patch_voxel[axis]), static_cast<std::uint32_t>(page.origin[axis])
+                                                                   << page.size);
+  }
+}
+
+// Pages of nodes, near the eye and as far as there is room for, alternately of a size and of the next greater
+// one: vertices of the first go to those of the second.
+TEST(VertexDecode, PlacesThatTwoSizesShareAreTheSameBits) {
+  test::Random random{23};
+  Decoder decoder;
+  constexpr std::size_t kPages = 1'024;
+  std::vector<std::uint16_t> rows((kFirstFamilyRow + 2) * std::size_t{kMorphRow});
+  const auto fill_rows = [&rows](int first, int count, std::uint16_t threshold) {
+    std::fill_n(rows.begin() + first * kMorphRow, count * kMorphRow, threshold);
+  };
+  std::size_t rounded = 0;
+  for (int turn = 0; turn < 40; ++turn) {
+    const auto coordinate = [&random] { return (random.unit() * 2 - 1) * kCameraReach; };
+    const Camera camera = camera_at({coordinate(), coordinate(), coordinate()}, 33.3, -21.7);
+    shader::FrameBlock block = block_of(camera, 0.5f);
+    block.first_rows.y = kFirstFamilyRow;
+    block.camera_fine.w = -1234.0f;
+    std::vector<Page> pages(kPages);
+    std::vector<PageTexel> texels(kPages);
+    std::vector<GpuVertex> vertices(kPages * kPageVertices);
+    for (std::size_t n = 0; n < kPages; n += 2) {
+      const int size = random.below(random.below(kMostSize) + 1);
+      Page& coarse = pages[n + 1];
+      Page& fine = pages[n];
+      coarse.size = size + 1;
+      fine.size = size;
+      const double reach = std::exp2(random.unit() * 20);  // voxels
+      for (int axis = 0; axis < 3; ++axis) {
+        const double away = (random.unit() * 2 - 1) * reach;
+        coarse.origin[axis] = static_cast<int>(std::floor(std::ldexp(camera.voxel[axis] + away, -size - 1)));
+        fine.origin[axis] = 2 * coarse.origin[axis] + (axis == 1 ? random.below(5) - 2 : random.below(2));
+      }
+      for (std::size_t v = 0; v < kPageVertices; ++v) {
+        GpuVertex& from = vertices[n * kPageVertices + v];
+        GpuVertex& to = vertices[(n + 1) * kPageVertices + v];
+        for (int axis = 0; axis < 3; ++axis) {
+          const int span = axis == 1 ? 1 << 13 : 1 << 11;
+          const int low = axis == 1 ? -span : 0;
+          const int target = 4 * (low + random.below(span - low));
+          const int moved = fine.origin[axis] - 2 * coarse.origin[axis];
+          from.morph[axis] = static_cast<std::int16_t>(target);
+          from.position[axis] = static_cast<std::int16_t>(target / 2 + 2 * random.below(64));
+          to.position[axis] = static_cast<std::int16_t>((target + moved * kStepsPerVoxel) / 2);
+          to.morph[axis] = static_cast<std::int16_t>(to.position[axis] / 2);
+        }
+      }
+      const auto texel = [&](std::size_t page, std::uint32_t row) {
+        const auto place = kFirstGroundPlace + static_cast<std::uint32_t>(random.below(4));
+        return make_page_texel(pages[page].origin, pages[page].size, place, row, 0, false);
+      };
+      texels[n] = texel(n, 0);
+      texels[n + 1] = texel(n + 1, 1);
+    }
+    // First the fine ones have arrived and the coarse ones are at home, then the other way round.
+    for (const bool fine_arrived : {true, false}) {
+      fill_rows(0, kFirstFamilyRow, fine_arrived ? kNeverMorphs : kLeastThreshold);
+      fill_rows(kFirstFamilyRow, 1, fine_arrived ? kLeastThreshold : kNeverMorphs);
+      fill_rows(kFirstFamilyRow + 1, 1, fine_arrived ? kNeverMorphs : kLeastThreshold);
+      const std::vector<Decoded> decoded = decoder.run(block, vertices, texels, rows);
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const std::size_t page = i / kPageVertices;
+        const bool arrived = fine_arrived == (page % 2 == 0);
+        if (i % kPageVertices >= kNodeVertices) {
+          // Below its corner.
+          const float foot = (block.camera_fine.w - camera.fine.y) / kStepsPerVoxel;
+          ASSERT_TRUE(same_bits(&decoded[i].from_eye[1], &foot, 1));
+          continue;
+        }
+        expect_place(decoded[i], camera, pages[page], arrived ? vertices[i].morph : vertices[i].position);
+        if (HasFatalFailure()) return;
+        if (page % 2 == 1 || !fine_arrived) continue;
+        const Decoded& shared = decoded[i + kPageVertices];
+        ASSERT_TRUE(same_bits(decoded[i].clip, shared.clip, 4)) << pages[page].size;
+        ASSERT_TRUE(same_bits(decoded[i].from_eye, shared.from_eye, 3)) << pages[page].size;
+        const double in_voxels = pages[page].origin.x + vertices[i].morph[0] / double{kStepsPerVoxel};
+        const double exact = std::ldexp(in_voxels, pages[page].size) - camera.voxel.x;
+        rounded += static_cast<double>(static_cast<float>(exact)) != exact ? 1 : 0;
+      }
+    }
+  }
+  // Places that a float does not hold, without which nothing would have been shown.
+  EXPECT_GT(rounded, 50'000u);
+}
+
+// Each vertex of each quadrant by the entry that its family's row has for it.
+TEST(VertexDecode, NodesMoveByTheirFamilysRow) {
+  Decoder decoder;
+  const Camera camera = camera_at({100.5, 40.25, -30.75}, 33.3, -21.7);
+  shader::FrameBlock block = block_of(camera, 0.5f);
+  block.first_rows.y = kFirstFamilyRow;
+  std::vector<std::uint8_t> entries(kMorphEntries);
+  build_family_entries(entries);
+  std::vector<PageTexel> texels;
+  std::vector<GpuVertex> vertices(4 * kPageVertices);
+  for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant)
+    texels.push_back(make_page_texel({-7, 3, 9}, 2, kFirstGroundPlace + quadrant, 1, 0, false));
+  for (GpuVertex& v : vertices) v.morph[1] = 2 * kStepsPerVoxel;
+  int arrived = 0;
+  for (int moving = 1; moving <= kFamilyClasses; ++moving) {
+    std::vector<std::uint16_t> rows = same_rows(kFirstFamilyRow, kLeastThreshold);
+    rows.resize(rows.size() + 2 * std::size_t{kMorphRow}, kNeverMorphs);
+    rows[(kFirstFamilyRow + 1) * std::size_t{kMorphRow} + static_cast<std::size_t>(moving)] = kLeastThreshold;
+    const std::vector<Decoded> decoded = decoder.run(block, vertices, texels, rows);
+    for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
+      for (std::uint32_t v = 0; v < kNodeVertices; ++v) {
+        const bool moves = entries[(kFirstGroundPlace + quadrant) * kPageVertices + v] == moving;
+        const float y = decoded[quadrant * kPageVertices + v].in_patch[1];
+        ASSERT_EQ(y, moves ? 8.0f : 0.0f) << moving << ' ' << quadrant << ' ' << v;
+        arrived += moves ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_EQ(arrived, 4 * kNodeVertices);
+}
+
 // All vertices of a world with thresholds of its own, and what morph.h makes of them.
 class Morphing : public testing::Test {
  protected:
@@ -242,7 +385,7 @@ class Morphing : public testing::Test {
       patch.resize(slot_pages(kLevel) * kPageVertices);
       vertices_.insert(vertices_.end(), patch.begin(), patch.end());
       for (std::uint32_t n = 0; n < slot_pages(kLevel); ++n)
-        texels_.push_back(make_page_texel(origin, n, p, 0, false));
+        texels_.push_back(make_page_texel(origin, 0, n, p, 0, false));
     }
   }
 

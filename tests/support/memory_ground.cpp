@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/ground/measure_ground.h"
+#include "terrain/lod/morph.h"
 #include "terrain/measure/level_error.h"
 
 namespace karst::test {
@@ -19,6 +21,18 @@ constexpr double kSlack = 1.002;
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
                            const Heights& heights, const Errors& errors) {
+  make_tiles(wide, deep, step_x, step_z, heights);
+  measure(errors);
+}
+
+MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
+                           const Heights& heights) {
+  make_tiles(wide, deep, step_x, step_z, heights);
+  measure(heights);
+}
+
+void MemoryGround::make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
+                              const Heights& heights) {
   info_.samples[0] = wide;
   info_.samples[1] = deep;
   info_.steps[0] = step_x;
@@ -35,7 +49,6 @@ MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, 
       for (int x = 0; node_exists(info_, {size, x * kTileNodes, 0}); ++x) make_tile({size, x, z}, heights);
     }
   }
-  measure(errors);
 }
 
 const Tile& MemoryGround::tile(NodeKey key) const {
@@ -91,25 +104,155 @@ void MemoryGround::measure(const Errors& errors) {
             std::sqrt(quad * quad * (info_.steps[0] * info_.steps[0] + info_.steps[1] * info_.steps[1]) +
                       tall * tall) +
             8.0 * quad * 2;
-        double error = errors({size, x, z});
-        double chain = kG * reach / (1.0 - kMorphShare);
+        const double error = errors({size, x, z});
+        double steps[kDemands];
+        for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kMorphShare);
         for (int dz = -1; dz <= 2; ++dz) {
           for (int dx = -1; dx <= 2; ++dx) {
             const NodeKey q{size - 1, 2 * x + dx, 2 * z + dz};
             const NodeMeasure* const finer = measure_of(q);
             if (finer == nullptr) continue;
-            error = std::max(error, kSlack * double{finer->error} / (1.0 - kMorphShare));
             const double pad = std::ldexp(8.0, q.size);
             const double wide = kNodeQuads * quad * info_.steps[0] + pad;
             const double deep = kNodeQuads * quad * info_.steps[1] + pad;
             const double high = 2.0 * (double(finer->high) - finer->low) + pad;
             const double rise = kG * std::sqrt(wide * wide + deep * deep + high * high);
-            chain = std::max(
-                chain, (double{finer->chain} + rise) * kSlack / (1.0 - kMorphShare) + std::ldexp(8.0, size));
+            for (int n = 0; n < kDemands; ++n) {
+              const double of_q = double{threshold_steps(finer->thresholds[n])} * quad;
+              steps[n] =
+                  std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kMorphShare) + std::ldexp(8.0, size));
+            }
           }
         }
-        own.error = static_cast<float>(error * (1 + 1e-6));
-        own.chain = static_cast<float>(chain * (1 + 1e-6));
+        for (int n = 0; n < kDemands; ++n) {
+          own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / (2 * quad) * (1 + 1e-6)));
+        }
+      }
+    }
+  }
+}
+
+namespace {
+
+// All of a size's quads and nodes, row by row.
+struct AllQuads {
+  explicit AllQuads(const GroundInfo& info, int size)
+      : wide(static_cast<std::size_t>(nodes_along(info, 0, size)) * kNodeQuads),
+        deep(static_cast<std::size_t>(nodes_along(info, 1, size)) * kNodeQuads),
+        low(wide * deep),
+        high(wide * deep),
+        floats(8 * wide * deep) {}
+  QuadRow row(std::size_t k) {
+    QuadRow out;
+    out.low = std::span(low).subspan(k * wide, wide);
+    out.high = std::span(high).subspan(k * wide, wide);
+    std::size_t n = 0;
+    const auto next = [&] { return std::span(floats).subspan((n++ * deep + k) * wide, wide); };
+    out.below = next();
+    out.above = next();
+    out.most = next();
+    for (auto& span : out.border) span = next();
+    out.tall = next();
+    return out;
+  }
+  std::size_t wide, deep;
+  std::vector<std::int32_t> low, high;
+  std::vector<float> floats;
+};
+
+struct AllNodes {
+  explicit AllNodes(const GroundInfo& info, int size)
+      : wide(static_cast<std::size_t>(nodes_along(info, 0, size))),
+        deep(static_cast<std::size_t>(nodes_along(info, 1, size))),
+        low(wide * deep),
+        high(wide * deep),
+        floats(6 * wide * deep),
+        halves(kDemands * wide * deep),
+        rows(deep) {
+    for (std::size_t z = 0; z < deep; ++z) {
+      NodeRow& out = rows[z];
+      out.low = std::span(low).subspan(z * wide, wide);
+      out.high = std::span(high).subspan(z * wide, wide);
+      std::size_t n = 0;
+      const auto next = [&] { return std::span(floats).subspan((n++ * deep + z) * wide, wide); };
+      out.most = next();
+      for (auto& span : out.border) span = next();
+      out.tall = next();
+      out.thresholds = std::span(halves).subspan(kDemands * z * wide, kDemands * wide);
+    }
+  }
+  std::size_t wide, deep;
+  std::vector<std::int32_t> low, high;
+  std::vector<float> floats;
+  std::vector<std::uint16_t> halves;
+  std::vector<NodeRow> rows;
+};
+
+}  // namespace
+
+void MemoryGround::measure(const Heights& heights) {
+  std::vector<AllQuads> quads;
+  std::vector<AllNodes> nodes;
+  const auto row_of = [&](int size, std::int64_t k, std::size_t count) {
+    std::vector<std::int32_t> row(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      row[i] = heights(sample_of(info_.samples[0], size, static_cast<std::int64_t>(i)),
+                       sample_of(info_.samples[1], size, k));
+    }
+    return row;
+  };
+  for (int size = 0; size <= info_.top_size(); ++size) {
+    AllQuads& own = quads.emplace_back(info_, size);
+    AllNodes& of = nodes.emplace_back(info_, size);
+    const std::int64_t rows = quads_along(info_, 1, size);
+    for (std::int64_t k = 0; k < rows; ++k) {
+      const QuadRow out = own.row(static_cast<std::size_t>(k));
+      if (size == 0) {
+        measure_quads(row_of(0, k, own.wide + 1), row_of(0, k + 1, own.wide + 1), out);
+      } else {
+        const int r = reference_size(size);
+        AllQuads& finer = quads[static_cast<std::size_t>(r)];
+        const std::int64_t rows_in = std::int64_t{1} << (size - r);
+        std::vector<std::vector<std::int32_t>> h;
+        std::vector<std::span<const std::int32_t>> heights_in;
+        std::vector<QuadRow> quads_in;
+        for (std::int64_t n = 0; n <= rows_in; ++n) h.push_back(row_of(r, k * rows_in + n, finer.wide + 1));
+        for (const auto& row : h) heights_in.emplace_back(row);
+        for (std::int64_t n = 0; n < rows_in; ++n) {
+          quads_in.push_back(
+              finer.row(static_cast<std::size_t>(std::min(k * rows_in + n, quads_along(info_, 1, r) - 1))));
+        }
+        MeasureQuads job;
+        job.info = &info_;
+        job.size = size;
+        job.k = k;
+        job.heights = heights_in;
+        job.finer = quads_in;
+        job.out = out;
+        job.run();
+      }
+      gather_nodes(info_, size, k, out, of.rows[static_cast<std::size_t>(k / kNodeQuads)]);
+    }
+    for (std::size_t z = 0; z < of.deep; ++z) {
+      MeasureNodes job;
+      job.info = &info_;
+      job.size = size;
+      job.north = z > 0 ? &of.rows[z - 1] : nullptr;
+      job.own = &of.rows[z];
+      job.south = z + 1 < of.deep ? &of.rows[z + 1] : nullptr;
+      for (std::size_t n = 0; n < 4 && size > 0; ++n) {
+        AllNodes& finer = nodes[static_cast<std::size_t>(size) - 1];
+        const std::size_t at = 2 * z + n;  // less 1
+        job.finer[n] = at >= 1 && at - 1 < finer.deep ? &finer.rows[at - 1] : nullptr;
+      }
+      job.run();
+      for (std::size_t x = 0; x < of.wide; ++x) {
+        NodeMeasure* const to = measure_of({size, static_cast<int>(x), static_cast<int>(z)});
+        if (to == nullptr) continue;
+        to->low = of.rows[z].low[x];
+        to->high = of.rows[z].high[x];
+        for (std::size_t n = 0; n < kDemands; ++n)
+          to->thresholds[n] = of.rows[z].thresholds[x * kDemands + n];
       }
     }
   }

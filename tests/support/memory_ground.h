@@ -19,11 +19,13 @@ namespace karst::test {
 class MemoryGround {
  public:
   using Heights = std::function<std::int32_t(std::int64_t i, std::int64_t k)>;  // kVertexStep
-  // Error of a node of size 1 and more, lattice steps, before (2) raises it.
+  // Error of a node of size 1 and more, lattice steps, before (2) raises its threshold.
   using Errors = std::function<float(core::NodeKey)>;
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
                const Errors& errors);
+  // With what measure_ground.h measures.
+  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
 
   const core::GroundInfo& info() const { return info_; }
   core::NodeKey root() const { return {info_.top_size(), 0, 0}; }
@@ -47,8 +49,10 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
+  void make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
   void make_tile(core::NodeKey key, const Heights& heights);
   void measure(const Errors& errors);
+  void measure(const Heights& heights);
   core::NodeMeasure* measure_of(core::NodeKey node);
 
   core::GroundInfo info_;

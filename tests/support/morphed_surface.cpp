@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/draw/index_batches.h"
+#include "terrain/ground/node_place.h"
 #include "terrain/patch/displacement.h"
 #include "terrain/patch/generate_vertices.h"
 
@@ -80,18 +81,20 @@ MorphedSurface::MorphedSurface(const TestWorld& world)
 
 std::vector<glm::vec3> MorphedSurface::moved(PatchId patch, int drawn, const Camera& camera,
                                              const ErrorScale& scale, std::span<const PatchLod> lods) const {
-  const glm::vec3 offset(patch_origin(surface().volume_of(patch)) - camera.voxel * kStepsPerVoxel);
+  const glm::ivec3 origin = patch_origin(surface().volume_of(patch)) / kStepsPerVoxel;
   const glm::vec3 forward = make_lod_eye(camera, scale.least_cos2).forward;
   std::array<std::uint16_t, kMorphRow> row;
   make_morph_row(surface(), lods, patch, row);
   std::vector<glm::vec3> result(static_cast<std::size_t>(patch_vertices(drawn)));
   for (std::size_t v = 0; v < result.size(); ++v) {
     const GpuVertex& g = vertices_[patch][v];
-    const glm::vec3 q(g.position[0], g.position[1], g.position[2]);
-    const glm::vec3 way = glm::vec3(g.morph[0], g.morph[1], g.morph[2]) - q;
-    const glm::vec3 home = offset + q;
+    const glm::ivec3 at(g.position[0], g.position[1], g.position[2]);
+    const glm::ivec3 to(g.morph[0], g.morph[1], g.morph[2]);
+    const glm::vec3 home = node_place(camera.voxel, 0, origin, at);
+    const glm::vec3 target = node_place(camera.voxel, 0, origin, to);
     const float apparent = apparent_distance(home - camera.fine, forward, scale.least_cos2);
-    result[v] = morph_position(home, way, morph_share(apparent, threshold_steps(row[entries_[v]])));
+    const float share = morph_share(apparent, threshold_steps(row[entries_[v]]));
+    result[v] = morph_position(home, glm::vec3(to - at), target, share);
   }
   return result;
 }

@@ -25,7 +25,11 @@ std::size_t query_bytes(const Query::Limits& limits) {
 }
 
 Query::Limits query_limits(int level, std::uint32_t patches) {
-  return {level, patches, kMaxLevel};
+  Query::Limits limits;
+  limits.level = level;
+  limits.patches = patches;
+  limits.max_level = kMaxLevel;
+  return limits;
 }
 
 using Real = long double;

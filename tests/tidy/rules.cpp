@@ -83,8 +83,8 @@ struct Floor {
 // Folders of the core, lowest first: each includes from those before it.
 constexpr string_view kCore[] = {"terrain/base",    "terrain/field",    "terrain/surface", "terrain/patch",
                                  "terrain/measure", "terrain/resident", "terrain/view",    "terrain/cull",
-                                 "terrain/lod",     "terrain/draw",     "terrain/shadow",  "terrain/shading",
-                                 "terrain/query",   "terrain/file",     "terrain/world"};
+                                 "terrain/lod",     "terrain/draw",     "terrain/ground",  "terrain/shadow",
+                                 "terrain/shading", "terrain/query",    "terrain/file",    "terrain/world"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "terrain/base/checksum.h"
+#include "terrain/lod/morph.h"
 #include "tiles/decode_tile.h"
 #include "tiles/encode_tile.h"
 #include "tiles/tile_bytes.h"
@@ -44,10 +45,17 @@ Case any_case(std::mt19937& random, int size, double quantum) {
   for (int n = 0; n < kTileMeasures; ++n) {
     if (!node_exists(made.info, node_of_tile(made.key, n))) continue;
     const Range own = range_of_node(made.tile.heights, n);
-    made.tile.nodes[n] = {0, 0, own.low, own.high};
+    NodeMeasure& measure = made.tile.nodes[n];
+    measure.low = own.low;
+    measure.high = own.high;
     if (size == 0) continue;
-    made.tile.nodes[n] = {static_cast<float>(random() % 100'000), static_cast<float>(random()), made.info.low,
-                          n % 3 == 0 ? own.high : made.info.high};
+    measure.low = made.info.low;
+    if (n % 3 != 0) measure.high = made.info.high;
+    std::uint32_t threshold = kLeastThreshold + static_cast<std::uint32_t>(random() % 5000);
+    for (std::uint16_t& at_demand : measure.thresholds) {
+      at_demand = static_cast<std::uint16_t>(threshold);
+      threshold += static_cast<std::uint32_t>(random() % 2000);
+    }
   }
   for (int quadrant = 0; quadrant < 4 && size > 0; ++quadrant) {
     if (tile_exists(made.info, made.key.child(quadrant)))
@@ -110,9 +118,9 @@ TEST(TileCodec, RangesAreChecked) {
   const Spoil spoils[] = {
       {"a height is outside of the ground's", [](Case& c) { c.info.high -= 1; }},
       {"a height is outside of the ground's", [](Case& c) { c.info.low += 1; }},
-      {"a measure is out of range", [](Case& c) { c.tile.nodes[0].error = -1; }},
-      {"a measure is out of range", [](Case& c) { c.tile.nodes[0].chain = INFINITY; }},
-      {"a measure is out of range", [](Case& c) { c.tile.nodes[0].chain = NAN; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[0] = kLeastThreshold - 1; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[11] = kNeverMorphs + 1; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[5] = 0; }},
       {"a node's heights are outside of the ground's", [](Case& c) { c.tile.nodes[0].low -= 100; }},
       {"a child is missing", [](Case& c) { c.tile.children[0] = {}; }},
       {"a child does not end before its parent", [](Case& c) { c.tile.children[1].offset = 901; }},

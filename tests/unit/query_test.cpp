@@ -41,11 +41,11 @@ TEST(Query, TakesWhatItCounts) {
   const struct {
     Query::Limits limits;
     const char* field;
-  } bad[] = {{{0, 128, 5}, "query_level"},
-             {{7, 128, 6}, "query_level"},
-             {{3, 0, 5}, "query_patches"},
-             {{3, 128, 2}, "max_level"},
-             {{3, 128, 7}, "max_level"}};
+  } bad[] = {{{{0, 128, 5}, {}}, "query_level"},
+             {{{7, 128, 6}, {}}, "query_level"},
+             {{{3, 0, 5}, {}}, "query_patches"},
+             {{{3, 128, 2}, {}}, "max_level"},
+             {{{3, 128, 7}, {}}, "max_level"}};
   for (const auto& b : bad) {
     Arena room(memory.bytes());
     EXPECT_STREQ(Query().create(b.limits, room).field(), b.field);

@@ -293,6 +293,54 @@ TEST_F(Expand, ChunksOfAnySizeMakeTheWholeStream) {
   }
 }
 
+// Nodes come after the items, from pages of their own, and in the same chunks.
+TEST_F(Expand, NodesFollowTheItems) {
+  constexpr std::uint32_t kFirst = 70'000;
+  constexpr std::uint32_t kPages = 40;
+  std::vector<DrawItem> nodes;
+  for (std::uint32_t n = 0; n < kPages; ++n)
+    nodes.push_back({n * 7 % kPages, 2, static_cast<std::uint8_t>(n % 16), 0});
+  std::vector<std::uint32_t> wanted = expected();
+  for (const DrawItem& node : nodes) {
+    IndexRange ranges[kMaxIndexRanges];
+    const int used = index_ranges(node.level, node.lower_edges, 0, ranges);
+    for (int r = 0; r < used; ++r) {
+      for (std::uint32_t n = 0; n < ranges[r].count; ++n)
+        wanted.push_back((kFirst + node.patch) * kPageVertices + table_[ranges[r].first + n]);
+    }
+  }
+  // One that has no page, and one whose level has more than one.
+  nodes.insert(nodes.begin() + 3, {kPages, 2, 0, 0});
+  nodes.push_back({0, 3, 0, 0});
+  for (const std::size_t room : {std::size_t{ExpandIndices::least_room(5)}, wanted.size()}) {
+    std::vector<std::uint32_t> out(room);
+    ExpandIndices expand{table_, items_, pages(), out};
+    expand.nodes = nodes;
+    expand.first_node_page = kFirst;
+    expand.node_pages = kPages;
+    ASSERT_TRUE(expand.validate(5).ok());
+    std::vector<std::uint32_t> stream;
+    std::uint32_t left_out = 0;
+    int chunks = 0;
+    for (ExpandIndices::Chunk c; c.next_item < expand.count(); ++chunks) {
+      c = expand.run(c.next_item);
+      stream.insert(stream.end(), out.begin(), out.begin() + c.indices);
+      left_out += c.left_out;
+    }
+    EXPECT_EQ(stream, wanted);
+    EXPECT_EQ(left_out, 2u);
+    EXPECT_EQ(chunks == 1, room >= wanted.size());
+  }
+  ExpandIndices alone;
+  std::vector<std::uint32_t> out(ExpandIndices::least_room(2));
+  alone.table = std::span(table_).first(index_count(2));
+  alone.nodes = std::span(nodes).first(1);
+  alone.node_pages = 1;
+  alone.out = out;
+  EXPECT_TRUE(alone.validate(2).ok());
+  EXPECT_EQ(alone.run(0).indices, patch_index_count(2, 0, 0));
+}
+
 // Vertices that a patch does not have are other patches' or none: such an item must not be drawn at all.
 TEST_F(Expand, PatchesWithFewerPagesThanTheLevelNeedsAreLeftOut) {
   std::vector<std::uint32_t> out(ExpandIndices::least_room(5));

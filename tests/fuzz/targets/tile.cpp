@@ -3,7 +3,6 @@
 // bits are the size of the tile's nodes, then the bytes.
 #include <zstd.h>
 
-#include <cmath>
 #include <vector>
 
 #include "terrain/base/checksum.h"
@@ -29,8 +28,8 @@ void decode(NodeKey key, std::span<const std::byte> bytes) {
   for (const std::int32_t height : tile.heights) must(height >= info.low && height <= info.high);
   for (const NodeMeasure& node : tile.nodes) {
     must(node.low <= node.high && node.low >= info.low && node.high <= info.high);
-    must(std::isfinite(node.error) && node.error >= 0 && std::isfinite(node.chain) && node.chain >= 0);
-    must(key.size > 0 || (node.error == 0 && node.chain == 0));
+    for (int d = 1; d < kDemands; ++d) must(node.thresholds[d - 1] <= node.thresholds[d]);
+    must(key.size > 0 || node.thresholds[kDemands - 1] == 0);
   }
   for (const TilePlace& child : tile.children) {
     if (!child.exists()) continue;

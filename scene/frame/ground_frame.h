@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// The ground's part of a frame: what views and shadow maps draw of it, with the tiles, vertices and
+// thresholds that takes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "karst/inspect.h"
+#include "karst/renderer.h"
+#include "renderer/renderer.h"
+#include "terrain/shadow/cascades.h"
+#include "terrain/world/terrain_parts.h"
+
+namespace karst::core {
+
+class GroundFrame {
+ public:
+  // Borrowed for the object's life.
+  void create(TerrainParts& terrain, Renderer& renderer, const Inspection& inspection);
+  bool exists() const { return terrain_->ground.exists(); }
+  void forget() { terrain_->ground.forget(); }
+
+  // A frame begins: takes tiles that came, for work_ms at most.
+  void begin_frame(double work_ms, FrameCosts& costs);
+  // Chooses for all views, which were selected, and asks for what they lack. wait: until nothing is lacking
+  // that can be had.
+  void select(std::span<const ViewState> views, std::span<const ViewRequest> requests, bool wait,
+              FrameCosts& costs);
+  // For a shadow map, at the error of a view; the last one's is given up. texel: lattice steps that casters
+  // may stray. True where it is complete.
+  bool select_casters(const ViewState& view, const Cascade& cascade, double texel, bool wait,
+                      FrameCosts& costs);
+  // Vertices and rows that the GPU lacks of all that was selected.
+  Status upload(FrameCosts& costs);
+
+  // What a view draws, and where its rows begin among all; of the shadow map that was selected last.
+  std::span<const DrawItem> nodes(std::size_t view) const { return terrain_->ground.view(view).items(); }
+  std::uint32_t first_row(std::size_t view) const {
+    return renderer_->settings().morph_rows + static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
+  }
+  // Where walls end: the lowest height of all.
+  std::int64_t foot() const { return std::int64_t{terrain_->ground.info().low} * kVertexStep; }
+  std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
+  std::uint64_t casters_hash() const { return terrain_->ground.view(shadow_view()).hash(); }
+
+  // Whether the last tile that was asked for could not be read.
+  bool failing() const { return exists() && terrain_->ground.counts().failing; }
+
+  struct Sum {
+    double bound_px = 0;
+    std::uint32_t lacking = 0;     // nodes that should be split and lack a tile
+    std::uint32_t lacks_room = 0;  // and that lack a family
+    std::uint32_t triangles = 0, drawn = 0, culled = 0, visited = 0;
+  };
+  Sum sum(std::size_t view) const;
+
+ private:
+  void complete(std::size_t first, std::size_t end, bool wait);
+
+  TerrainParts* terrain_ = nullptr;
+  Renderer* renderer_ = nullptr;
+  const Inspection* inspection_ = nullptr;
+  std::array<GroundRequest, karst::kMostViews + 1> requests_{};
+};
+
+}  // namespace karst::core

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "tests/library/ground_file.h"
+
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "terrain/base/checksum.h"
+#include "tests/support/tree_memory.h"
+#include "tests/support/world_bytes.h"
+#include "tests/support/world_io.h"
+#include "tiles/encode_tile.h"
+
+namespace karst::test {
+
+using namespace core;
+
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m) {
+  tiles::TileEncoder encoder;
+  std::vector<std::byte> all, bytes;
+  // Children before their parents, which tell where they lie.
+  const std::function<TilePlace(NodeKey)> write = [&](NodeKey key) {
+    Tile tile = ground.tile(key);
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      if (tile.children[quadrant].exists()) tile.children[quadrant] = write(key.child(quadrant));
+    }
+    encoder.run(key, ground.info(), tile, 1, bytes);
+    const TilePlace place{all.size(), static_cast<std::uint32_t>(bytes.size()), crc32c(bytes)};
+    all.insert(all.end(), bytes.begin(), bytes.end());
+    return place;
+  };
+  WorldInfo info;
+  info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
+  info.extent = {2, 1, 2};
+  info.depth = 1;
+  info.level = 1;
+  TreeMemory memory(1, 1);
+  WorldWriter writer{info, &memory.tree, {}};
+  writer.ground.info = ground.info();
+  writer.ground.root = write(tile_of(ground.root()));
+  writer.ground.tile_bytes = all.size();
+  writer.ground.tile_crc = crc32c(all);
+  std::vector<std::byte> out;
+  const auto sink = [&](std::span<const std::byte> piece) {
+    out.insert(out.end(), piece.begin(), piece.end());
+    return true;
+  };
+  const Status status = writer.run(ByteSink::to(sink));
+  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
+  out.insert(out.end(), all.begin(), all.end());
+  EXPECT_EQ(out.size(), writer.file_bytes());
+  return out;
+}
+
+MemoryGround::Heights rough_heights() {
+  return [](std::int64_t i, std::int64_t k) {
+    const double x = double(i), z = double(k);
+    const double ridges = std::sin(0.05 * x + 0.4 * std::sin(0.021 * z)) * std::cos(0.043 * z + 0.01 * x);
+    const auto grain = static_cast<double>((static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15u ^
+                                            static_cast<std::uint64_t>(k) * 0xc2b2ae3d27d4eb4fu) >>
+                                           54);
+    // 1024 kVertexStep are a spacing.
+    return static_cast<std::int32_t>((30 * (1 + ridges) + grain / 1024) * 1024 / kRoughSpacing_m);
+  };
+}
+
+MemoryGround rough_ground() {
+  return MemoryGround(600, 480, 2048, 2048, rough_heights());
+}
+
+}  // namespace karst::test
