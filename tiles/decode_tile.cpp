@@ -71,7 +71,6 @@ const char* decode_children(const GroundInfo& info, NodeKey key, std::uint64_t b
 
 const char* decode_measures(const GroundInfo& info, NodeKey key, const std::byte* contents, double quantum,
                             const std::int32_t* counts, Tile& tile) {
-  std::uint16_t before = 0;
   for (int node = 0; node < kTileMeasures; ++node) {
     NodeMeasure& measure = tile.nodes[node];
     measure = {};
@@ -88,19 +87,22 @@ const char* decode_measures(const GroundInfo& info, NodeKey key, const std::byte
     };
     const std::uint32_t below = take(kLows);
     const std::uint32_t above = take(kHighs);
-    std::uint32_t threshold = before;
+    std::int32_t threshold = 0;
     for (int n = 0; n < kDemands; ++n) {
-      threshold += take_planes<2>(contents + thresholds_at(n), kTileMeasures, static_cast<std::size_t>(node));
-      if (n == 0) threshold &= 0xffffu;
-      if (threshold > kNeverMorphs) return "a threshold is out of range";
+      const std::uint32_t rest =
+          take_planes<2>(contents + thresholds_at(n), kTileMeasures, static_cast<std::size_t>(node));
+      if (!exists && rest != 0) return "no node has measures";
+      if (!exists) continue;
+      const std::int32_t rise = predict_rise(tile.nodes, node, n) + from_zigzag(rest);
+      threshold += rise;
+      if (rise < 0 || threshold < kLeastThreshold || threshold > kNeverMorphs)
+        return "a threshold is out of range";
       measure.thresholds[n] = static_cast<std::uint16_t>(threshold);
     }
-    before = measure.thresholds[0];
     if (!exists) {
-      if (below != 0 || above != 0 || threshold != 0) return "no node has measures";
+      if (below != 0 || above != 0) return "no node has measures";
       continue;
     }
-    if (before < kLeastThreshold) return "a threshold is out of range";
     const double low = height_of(std::int64_t{own.low} - below, quantum);
     const double high = height_of(std::int64_t{own.high} + above, quantum);
     if (!(low >= info.low && high <= info.high)) return "a node's heights are outside of the ground's";

@@ -57,7 +57,6 @@ struct TileEncoder::Room {
   }
 
   void store_measures(NodeKey key, const GroundInfo& info, const Tile& tile) {
-    std::uint16_t before = 0;
     for (int node = 0; node < kTileMeasures; ++node) {
       const auto at = static_cast<std::size_t>(node);
       const bool exists = node_exists(info, node_of_tile(key, node));
@@ -71,11 +70,9 @@ struct TileEncoder::Room {
       put(kLows, exists ? static_cast<std::uint32_t>(own.low - lows[at]) : 0);
       put(kHighs, exists ? static_cast<std::uint32_t>(highs[at] - own.high) : 0);
       for (int n = 0; n < kDemands; ++n) {
-        const auto difference =
-            static_cast<std::uint16_t>(measure.thresholds[n] - (n > 0 ? measure.thresholds[n - 1] : before));
-        put_planes<2>(contents.data() + thresholds_at(n), kTileMeasures, at, difference);
+        const std::int32_t rest = rise_of(measure, n) - predict_rise(tile.nodes, node, n);
+        put_planes<2>(contents.data() + thresholds_at(n), kTileMeasures, at, exists ? zigzag(rest) : 0);
       }
-      before = measure.thresholds[0];
     }
   }
 };

@@ -67,10 +67,21 @@ std::uint32_t take_planes(const std::byte* planes, std::size_t count, std::size_
   return value;
 }
 
-// The planes of a demand's thresholds. What they hold is the difference to the node's threshold at the demand
-// before; at the first one, to that of the node before, modulo 2^16.
+// The planes of a demand's rises of thresholds, predicted from nodes to the west and north as counts are.
 constexpr std::size_t thresholds_at(int demand) {
   return kThresholds + 2 * static_cast<std::size_t>(demand) * std::size_t{kTileMeasures};
+}
+// By how much a node's threshold at a demand is above that at the one before.
+inline std::int32_t rise_of(const NodeMeasure& measure, int demand) {
+  return measure.thresholds[demand] - (demand > 0 ? measure.thresholds[demand - 1] : 0);
+}
+// From the rises of nodes before it.
+inline std::int32_t predict_rise(const NodeMeasure* nodes, int node, int demand) {
+  const bool has_west = node % kTileNodes > 0;
+  const bool has_north = node >= kTileNodes;
+  const auto rise = [&](int before) { return rise_of(nodes[node - before], demand); };
+  if (has_west && has_north) return predict(rise(1), rise(kTileNodes), rise(kTileNodes + 1));
+  return has_west ? rise(1) : has_north ? rise(kTileNodes) : 0;
 }
 
 struct Range {

@@ -44,13 +44,13 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   } else {
     json.key("water_m").null();
   }
-  if (info.ground_sizes > 0) {
+  if (info.ground_samples[0] > 0) {
     json.key("ground").begin_object().key("samples").begin_array();
     json.value(info.ground_samples[0]).value(info.ground_samples[1]).end_array();
     json.key("spacing_m").begin_array();
     json.value(info.ground_spacing_m[0]).value(info.ground_spacing_m[1]).end_array();
     json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
-    json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes).end_object();
+    json.field("sizes", info.ground_size + 1).field("tile_bytes", info.tile_bytes).end_object();
   } else {
     json.key("ground").null();
   }
@@ -66,7 +66,7 @@ void print_ground(const WorldInfo& info) {
               info.ground_spacing_m[1] * (deep - 1));
   std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
   std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
-              static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
+              static_cast<unsigned long long>(info.tile_bytes), info.ground_size + 1,
               8 * static_cast<double>(info.tile_bytes) / (wide * deep));
 }
 
@@ -79,8 +79,8 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   const double patch = side * side;
   if (info.name[0] != '\0') std::printf("name           %s\n", info.name);
   std::printf("file           %llu bytes\n", static_cast<unsigned long long>(file_bytes));
-  if (info.ground_sizes > 0) print_ground(info);
-  if (info.patches == 0 && info.ground_sizes > 0) {
+  if (info.ground_samples[0] > 0) print_ground(info);
+  if (info.patches == 0 && info.ground_samples[0] > 0) {
     std::printf("materials      %u, %u lights\n", info.materials, info.lights);
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;

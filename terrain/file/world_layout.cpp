@@ -5,7 +5,7 @@
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
 #include "terrain/file/ground_section.h"
-#include "terrain/file/material_section.h"
+#include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/measure/level_error.h"
 #include "terrain/surface/bezier/case_tables.h"

@@ -15,7 +15,7 @@
 #include "karst/status.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/byte_source.h"
-#include "terrain/file/material_section.h"
+#include "terrain/file/materials/material_section.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_layout.h"
 

@@ -3,7 +3,7 @@
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/ground_section.h"
-#include "terrain/file/material_section.h"
+#include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
 

@@ -166,16 +166,17 @@ TEST(MeasureGround, NodesKnowTheirLeastAndGreatestHeight) {
   }
 }
 
-double threshold(const NodeMeasure& measure, int size, int n) {
-  return std::ldexp(double{threshold_steps(measure.thresholds[n])}, size);
+// D of a node at a demand, in steps of size 0.
+double threshold(const NodeMeasure& measure, int size, int demand) {
+  return std::ldexp(double{threshold_steps(measure.thresholds[demand])}, size);
 }
 
-// (2) of ground_view.h, at each demand.
+// (2) of ground_view.h; nodes of size 0 are not split.
 TEST(MeasureGround, ThresholdsAreFarEnoughApart) {
   for (const Field& field : kFields) {
     const BakedField baked(field, 3);
     const GroundInfo& info = baked.info();
-    for (int size = 1; size <= info.top_size(); ++size) {
+    for (int size = 2; size <= info.top_size(); ++size) {
       for (int z = 0; node_exists(info, {size, 0, z}); ++z) {
         for (int x = 0; node_exists(info, {size, x, z}); ++x) {
           const NodeMeasure& p = *baked.measure({size, x, z});
@@ -186,8 +187,10 @@ TEST(MeasureGround, ThresholdsAreFarEnoughApart) {
             const double rise =
                 kG * std::sqrt(std::pow(side * info.steps[0], 2) + std::pow(side * info.steps[1], 2) +
                                std::pow(2.0 * (double(q->high) - q->low), 2));
-            for (int d = 0; d < kDemands && size > 1; ++d) {
-              ASSERT_GE(threshold(p, size, d) * (1 - double{kMorphShare}), threshold(*q, size - 1, d) + rise);
+            for (int d = 0; d < kDemands; ++d) {
+              const double own = threshold(p, size, d);
+              ASSERT_GE(own * (1 - double{kMorphShare}), threshold(*q, size - 1, d) + rise)
+                  << field.name << " size " << size << " demand " << d;
             }
           }
         }
@@ -207,9 +210,9 @@ TEST(MeasureGround, NoStateIsFurtherFromAllSamplesThanItSays) {
     for (int size = 1; size <= std::min(info.top_size(), 3); ++size) {
       for (int z = 0; node_exists(info, {size, 0, z}); ++z) {
         for (int x = 0; node_exists(info, {size, x, z}); ++x) {
-          // A threshold is at least demand times error.
-          const double error =
-              threshold(*baked.measure({size, x, z}), size, kDemands - 1) / demand(kDemands - 1);
+          // What it says: D, which is a little more, over the greatest demand.
+          const NodeMeasure& measure = *baked.measure({size, x, z});
+          const double error = threshold(measure, size, kDemands - 1) / demand(kDemands - 1);
           for (int state = 0; state < 6; ++state) {
             BakedField::Point drawn[9][9];
             for (int k = 0; k < 9; ++k) {
@@ -264,7 +267,8 @@ TEST(MeasureGround, NoStateIsFurtherFromAllSamplesThanItSays) {
       }
     }
     std::printf(
-        "[          ] %s: greatest share of the error that is used at sizes 1, 2, 3: %.2f, %.2f, %.2f\n",
+        "[          ] %s: greatest share of the stated error that is used at sizes 1, 2, 3: %.2f, %.2f, "
+        "%.2f\n",
         field.name, ratio[1], ratio[2], ratio[3]);
     if (info.top_size() > 2) {
       EXPECT_GT(ratio[1], 0.3);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <random>
 #include <string>
@@ -45,17 +45,16 @@ Case any_case(std::mt19937& random, int size, double quantum) {
   for (int n = 0; n < kTileMeasures; ++n) {
     if (!node_exists(made.info, node_of_tile(made.key, n))) continue;
     const Range own = range_of_node(made.tile.heights, n);
-    NodeMeasure& node = made.tile.nodes[n];
-    node.low = own.low;
-    node.high = own.high;
+    NodeMeasure& measure = made.tile.nodes[n];
+    measure.low = own.low;
+    measure.high = own.high;
     if (size == 0) continue;
-    node.low = made.info.low;
-    if (n % 3 != 0) node.high = made.info.high;
-    std::uint32_t threshold = kLeastThreshold;
-    for (std::uint16_t& half : node.thresholds) {
-      threshold =
-          std::min<std::uint32_t>(threshold + static_cast<std::uint32_t>(random() % 3000), kNeverMorphs);
-      half = static_cast<std::uint16_t>(threshold);
+    measure.low = made.info.low;
+    if (n % 3 != 0) measure.high = made.info.high;
+    std::uint32_t threshold = kLeastThreshold + static_cast<std::uint32_t>(random() % 5000);
+    for (std::uint16_t& at_demand : measure.thresholds) {
+      at_demand = static_cast<std::uint16_t>(threshold);
+      threshold += static_cast<std::uint32_t>(random() % 2000);
     }
   }
   for (int quadrant = 0; quadrant < 4 && size > 0; ++quadrant) {
@@ -119,10 +118,9 @@ TEST(TileCodec, RangesAreChecked) {
   const Spoil spoils[] = {
       {"a height is outside of the ground's", [](Case& c) { c.info.high -= 1; }},
       {"a height is outside of the ground's", [](Case& c) { c.info.low += 1; }},
-      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[0] = 0; }},
-      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[4] = kLeastThreshold - 1; }},
-      {"a threshold is out of range",
-       [](Case& c) { c.tile.nodes[0].thresholds[kDemands - 1] = kNeverMorphs + 1; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[0] = kLeastThreshold - 1; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[11] = kNeverMorphs + 1; }},
+      {"a threshold is out of range", [](Case& c) { c.tile.nodes[0].thresholds[5] = 0; }},
       {"a node's heights are outside of the ground's", [](Case& c) { c.tile.nodes[0].low -= 100; }},
       {"a child is missing", [](Case& c) { c.tile.children[0] = {}; }},
       {"a child does not end before its parent", [](Case& c) { c.tile.children[1].offset = 901; }},

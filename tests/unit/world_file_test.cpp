@@ -292,7 +292,7 @@ TEST(WorldFile, SectionTableFaultsAreNamed) {
     EXPECT_STREQ(status.field(), field);
     EXPECT_EQ(status.value(), offset);
   };
-  for (const std::uint32_t bad : {17u, 0x80000000u, 0xffffffffu}) expect("sections", kSections, bad);
+  for (const std::uint32_t bad : {21u, 0x80000000u, 0xffffffffu}) expect("sections", kSections, bad);
   for (const std::uint32_t bad : {0u, 2u, 16u}) {
     EXPECT_STREQ(status_of([&](std::span<std::byte> bytes) { store_at(bytes, kSections, bad); }).field(),
                  "header_bytes");

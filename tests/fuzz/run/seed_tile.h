@@ -36,14 +36,11 @@ inline core::Tile seed_tile(int size) {
   for (int n = 0; n < core::kTileMeasures; ++n) {
     if (!core::node_exists(seed_ground(), tiles::node_of_tile(key, n))) continue;
     const tiles::Range own = tiles::range_of_node(tile.heights, n);
-    core::NodeMeasure& node = tile.nodes[n];
-    node.low = own.low;
-    node.high = own.high;
-    if (size == 0) continue;
-    node.low -= n;
-    node.high += n;
-    for (int demand = 0; demand < core::kDemands; ++demand)
-      node.thresholds[demand] = static_cast<std::uint16_t>(core::kLeastThreshold + 3 * n + 100 * demand);
+    core::NodeMeasure& measure = tile.nodes[n];
+    measure.low = size > 0 ? own.low - n : own.low;
+    measure.high = size > 0 ? own.high + n : own.high;
+    for (int d = 0; d < core::kDemands && size > 0; ++d)
+      measure.thresholds[d] = static_cast<std::uint16_t>(core::kLeastThreshold + 3 * n + 200 * d);
   }
   for (int quadrant = 0; quadrant < 4 && size > 0; ++quadrant) {
     if (tiles::tile_exists(seed_ground(), key.child(quadrant))) tile.children[quadrant] = {10, 900, 77};

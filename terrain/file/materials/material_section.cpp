@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/file/material_section.h"
+#include "terrain/file/materials/material_section.h"
 
 #include "terrain/base/checksum.h"
 
