@@ -2,6 +2,7 @@
 #include "bake/bake_options.h"
 
 #include "app/common/arguments.h"
+#include "bake/materials/material_files.h"
 #include "bake/samples/samples.h"
 #include "platform/base/text.h"
 #include "terrain/base/lattice.h"
@@ -91,6 +92,11 @@ Error store_material_side(void* options, const OptionValue& value) {
   bake_of(options).job.materials.side = static_cast<int>(value.integer);
   const bool is_power = std::has_single_bit(static_cast<std::uint64_t>(value.integer));
   return is_power ? std::string() : wrong(value, "not a power of two");
+}
+
+Error store_max_texels(void* options, const OptionValue& value) {
+  bake_of(options).job.materials.max_texels = static_cast<std::uint64_t>(value.integer);
+  return {};
 }
 
 Error store_material_format(void* options, const OptionValue& value) {
@@ -236,6 +242,14 @@ constexpr OptionRow kMaterialRows[] = {
      .words = "etc2 rgba8",
      .help = "of textures: etc2 or rgba8",
      .store = store_material_format},
+    {.name = "max-texels",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "4194304 and 16 for each byte of the images",
+     .min = 1,
+     .max = static_cast<double>(kMostImageTexels),
+     .help = "takes images with so many together, however small their files are",
+     .store = store_max_texels},
 };
 
 constexpr OptionRow kRunRows[] = {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace karst::bake {
 namespace {
@@ -22,11 +23,24 @@ constexpr float kSlopeSoft = 0.1f;
 constexpr float kHeightSoft = 1;
 // What the procedural images show is of this width: blades of 4 to 10 cm, wind ripples of 12 cm.
 constexpr double kRepeatM = 2;
+constexpr std::size_t kMostDefault = 6;  // default_materials, with snow
 
 std::string folder_of(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
   if (slash == std::string::npos) return {};
   return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// As often as they are named.
+std::vector<std::string> images_of(const MaterialFile& file, const std::string& folder) {
+  std::vector<std::string> images;
+  for (const MaterialSpec& spec : file.materials) {
+    for (const std::string* name : {&spec.albedo, &spec.height, &spec.normal, &spec.roughness}) {
+      if (!name->empty()) images.push_back(path_in(folder, *name));
+    }
+  }
+  if (file.blend_map) images.push_back(path_in(folder, file.blend_map->image));
+  return images;
 }
 
 // The nearest power of two, as a file may state it.
@@ -77,32 +91,37 @@ Material BakeMaterials::resolve(const MaterialSpec& spec) const {
 }
 
 std::vector<std::string> material_images(const MaterialOptions& options) {
-  std::vector<std::string> images;
   MaterialFile file;
-  if (options.none || options.path.empty() || !read_material_file(options.path, file).ok()) return images;
-  const std::string folder = folder_of(options.path);
-  for (const MaterialSpec& spec : file.materials) {
-    for (const std::string* name : {&spec.albedo, &spec.height, &spec.normal, &spec.roughness}) {
-      if (!name->empty()) images.push_back(path_in(folder, *name));
-    }
-  }
-  if (file.blend_map) images.push_back(path_in(folder, file.blend_map->image));
-  return images;
+  if (options.none || options.path.empty() || !read_material_file(options.path, file).ok()) return {};
+  return images_of(file, folder_of(options.path));
+}
+
+// The textures' texels, where the file says how many.
+Error BakeMaterials::check_side() const {
+  const std::size_t count = file_.materials.empty() ? kMostDefault : file_.materials.size();
+  const auto texels = static_cast<std::size_t>(side()) * static_cast<std::size_t>(side());
+  if (options.side || count * texels <= kMostFileTexels) return {};
+  const std::string number = std::to_string(side());
+  return options.path + ": side: " + number + " x " + number + " texels of " + std::to_string(count) +
+         " materials are more than " + std::to_string(kMostFileTexels) + "; --material-side " + number +
+         " allows them";
 }
 
 Error BakeMaterials::load() {
   if (options.none || options.path.empty()) return {};
   if (Error error = read_material_file(options.path, file_); !error.ok()) return error;
   const std::string folder = folder_of(options.path);
+  if (Error error = check_side(); !error.ok()) return error;
+  TexelBudget budget(images_of(file_, folder), options.max_texels);
   for (std::size_t k = 0; k < file_.materials.size(); ++k) {
     images_.emplace_back();
     if (!file_.materials[k].sample.empty()) continue;
-    const Error error = read_material_image(file_.materials[k], folder, side(), images_[k]);
+    const Error error = read_material_image(file_.materials[k], folder, side(), budget, images_[k]);
     if (!error.ok()) return options.path + ": material " + std::to_string(k) + ": " + error.text();
   }
   if (!file_.blend_map) return {};
   const Error error = read_blend_map(path_in(folder, file_.blend_map->image),
-                                     file_.blend_map->materials.size(), map_, map_texels_);
+                                     file_.blend_map->materials.size(), budget, map_, map_texels_);
   return error.ok() ? error : options.path + ": blend_map: " + error.text();
 }
 
@@ -240,7 +259,7 @@ std::vector<MaterialSpec> BakeMaterials::list(MaterialSet& set) const {
   return specs;
 }
 
-Error BakeMaterials::run(BakedMaterials& baked) const {
+Error BakeMaterials::run(BakedMaterials& baked) {
   baked = BakedMaterials();
   if (options.none) return {};
   const std::vector<MaterialSpec> specs = list(baked.set);
@@ -250,11 +269,20 @@ Error BakeMaterials::run(BakedMaterials& baked) const {
   if (Error error = paint(baked); !error.ok()) return error;
   if (Error error = blend(baked); !error.ok()) return error;
   light(baked);
-  std::vector<MaterialImage> images = images_;
+  std::vector<MaterialImage> images = std::move(images_);
   images.resize(specs.size());
+  // Which material has the same sample first: it is painted once.
+  std::vector<std::size_t> first(specs.size());
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    const auto same = [&](const MaterialSpec& other) { return other.sample == specs[k].sample; };
+    first[k] = static_cast<std::size_t>(std::find_if(specs.begin(), specs.end(), same) - specs.begin());
+  }
   parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
-    if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side());
+    if (!specs[k].sample.empty() && first[k] == k) images[k] = make_sample_material(specs[k].sample, side());
   });
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    if (!specs[k].sample.empty() && first[k] != k) images[k] = images[first[k]];
+  }
   baked.textures = MakeTextures{images, threads}.run(baked.set, baked.loss);
   return {};
 }

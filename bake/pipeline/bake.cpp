@@ -494,7 +494,7 @@ class Baker {
   }
 
   Error bake_materials(std::span<const PatchBounds> boxes) {
-    BakeMaterials bake = bake_materials_;
+    BakeMaterials& bake = bake_materials_;
     bake.sample = job_.sample;
     bake.grid = grid_;
     bake.octree = &voxels_.octree;

@@ -153,6 +153,34 @@ TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
 }
 
 // Weights go where the image has them, and what is painted twice over is shared out.
+// Textures as large as a file asks for, up to a size; beyond it the command line must ask.
+TEST_F(BakeMaterialsTest, LargeTexturesAreForTheCommandLine) {
+  const auto file = [](const char* side, int count) {
+    std::string text = std::string(R"({"side": )") + side + R"(, "materials": [)";
+    for (int k = 0; k < count; ++k)
+      text += (k > 0 ? ", " : "") + (R"({"name": "m)" + std::to_string(k)) + R"(", "sample": "snow"})";
+    return text + "]}";
+  };
+  Bake good = job(file("256", 8));
+  good.materials.side.reset();
+  EXPECT_EQ(read(world_of(good, report_)).set.side, 256u);
+  // The same picture for each, painted once.
+  const auto& layers = report_.materials.set;
+  for (std::uint32_t m = 1; m < layers.count; ++m)
+    EXPECT_EQ(layers.materials[m].slope_span, layers.materials[0].slope_span);
+
+  Bake large = job(file("512", 3));
+  large.materials.side.reset();
+  const std::string error = error_of(large);
+  EXPECT_NE(error.find("ground.json: side: 512 x 512 texels of 3 materials"), std::string::npos) << error;
+  EXPECT_NE(error.find("--material-side 512 allows them"), std::string::npos) << error;
+  Bake defaults = job(R"({"side": 512})");
+  defaults.materials.side.reset();
+  EXPECT_NE(error_of(defaults).find("512 x 512 texels of 6 materials"), std::string::npos);
+  large.materials.side = 512;
+  EXPECT_EQ(read(world_of(large, report_)).set.side, 512u);
+}
+
 TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
   // 4 x 2 texels: red in the north-west; red and green full beside it; nothing in the east; blue in the
   // south, which has no material.
