@@ -73,7 +73,13 @@ class Repair {
       marked_.clear();
       std::uint64_t folded = 0;
       for (const std::uint64_t p : touched_.list()) folded += find_folds(PatchId(p), result.passes);
-      if (result.passes == 0) result.folded_before = folded;
+      if (result.passes == 0) {
+        result.folded_before = folded;
+        if (static_cast<double>(folded) > job_.most_folded * static_cast<double>(triangles())) {
+          result.folded_after = folded;
+          break;
+        }
+      }
       result.folded_after = folded;
       if (folded == 0 || result.passes == job_.max_passes || visits_left == 0) break;
       move(result.passes);
@@ -85,6 +91,9 @@ class Repair {
   }
 
  private:
+  std::uint64_t triangles() const {
+    return 2 * patches_.size() * static_cast<std::uint64_t>((side_ - 1) * (side_ - 1));
+  }
   std::size_t block() const { return static_cast<std::size_t>(side_ * side_); }
   std::size_t in_block(int i, int j) const { return static_cast<std::size_t>(j * side_ + i); }
   std::uint64_t key(GridVertex v) const { return std::uint64_t{v.patch} * block() + in_block(v.i, v.j); }
@@ -208,6 +217,8 @@ Status RepairFolds::validate() const {
   if (heights.size() != surface.patches.size() * static_cast<std::size_t>(patch_vertices(level))) {
     return {StatusCode::invalid_argument, "heights do not have one block a patch", "heights"};
   }
+  if (!(most_folded >= 0 && most_folded <= 1))
+    return {StatusCode::invalid_argument, "most_folded is out of 0..1", "most_folded"};
   if (max_passes < 1) return {StatusCode::invalid_argument, "max_passes is below 1", "max_passes"};
   return {};
 }
