@@ -164,6 +164,14 @@ constexpr OptionRow kWorldRows[] = {
      .value = "FILE",
      .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
      .store = put<&BakeOptions::job, &Bake::carve_path>},
+    {.name = "max-carve",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "131072 and 4 for each column of the world",
+     .min = 1,
+     .max = 1 << 24,
+     .help = "takes shapes that reach so many columns of voxels together",
+     .store = put<&BakeOptions::job, &Bake::max_carve>},
 };
 
 constexpr OptionRow kDemRows[] = {

@@ -117,6 +117,10 @@ def resources(inputs):
                                             "drape16k.png", "--max-memory", "64"], "--max-memory")
     write("shapes.json", "[" + ",".join(["{}"] * 400_000) + "]")
     inputs.run("400,000 shapes of nothing", 1, elevation("nine.bil", "--carve", "shapes.json"), "shapes.json")
+    write("over.json", json.dumps([{"shape": "sphere", "op": "empty", "center": [0, 0, 0], "radius": 90}] *
+                                  9999))
+    inputs.run("9999 shapes over all of a world", 1, elevation("hills.bil", "--carve", "over.json"),
+               "--max-carve")
     write("deep.json", "[" * (8 << 20))
     inputs.run("8 MiB of [", 1, elevation("nine.bil", "--carve", "deep.json"), "nested too deeply")
     write("many.json", "[" + "0," * 4_000_000 + "0]")
@@ -212,6 +216,7 @@ def main():
     os.chdir(options.work)
     inputs = Inputs(options)
     envi("nine", 9, 9, lambda x, y: 3 * x + 5 * y % 7)
+    envi("hills", 48, 48, lambda x, y: 8 + (3 * x + 5 * y) // 40)
     png("nine.png", 9, 9, 8, 0, bytes(9))
     inputs.run("the least world", 0, ["karst-bake", "--sample", "hills", "--voxel", "100", "--levels", "2",
                                       "--material-side", "16", "-o", "w.karst"])
