@@ -204,26 +204,36 @@ void BakeMaterials::mark_painted(BakedMaterials& baked) const {
 Error BakeMaterials::paint(BakedMaterials& baked) const {
   if (file_.paint.empty()) return {};
   baked.overrides.assign(surface.patches.size(), 0);
+  struct Painted {
+    glm::dvec3 low, high;  // voxels
+    std::uint8_t number;
+  };
+  std::vector<Painted> boxes;
   for (std::size_t b = 0; b < file_.paint.size(); ++b) {
     const PaintBox& box = file_.paint[b];
     const int found = number_of(baked.set, box.material);
     if (found < 0) {
       return options.path + ": paint " + std::to_string(b) + ": material: there is no " + quote(box.material);
     }
-    const auto number = static_cast<std::uint8_t>(found + 1);
-    const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);
-    const glm::dvec3 high = to_voxels(box.centre_m + 0.5 * box.size_m);
-    for (std::size_t p = 0; p < surface.patches.size(); ++p) {
-      const Volume& volume = surface.volumes[surface.patches[p].volume];
-      bool in = true;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double middle =
-            volume.corner[axis] + 0.5 * (bounds[p].min[axis] + bounds[p].max[axis]) / kStepsPerVoxel;
-        in = in && middle >= low[axis] && middle <= high[axis];
-      }
-      if (in) baked.overrides[p] = number;
-    }
+    boxes.push_back({to_voxels(box.centre_m - 0.5 * box.size_m), to_voxels(box.centre_m + 0.5 * box.size_m),
+                     static_cast<std::uint8_t>(found + 1)});
   }
+  parallel_chunks(surface.patches.size(), 256, threads, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t p = first; p < last; ++p) {
+      const Volume& volume = surface.volumes[surface.patches[p].volume];
+      glm::dvec3 middle;
+      for (int axis = 0; axis < 3; ++axis) {
+        middle[axis] =
+            volume.corner[axis] + 0.5 * (bounds[p].min[axis] + bounds[p].max[axis]) / kStepsPerVoxel;
+      }
+      const auto in = [&middle](const Painted& box) {
+        return middle.x >= box.low.x && middle.x <= box.high.x && middle.y >= box.low.y &&
+               middle.y <= box.high.y && middle.z >= box.low.z && middle.z <= box.high.z;
+      };
+      const auto box = std::find_if(boxes.rbegin(), boxes.rend(), in);
+      if (box != boxes.rend()) baked.overrides[p] = box->number;
+    }
+  });
   baked.painted = static_cast<std::size_t>(
       std::count_if(baked.overrides.begin(), baked.overrides.end(), [](std::uint8_t m) { return m != 0; }));
   return {};
