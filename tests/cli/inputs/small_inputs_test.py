@@ -103,7 +103,8 @@ def resources(inputs):
     inputs.run("material of one colour, 4096 a side", 1, materials("flat16.png"), "--max-texels 16777216")
     png("flat1.png", 2048, 2048, 1, 0, bytes(256))
     inputs.run("material of one colour, 2048 a side", 0, materials("flat1.png"))
-    inputs.run("33 images of one colour, 2048 a side", 1, many_images("flat1.png", 8), "--max-texels 138412032")
+    inputs.run("33 images of one colour, 2048 a side", 1, many_images("flat1.png", 8),
+               "--max-texels 138412032")
     inputs.run("textures of 1024 a side", 1, materials("flat1.png", 1024), "--material-side 1024")
     inputs.run("own materials of 1024 a side", 1, own_materials(1024), "--material-side 1024")
     inputs.run("two textures of 512 a side", 0, many_images("nine.png", 2, 512))
