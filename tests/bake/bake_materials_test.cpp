@@ -45,6 +45,7 @@ class BakeMaterialsTest : public ::testing::Test {
   Bake::Report report_;
 };
 
+// Borrows from the file all but the set.
 WorldMaterials read(const std::vector<std::byte>& file) {
   WorldInfo info;
   EXPECT_TRUE(read_world_info(file, info).ok());
@@ -152,7 +153,6 @@ TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
   EXPECT_NE(error.find("blue.tif"), std::string::npos) << error;
 }
 
-// Weights go where the image has them, and what is painted twice over is shared out.
 // Textures as large as a file asks for, up to a size; beyond it the command line must ask.
 TEST_F(BakeMaterialsTest, LargeTexturesAreForTheCommandLine) {
   const auto file = [](const char* side, int count) {
@@ -181,6 +181,7 @@ TEST_F(BakeMaterialsTest, LargeTexturesAreForTheCommandLine) {
   EXPECT_EQ(read(world_of(large, report_)).set.side, 512u);
 }
 
+// Weights go where the image has them, and what is painted twice over is shared out.
 TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
   // 4 x 2 texels: red in the north-west; red and green full beside it; nothing in the east; blue in the
   // south, which has no material.
@@ -189,8 +190,9 @@ TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
   samples[3] = samples[4] = 1;
   for (int x = 0; x < 4; ++x) samples[static_cast<std::size_t>((4 + x) * 3 + 2)] = 1;
   write_image(folder_.path("weights.tif"), 4, 2, samples, "float", 0, 3);
-  const WorldMaterials materials = read(
-      world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand", "grass"]}})"), report_));
+  const std::vector<std::byte> file =
+      world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand", "grass"]}})"), report_);
+  const WorldMaterials materials = read(file);
   const BlendMap& map = materials.set.blend_map;
   ASSERT_EQ(map.width, 4u);
   ASSERT_EQ(map.depth, 2u);
