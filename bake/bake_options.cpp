@@ -2,6 +2,7 @@
 #include "bake/bake_options.h"
 
 #include "app/common/arguments.h"
+#include "bake/materials/material_files.h"
 #include "bake/samples/samples.h"
 #include "platform/base/text.h"
 #include "terrain/base/lattice.h"
@@ -93,6 +94,11 @@ Error store_material_side(void* options, const OptionValue& value) {
   return is_power ? std::string() : wrong(value, "not a power of two");
 }
 
+Error store_max_texels(void* options, const OptionValue& value) {
+  bake_of(options).job.materials.max_texels = static_cast<std::uint64_t>(value.integer);
+  return {};
+}
+
 Error store_material_format(void* options, const OptionValue& value) {
   bake_of(options).job.materials.format = value.integer == 0 ? TextureFormat::etc2 : TextureFormat::rgba8;
   return {};
@@ -162,6 +168,14 @@ constexpr OptionRow kWorldRows[] = {
      .value = "FILE",
      .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
      .store = put<&BakeOptions::job, &Bake::carve_path>},
+    {.name = "max-carve",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "131072 and 4 for each column of the world",
+     .min = 1,
+     .max = 1 << 24,
+     .help = "takes shapes that reach so many columns of voxels together",
+     .store = put<&BakeOptions::job, &Bake::max_carve>},
 };
 
 constexpr OptionRow kDemRows[] = {
@@ -205,7 +219,7 @@ constexpr OptionRow kDemRows[] = {
     {.name = "max-samples",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "2097152 and 4 for each byte of the files",
+     .initial = "524288 and 4 for each byte of the files",
      .min = 4,
      .max = static_cast<double>(kMaxElevationSamples),
      .help = "takes so many samples of what is compressed to next to nothing, a sea or a bomb",
@@ -240,6 +254,14 @@ constexpr OptionRow kMaterialRows[] = {
      .words = "etc2 rgba8",
      .help = "of textures: etc2 or rgba8",
      .store = store_material_format},
+    {.name = "max-texels",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "4194304 and 16 for each byte of the images",
+     .min = 1,
+     .max = static_cast<double>(kMostImageTexels),
+     .help = "takes images with so many together, however small their files are",
+     .store = store_max_texels},
 };
 
 constexpr OptionRow kRunRows[] = {

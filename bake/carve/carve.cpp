@@ -21,6 +21,9 @@ constexpr double kReachVoxels = 2;
 
 // Shapes summed over the columns they reach: 128 MiB. A thousand shapes as wide as the widest world fit.
 constexpr std::size_t kMostColumnEntries = 1u << 24;
+// Without being asked for: each costs some microseconds where its column is fitted.
+constexpr std::size_t kFreeColumnEntries = 1u << 17;
+constexpr std::size_t kFreeShapesAColumn = 4;
 
 double box_distance(const CarveShape& box, glm::dvec3 p) {
   const glm::dvec3 q = glm::abs(p - box.centre_m) - (box.half_m - box.radius_m);
@@ -47,46 +50,63 @@ CarvedSolid::CarvedSolid(const Solid& base, const std::vector<CarveShape>& shape
       grid_(grid),
       columns_(static_cast<std::size_t>(grid.extent.x) * static_cast<std::size_t>(grid.extent.z)) {}
 
-Error CarvedSolid::build() {
-  for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
-    const CarveShape& shape = shapes_[s];
-    const double reach_m = shape.blend_m + kReachVoxels * grid_.voxel_m;
-    bool fits = true;
-    if (shape.kind != CarveShape::Kind::capsule) fits = add({s, 0}, shape.bounds(), reach_m);
-    for (std::uint32_t k = 0; fits && k + 1 < shape.points_m.size(); ++k) {
-      const glm::dvec3 a = shape.points_m[k], b = shape.points_m[k + 1];
-      fits = add({s, k}, {glm::min(a, b) - shape.radius_m, glm::max(a, b) + shape.radius_m}, reach_m);
-    }
-    if (!fits) {
-      return "--carve: shape " + std::to_string(s) +
-             ": the shapes up to this one reach too many voxel columns together; carve with fewer or smaller "
-             "ones";
-    }
+Error CarvedSolid::build(std::size_t allowed) {
+  std::size_t entries = 0;
+  std::uint32_t shape = 0;
+  const auto fits = [&](Piece piece, const Box& bounds) {
+    shape = piece.shape;
+    entries += columns_of(piece, bounds).count();
+    return entries <= kMostColumnEntries;
+  };
+  if (!each_piece(fits)) {
+    return "--carve: shape " + std::to_string(shape) +
+           ": the shapes up to this one reach too many voxel columns together; carve with fewer or smaller "
+           "ones";
   }
+  if (entries > std::max(allowed, kFreeColumnEntries + kFreeShapesAColumn * columns_.size())) {
+    return "--carve: the shapes reach " + std::to_string(entries) + " columns of voxels together, of " +
+           std::to_string(columns_.size()) + "; carve with fewer or smaller ones, --max-carve " +
+           std::to_string(entries) + " takes them";
+  }
+  each_piece([&](Piece piece, const Box& bounds) {
+    const Columns reached = columns_of(piece, bounds);
+    for (int z = reached.first_z; z <= reached.last_z; ++z) {
+      for (int x = reached.first_x; x <= reached.last_x; ++x) {
+        columns_[static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.extent.x) +
+                 static_cast<std::size_t>(x)]
+            .push_back(piece);
+      }
+    }
+    return true;
+  });
   return {};
 }
 
-// False where there are too many.
-bool CarvedSolid::add(Piece piece, const Box& bounds, double reach_m) {
+// False where one visit was.
+template <class Visit>
+bool CarvedSolid::each_piece(const Visit& visit) const {
+  for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
+    const CarveShape& shape = shapes_[s];
+    if (shape.kind != CarveShape::Kind::capsule && !visit(Piece{s, 0}, shape.bounds())) return false;
+    for (std::uint32_t k = 0; k + 1 < shape.points_m.size(); ++k) {
+      const glm::dvec3 a = shape.points_m[k], b = shape.points_m[k + 1];
+      const Box bounds{glm::min(a, b) - shape.radius_m, glm::max(a, b) + shape.radius_m};
+      if (!visit(Piece{s, k}, bounds)) return false;
+    }
+  }
+  return true;
+}
+
+CarvedSolid::Columns CarvedSolid::columns_of(Piece piece, const Box& bounds) const {
+  const double reach_m = shapes_[piece.shape].blend_m + kReachVoxels * grid_.voxel_m;
   const glm::dvec3 low = (bounds.min - reach_m - grid_.origin_m) / grid_.voxel_m;
   const glm::dvec3 high = (bounds.max + reach_m - grid_.origin_m) / grid_.voxel_m;
+  if (high.x < 0 || high.z < 0 || low.x > grid_.extent.x || low.z > grid_.extent.z) return {};
   const auto first = [](double v) { return static_cast<int>(std::floor(std::max(v, 0.0))); };
   const auto last = [](double v, int extent) {
     return static_cast<int>(std::floor(std::min(v, static_cast<double>(extent - 1))));
   };
-  if (high.x < 0 || high.z < 0 || low.x > grid_.extent.x || low.z > grid_.extent.z) return true;
-  const auto wide = [](int from, int to) { return static_cast<std::size_t>(std::max(to - from + 1, 0)); };
-  entries_ +=
-      wide(first(low.x), last(high.x, grid_.extent.x)) * wide(first(low.z), last(high.z, grid_.extent.z));
-  if (entries_ > kMostColumnEntries) return false;
-  for (int z = first(low.z); z <= last(high.z, grid_.extent.z); ++z) {
-    for (int x = first(low.x); x <= last(high.x, grid_.extent.x); ++x) {
-      columns_[static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.extent.x) +
-               static_cast<std::size_t>(x)]
-          .push_back(piece);
-    }
-  }
-  return true;
+  return {first(low.x), last(high.x, grid_.extent.x), first(low.z), last(high.z, grid_.extent.z)};
 }
 
 const std::vector<CarvedSolid::Piece>& CarvedSolid::column(double x_m, double z_m) const {

@@ -6,6 +6,8 @@
 #include "bake/samples/solid.h"
 #include "platform/base/error.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -43,8 +45,9 @@ class CarvedSolid final : public Solid {
  public:
   // base and shapes outlive the solid. build() comes before all else.
   CarvedSolid(const Solid& base, const std::vector<CarveShape>& shapes, const WorldGrid& grid);
-  // An error where the shapes reach more columns than are sensible.
-  Error build();
+  // An error where the shapes reach more columns of voxels together than are sensible, or than `allowed` and
+  // what is free, 2^17 and 4 shapes a column of the world.
+  Error build(std::size_t allowed = 0);
   double value_m(glm::dvec3 position_m) const override;
 
   // Whether a shape is within reach somewhere in the column of voxels that holds the place.
@@ -55,14 +58,23 @@ class CarvedSolid final : public Solid {
     std::uint32_t shape;
     std::uint32_t segment;
   };
+  struct Columns {  // that a piece reaches, both ends included
+    int first_x = 0, last_x = -1, first_z = 0, last_z = -1;
+
+    std::size_t count() const {
+      const auto wide = [](int from, int to) { return static_cast<std::size_t>(std::max(to - from + 1, 0)); };
+      return wide(first_x, last_x) * wide(first_z, last_z);
+    }
+  };
   const std::vector<Piece>& column(double x_m, double z_m) const;
-  bool add(Piece piece, const Box& bounds, double reach_m);
+  template <class Visit>
+  bool each_piece(const Visit& visit) const;
+  Columns columns_of(Piece piece, const Box& bounds) const;
   double distance_m(Piece piece, glm::dvec3 p) const;
 
   const Solid& base_;
   const std::vector<CarveShape>& shapes_;
   WorldGrid grid_;
-  std::size_t entries_ = 0;
   std::vector<std::vector<Piece>> columns_;  // index z * extent.x + x; in the order of shapes
 };
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace karst::bake {
 namespace {
@@ -22,11 +23,24 @@ constexpr float kSlopeSoft = 0.1f;
 constexpr float kHeightSoft = 1;
 // What the procedural images show is of this width: blades of 4 to 10 cm, wind ripples of 12 cm.
 constexpr double kRepeatM = 2;
+constexpr std::size_t kMostDefault = 6;  // default_materials, with snow
 
 std::string folder_of(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
   if (slash == std::string::npos) return {};
   return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// As often as they are named.
+std::vector<std::string> images_of(const MaterialFile& file, const std::string& folder) {
+  std::vector<std::string> images;
+  for (const MaterialSpec& spec : file.materials) {
+    for (const std::string* name : {&spec.albedo, &spec.height, &spec.normal, &spec.roughness}) {
+      if (!name->empty()) images.push_back(path_in(folder, *name));
+    }
+  }
+  if (file.blend_map) images.push_back(path_in(folder, file.blend_map->image));
+  return images;
 }
 
 // The nearest power of two, as a file may state it.
@@ -78,32 +92,37 @@ Material BakeMaterials::resolve(const MaterialSpec& spec) const {
 }
 
 std::vector<std::string> material_images(const MaterialOptions& options) {
-  std::vector<std::string> images;
   MaterialFile file;
-  if (options.none || options.path.empty() || !read_material_file(options.path, file).ok()) return images;
-  const std::string folder = folder_of(options.path);
-  for (const MaterialSpec& spec : file.materials) {
-    for (const std::string* name : {&spec.albedo, &spec.height, &spec.normal, &spec.roughness}) {
-      if (!name->empty()) images.push_back(path_in(folder, *name));
-    }
-  }
-  if (file.blend_map) images.push_back(path_in(folder, file.blend_map->image));
-  return images;
+  if (options.none || options.path.empty() || !read_material_file(options.path, file).ok()) return {};
+  return images_of(file, folder_of(options.path));
+}
+
+// The textures' texels, where the file says how many.
+Error BakeMaterials::check_side() const {
+  const std::size_t count = file_.materials.empty() ? kMostDefault : file_.materials.size();
+  const auto texels = static_cast<std::size_t>(side()) * static_cast<std::size_t>(side());
+  if (options.side || count * texels <= kMostFileTexels) return {};
+  const std::string number = std::to_string(side());
+  return options.path + ": side: " + number + " x " + number + " texels of " + std::to_string(count) +
+         " materials are more than " + std::to_string(kMostFileTexels) + "; --material-side " + number +
+         " allows them";
 }
 
 Error BakeMaterials::load() {
   if (options.none || options.path.empty()) return {};
   if (Error error = read_material_file(options.path, file_); !error.ok()) return error;
   const std::string folder = folder_of(options.path);
+  if (Error error = check_side(); !error.ok()) return error;
+  TexelBudget budget(images_of(file_, folder), options.max_texels);
   for (std::size_t k = 0; k < file_.materials.size(); ++k) {
     images_.emplace_back();
     if (!file_.materials[k].sample.empty()) continue;
-    const Error error = read_material_image(file_.materials[k], folder, side(), images_[k]);
+    const Error error = read_material_image(file_.materials[k], folder, side(), budget, images_[k]);
     if (!error.ok()) return options.path + ": material " + std::to_string(k) + ": " + error.text();
   }
   if (!file_.blend_map) return {};
   const Error error = read_blend_map(path_in(folder, file_.blend_map->image),
-                                     file_.blend_map->materials.size(), map_, map_texels_);
+                                     file_.blend_map->materials.size(), budget, map_, map_texels_);
   return error.ok() ? error : options.path + ": blend_map: " + error.text();
 }
 
@@ -186,26 +205,36 @@ void BakeMaterials::mark_painted(BakedMaterials& baked) const {
 Error BakeMaterials::paint(BakedMaterials& baked) const {
   if (file_.paint.empty()) return {};
   baked.overrides.assign(surface.patches.size(), 0);
+  struct Painted {
+    glm::dvec3 low, high;  // voxels
+    std::uint8_t number;
+  };
+  std::vector<Painted> boxes;
   for (std::size_t b = 0; b < file_.paint.size(); ++b) {
     const PaintBox& box = file_.paint[b];
     const int found = number_of(baked.set, box.material);
     if (found < 0) {
       return options.path + ": paint " + std::to_string(b) + ": material: there is no " + quote(box.material);
     }
-    const auto number = static_cast<std::uint8_t>(found + 1);
-    const glm::dvec3 low = to_voxels(box.centre_m - 0.5 * box.size_m);
-    const glm::dvec3 high = to_voxels(box.centre_m + 0.5 * box.size_m);
-    for (std::size_t p = 0; p < surface.patches.size(); ++p) {
-      const Volume& volume = surface.volumes[surface.patches[p].volume];
-      bool in = true;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double middle =
-            volume.corner[axis] + 0.5 * (bounds[p].min[axis] + bounds[p].max[axis]) / kStepsPerVoxel;
-        in = in && middle >= low[axis] && middle <= high[axis];
-      }
-      if (in) baked.overrides[p] = number;
-    }
+    boxes.push_back({to_voxels(box.centre_m - 0.5 * box.size_m), to_voxels(box.centre_m + 0.5 * box.size_m),
+                     static_cast<std::uint8_t>(found + 1)});
   }
+  parallel_chunks(surface.patches.size(), 256, threads, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t p = first; p < last; ++p) {
+      const Volume& volume = surface.volumes[surface.patches[p].volume];
+      glm::dvec3 middle;
+      for (int axis = 0; axis < 3; ++axis) {
+        middle[axis] =
+            volume.corner[axis] + 0.5 * (bounds[p].min[axis] + bounds[p].max[axis]) / kStepsPerVoxel;
+      }
+      const auto in = [&middle](const Painted& box) {
+        return middle.x >= box.low.x && middle.x <= box.high.x && middle.y >= box.low.y &&
+               middle.y <= box.high.y && middle.z >= box.low.z && middle.z <= box.high.z;
+      };
+      const auto box = std::find_if(boxes.rbegin(), boxes.rend(), in);
+      if (box != boxes.rend()) baked.overrides[p] = box->number;
+    }
+  });
   baked.painted = static_cast<std::size_t>(
       std::count_if(baked.overrides.begin(), baked.overrides.end(), [](std::uint8_t m) { return m != 0; }));
   return {};
@@ -254,15 +283,24 @@ Error BakeMaterials::outline(BakedMaterials& baked) const {
   return {};
 }
 
-Error BakeMaterials::run(BakedMaterials& baked) const {
+Error BakeMaterials::run(BakedMaterials& baked) {
   if (Error error = outline(baked); !error.ok() || options.none) return error;
   MaterialSet listed;
   const std::vector<MaterialSpec> specs = list(listed);
-  std::vector<MaterialImage> images = images_;
+  std::vector<MaterialImage> images = std::move(images_);
   images.resize(specs.size());
+  // Which material has the same sample first: it is painted once.
+  std::vector<std::size_t> first(specs.size());
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    const auto same = [&](const MaterialSpec& other) { return other.sample == specs[k].sample; };
+    first[k] = static_cast<std::size_t>(std::find_if(specs.begin(), specs.end(), same) - specs.begin());
+  }
   parallel_chunks(specs.size(), 1, threads, [&](std::size_t k, std::size_t, int) {
-    if (!specs[k].sample.empty()) images[k] = make_sample_material(specs[k].sample, side());
+    if (!specs[k].sample.empty() && first[k] == k) images[k] = make_sample_material(specs[k].sample, side());
   });
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    if (!specs[k].sample.empty() && first[k] != k) images[k] = images[first[k]];
+  }
   baked.textures = MakeTextures{images, threads}.run(baked.set, baked.loss);
   return {};
 }

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +24,8 @@ namespace karst::bake {
 using namespace core;
 
 inline constexpr int kDefaultMaterialSide = 256;
+// Texels that a material file's textures may have together by its own side; the command line's may have more.
+inline constexpr int kMostFileTexels = 1 << 19;
 inline constexpr TextureFormat kDefaultTextureFormat = TextureFormat::etc2;
 
 // What the command line says. What it does not say, the file says, or else the defaults.
@@ -31,6 +34,8 @@ struct MaterialOptions {
   std::string path{};  // of a material file; empty: none
   std::optional<int> side{};
   std::optional<TextureFormat> format{};
+  // Of images, though their files are too short to hold so many. TexelBudget says what may be without it.
+  std::uint64_t max_texels = 0;
 };
 
 // The images that a material file names; none where it cannot be read, which load() tells.
@@ -77,14 +82,16 @@ class BakeMaterials {
   // Whether the file paints patches, which a ground does not have.
   bool paints() const { return !file_.paint.empty() || file_.blend_map.has_value(); }
 
-  // An error where the file paints with a material that is not there, by boxes or by its blend map.
-  Error run(BakedMaterials& baked) const;
+  // Once: uses up what load() read. An error where the file paints with a material that is not there, by
+  // boxes or by its blend map.
+  Error run(BakedMaterials& baked);
 
  private:
   WorldRelief relief() const;
   static int number_of(const MaterialSet& set, const std::string& name);
   Material resolve(const MaterialSpec& spec) const;
   std::vector<MaterialSpec> list(MaterialSet& set) const;
+  Error check_side() const;
   Error paint(BakedMaterials& baked) const;
   Error blend(BakedMaterials& baked) const;
   void mark_painted(BakedMaterials& baked) const;

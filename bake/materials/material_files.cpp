@@ -7,6 +7,9 @@
 #include "bake/base/image_threads.h"
 #include "bake/elevation/exr_header.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
@@ -17,18 +20,16 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace karst::bake {
 namespace {
 
 constexpr int kMostChannels = 4;
-// A file may hold this many texels whatever its length, and more for each of its bytes: pictures of ground in
-// JPEG have 1 to 10 texels a byte, and one colour in PNG has a thousand.
-constexpr std::uint64_t kFreeTexels = 4'096 * 4'096;
-constexpr std::uint64_t kTexelsAByte = 16;
 constexpr std::uint64_t kMostBandBytes = 64u << 20;  // of rows that are decoded together, as floats
 constexpr std::uint64_t kMemoryAByte = 32;           // for readers that hold all of a file decoded
 constexpr int kMostScans = 64;                       // of a JPEG; each may go over all of the image
@@ -53,6 +54,13 @@ struct Asked {
   std::int32_t side = 0;
   Use use = Use::colour;
   std::uint32_t channels = 0;
+  TexelBudget budget{};
+};
+
+// What a child begins its result with.
+struct Head {
+  std::uint64_t texels = 0;             // of the image as it is in the file
+  std::uint32_t width = 0, height = 0;  // of what follows
 };
 
 // Along one axis: how much of each texel goes into a texel of the result and how much into the next one.
@@ -160,7 +168,7 @@ Error check_scans(const std::string& path) {
   return failure(path, std::to_string(scans) + " scans; the most is " + std::to_string(kMostScans));
 }
 
-Error check_spec(const std::string& path, const OIIO::ImageSpec& spec, std::uint64_t bytes) {
+Error check_spec(const std::string& path, const OIIO::ImageSpec& spec, const Asked& asked) {
   const std::string size = std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels";
   if (spec.width < 1 || spec.height < 1 || spec.width > kMostImageSide || spec.height > kMostImageSide)
     return failure(path, "size: " + size + "; the most is " + std::to_string(kMostImageSide) + " a side");
@@ -169,9 +177,11 @@ Error check_spec(const std::string& path, const OIIO::ImageSpec& spec, std::uint
     return failure(path, "channels: " + std::to_string(spec.nchannels) + "; an image has 1 to 4");
   const std::uint64_t texels =
       static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
-  if (texels > kFreeTexels + kTexelsAByte * bytes) {
-    return failure(path, "size: " + size + " in " + std::to_string(bytes) +
-                             " bytes; save it without compression, or with 4096 texels a side or less");
+  if (texels > asked.budget.left()) {
+    return failure(path, "size: " + size + " in " + std::to_string(asked.bytes) + " bytes, where " +
+                             std::to_string(asked.budget.left()) +
+                             " are left; use a smaller image, or --max-texels " +
+                             std::to_string(asked.budget.enough(texels)));
   }
   if (spec.tile_width <= 0) return {};
   const std::uint64_t band = static_cast<std::uint64_t>(std::max(spec.width, spec.tile_width)) *
@@ -210,7 +220,7 @@ bool read_rows(OIIO::ImageInput& input, int row, int last, std::vector<float>& r
 // In a child: calls take(row, values, floats) for rows from the top, channel by channel; floats: of the
 // file's samples. begin(spec) comes first.
 template <class Begin, class Take>
-Error read_rows_of(const std::string& path, std::uint64_t bytes, const Begin& begin, const Take& take) {
+Error read_rows_of(const std::string& path, const Asked& asked, const Begin& begin, const Take& take) {
   keep_image_threads_away();
   const char* reader = nullptr;
   if (Error error = reader_for(path, reader); !error.ok()) return error;
@@ -222,10 +232,10 @@ Error read_rows_of(const std::string& path, std::uint64_t bytes, const Begin& be
   }
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
   if (input == nullptr) return failure(path, std::string("OpenImageIO has no reader for ") + reader);
-  OIIO::ImageSpec spec, asked;
-  asked["oiio:UnassociatedAlpha"] = 1;  // values as they are, whatever alpha is
-  if (!input->open(path, spec, asked)) return reading_failure(path, *input);
-  if (Error error = check_spec(path, spec, bytes); !error.ok()) return error;
+  OIIO::ImageSpec spec, wanted;
+  wanted["oiio:UnassociatedAlpha"] = 1;  // values as they are, whatever alpha is
+  if (!input->open(path, spec, wanted)) return reading_failure(path, *input);
+  if (Error error = check_spec(path, spec, asked); !error.ok()) return error;
   begin(spec);
   const int band = spec.tile_width > 0 ? spec.tile_height : 64;
   const std::size_t stride = static_cast<std::size_t>(spec.nchannels) * static_cast<std::size_t>(spec.width);
@@ -243,18 +253,20 @@ Error read_rows_of(const std::string& path, std::uint64_t bytes, const Begin& be
   return {};
 }
 
-// is_reduced: they are asked.side a side, which the image is not.
-Error read_pixels(const std::string& path, const Asked& asked, Pixels& pixels, bool& is_reduced) {
+// is_reduced: they are asked.side a side, which the image is not. texels: of the image.
+Error read_pixels(const std::string& path, const Asked& asked, Pixels& pixels, bool& is_reduced,
+                  std::uint64_t& texels) {
   std::optional<ReduceRows> reduce;
   std::size_t channels = 0;
   std::vector<float> rgb;
   const auto begin = [&](const OIIO::ImageSpec& spec) {
     channels = static_cast<std::size_t>(spec.nchannels);
+    texels = spec.image_pixels();
     rgb.resize(3 * static_cast<std::size_t>(spec.width));
     reduce.emplace(spec.width, spec.height, asked.side, pixels);
     is_reduced = spec.width >= 2 * asked.side && spec.height >= 2 * asked.side;
   };
-  return read_rows_of(path, asked.bytes, begin, [&](int row, std::span<const float> values, bool floats) {
+  return read_rows_of(path, asked, begin, [&](int row, std::span<const float> values, bool floats) {
     for (std::size_t x = 0; 3 * x < rgb.size(); ++x) {
       for (std::size_t c = 0; c < 3; ++c) rgb[3 * x + c] = values[channels * x + (channels < 3 ? 0 : c)];
     }
@@ -331,20 +343,30 @@ std::string path_in_request(std::span<const std::byte> request, Asked& asked) {
   return path;
 }
 
-// asked.bytes is filled.
-Error ask_child(const ChildTask& task, const std::string& path, Asked asked, std::size_t result_bytes,
+// Fills asked.bytes and asked.budget. result: what follows the head, wanted_bytes(head) long.
+template <class Wanted>
+Error ask_child(const ChildTask& task, const std::string& path, Asked asked, TexelBudget& budget,
+                std::size_t most_bytes, const Wanted& wanted_bytes, Head& head,
                 std::vector<std::byte>& result) {
+  asked.budget = budget;
   int descriptor = -1;
   if (Error error = app::open_regular_file(path, descriptor, asked.bytes); !error.ok()) return error;
   close(descriptor);
   ChildLimits limits;
   limits.memory_bytes += kMemoryAByte * asked.bytes;
-  limits.result_bytes = result_bytes;
+  limits.result_bytes = sizeof head + most_bytes;
   std::vector<std::byte> request;
   WriteMessage message(request);
   message.put(asked);
   message.put_text(path);
-  return run_in_child(path, limits, task, request, result);
+  if (Error error = run_in_child(path, limits, task, request, result); !error.ok()) return error;
+  ReadMessage read(result);
+  read.take(head);
+  if (!read.whole() || head.texels > budget.left() || result.size() != sizeof head + wanted_bytes(head))
+    return failure(path, "its reader stopped early");
+  budget.use(head.texels);
+  result.erase(result.begin(), result.begin() + sizeof head);
+  return {};
 }
 
 // In a child: all of OpenImageIO's work on an image.
@@ -353,35 +375,38 @@ Error read_in_child(std::span<const std::byte> request, std::vector<std::byte>& 
   const std::string path = path_in_request(request, asked);
   Pixels pixels;
   bool is_reduced = false;
-  if (Error error = read_pixels(path, asked, pixels, is_reduced); !error.ok()) return error;
+  Head head;
+  if (Error error = read_pixels(path, asked, pixels, is_reduced, head.texels); !error.ok()) return error;
   std::vector<float> resized;
   if (is_reduced) {
     flip(pixels, resized);
   } else if (Error error = resize(pixels, path, asked.side, resized); !error.ok()) {
     return error;
   }
+  pixels = {};
   const auto sent = std::as_bytes(std::span(resized));
-  result.assign(sent.begin(), sent.end());
+  result.reserve(sizeof head + sent.size());
+  WriteMessage(result).put(head);
+  result.insert(result.end(), sent.begin(), sent.end());
   return {};
 }
 
-// In a child: a map of weights, at most kMostBlendSide a side, each texel the mean of what it stands for. The
-// result: width and depth, 4 bytes each, and the texels.
+// In a child: a map of weights, at most kMostBlendSide a side, each texel the mean of what it stands for.
 Error read_map_in_child(std::span<const std::byte> request, std::vector<std::byte>& result) {
   Asked asked;
   const std::string path = path_in_request(request, asked);
   std::optional<Shares> across, down;
   std::size_t channels = 0, width = 0;
   std::vector<float> sums;
-  std::uint32_t size[2] = {};
+  Head head;
   const auto begin = [&](const OIIO::ImageSpec& spec) {
     channels = static_cast<std::size_t>(spec.nchannels);
-    size[0] = std::min(static_cast<std::uint32_t>(spec.width), kMostBlendSide);
-    size[1] = std::min(static_cast<std::uint32_t>(spec.height), kMostBlendSide);
-    width = size[0];
-    across.emplace(spec.width, static_cast<int>(size[0]));
-    down.emplace(spec.height, static_cast<int>(size[1]));
-    sums.assign((std::size_t{size[0]} * size[1] + size[0] + 1) * kBlendTexelBytes, 0.0f);
+    head = {spec.image_pixels(), std::min(static_cast<std::uint32_t>(spec.width), kMostBlendSide),
+            std::min(static_cast<std::uint32_t>(spec.height), kMostBlendSide)};
+    width = head.width;
+    across.emplace(spec.width, static_cast<int>(head.width));
+    down.emplace(spec.height, static_cast<int>(head.height));
+    sums.assign((std::size_t{head.width} * head.height + head.width + 1) * kBlendTexelBytes, 0.0f);
   };
   const auto take = [&](int row, std::span<const float> values, bool) {
     const Shares::Share& y = (*down)[row];
@@ -397,27 +422,31 @@ Error read_map_in_child(std::span<const std::byte> request, std::vector<std::byt
       sums[at + (width + 1) * kBlendTexelBytes] += value * x.next * y.next;
     }
   };
-  if (Error error = read_rows_of(path, asked.bytes, begin, take); !error.ok()) return error;
+  if (Error error = read_rows_of(path, asked, begin, take); !error.ok()) return error;
   if (channels < asked.channels) {
     return failure(path, "has " + std::to_string(channels) + (channels == 1 ? " channel" : " channels") +
                              ", and " + std::to_string(asked.channels) + " materials are named");
   }
-  const auto head = std::as_bytes(std::span(size));
-  result.assign(head.begin(), head.end());
-  const std::size_t count = width * size[1] * kBlendTexelBytes;
+  const std::size_t count = width * head.height * kBlendTexelBytes;
+  result.reserve(sizeof head + count);
+  WriteMessage(result).put(head);
   for (std::size_t k = 0; k < count; ++k)
     result.push_back(static_cast<std::byte>(std::lround(sums[k] * 255.0f)));
   return {};
 }
 
 // An image's texels at the texture's side.
-Error read_texels(const std::string& path, int side, Use use, std::vector<float>& texels) {
+Error read_texels(const std::string& path, int side, Use use, TexelBudget& budget,
+                  std::vector<float>& texels) {
   const std::size_t count = 3 * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  const std::size_t bytes = count * sizeof(float);
   std::vector<std::byte> result;
+  Head head;
   const Asked asked{.side = side, .use = use};
-  if (Error error = ask_child(kReadMaterialImage, path, asked, count * sizeof(float), result); !error.ok())
+  const auto wanted = [bytes](const Head&) { return bytes; };
+  if (Error error = ask_child(kReadMaterialImage, path, asked, budget, bytes, wanted, head, result);
+      !error.ok())
     return error;
-  if (result.size() != count * sizeof(float)) return failure(path, "its reader stopped early");
   texels.resize(count);
   std::memcpy(texels.data(), result.data(), result.size());
   return {};
@@ -443,12 +472,28 @@ std::string path_in(const std::string& folder, const std::string& path) {
   return path.front() == '/' || folder.empty() ? path : folder + "/" + path;
 }
 
-Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side,
+TexelBudget::TexelBudget(std::span<const std::string> paths, std::uint64_t allowed)
+    : images_(std::max<std::size_t>(paths.size(), 1)) {
+  std::set<std::pair<dev_t, ino_t>> files;
+  for (const std::string& path : paths) {
+    struct stat file {};
+    if (stat(path.c_str(), &file) != 0 || !files.emplace(file.st_dev, file.st_ino).second) continue;
+    most_ += kTexelsAByte * static_cast<std::uint64_t>(file.st_size);
+  }
+  most_ = std::max(most_, allowed);
+}
+
+void TexelBudget::use(std::uint64_t texels) {
+  used_ += texels;
+  if (read_ + 1 < images_) ++read_;
+}
+
+Error read_material_image(const MaterialSpec& spec, const std::string& folder, int side, TexelBudget& budget,
                           MaterialImage& image) {
   image = MaterialImage(side);
   std::vector<float> texels;
   const auto read = [&](const std::string& name, Use use) {
-    return read_texels(path_in(folder, name), side, use, texels);
+    return read_texels(path_in(folder, name), side, use, budget, texels);
   };
   const auto clamped = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
 
@@ -476,18 +521,18 @@ Error read_material_image(const MaterialSpec& spec, const std::string& folder, i
   return {};
 }
 
-Error read_blend_map(const std::string& path, std::size_t wanted, BlendMap& map,
+Error read_blend_map(const std::string& path, std::size_t wanted, TexelBudget& budget, BlendMap& map,
                      std::vector<std::byte>& texels) {
-  std::uint32_t size[2] = {};
-  const std::size_t most = sizeof size + kBlendTexelBytes * kMostBlendSide * kMostBlendSide;
+  constexpr std::size_t kMost = kBlendTexelBytes * kMostBlendSide * kMostBlendSide;
   const Asked asked{.channels = static_cast<std::uint32_t>(wanted)};
-  if (Error error = ask_child(kReadBlendMap, path, asked, most, texels); !error.ok()) return error;
-  if (texels.size() > sizeof size) std::memcpy(size, texels.data(), sizeof size);
-  if (texels.size() != sizeof size + std::size_t{size[0]} * size[1] * kBlendTexelBytes)
-    return failure(path, "its reader stopped early");
-  texels.erase(texels.begin(), texels.begin() + sizeof size);
-  map.width = size[0];
-  map.depth = size[1];
+  const auto bytes = [](const Head& head) {
+    return std::size_t{head.width} * head.height * kBlendTexelBytes;
+  };
+  Head head;
+  if (Error error = ask_child(kReadBlendMap, path, asked, budget, kMost, bytes, head, texels); !error.ok())
+    return error;
+  map.width = head.width;
+  map.depth = head.height;
   return {};
 }
 

@@ -123,7 +123,7 @@ class Baker {
     if (Error error = job_.sample.empty() ? read_image() : read_sample(); !error.ok()) return error;
     if (!shapes_.empty()) {
       carved_ = std::make_unique<CarvedSolid>(*base_, shapes_, grid_);
-      if (Error error = carved_->build(); !error.ok()) return error;
+      if (Error error = carved_->build(most_carved()); !error.ok()) return error;
     }
     report_.quantisation_m = grid_.voxel_m * kVertexStep / kStepsPerVoxel;
     return {};
@@ -196,6 +196,7 @@ class Baker {
     return WorldGrid::around(content, voxel_m, grid_);
   }
 
+  std::size_t most_carved() const { return static_cast<std::size_t>(job_.max_carve); }
   const Solid& solid() const { return carved_ != nullptr ? static_cast<const Solid&>(*carved_) : *base_; }
   bool is_height_field() const { return ground_ != nullptr && carved_ == nullptr && !has_holes(); }
   bool has_holes() const { return job_.leave_holes && elevation_.voids > 0; }
@@ -206,7 +207,7 @@ class Baker {
     if (carved_ != nullptr) {
       const ColumnSolid columns(tops_, grid_);
       CarvedSolid carved(columns, shapes_, grid_);
-      if (Error error = carved.build(); !error.ok()) return error;
+      if (Error error = carved.build(most_carved()); !error.ok()) return error;
       return fill_by(carved);
     }
     const VoxelizeHeights voxelize{grid_.extent, tops_};
@@ -494,7 +495,7 @@ class Baker {
   }
 
   Error bake_materials(std::span<const PatchBounds> boxes) {
-    BakeMaterials bake = bake_materials_;
+    BakeMaterials& bake = bake_materials_;
     bake.sample = job_.sample;
     bake.grid = grid_;
     bake.octree = &voxels_.octree;

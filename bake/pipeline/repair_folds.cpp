@@ -23,13 +23,41 @@ namespace {
 // itself.
 constexpr int kWidenAfter = 8;
 
+// A set of numbers below a size: a bit each, and a list of those that are in.
+class NumberSet {
+ public:
+  explicit NumberSet(std::size_t size) : words_((size + 63) / 64) {}
+
+  void add(std::uint64_t n) {
+    std::uint64_t& word = words_[n / 64];
+    const std::uint64_t bit = std::uint64_t{1} << (n % 64);
+    if ((word & bit) == 0) list_.push_back(n);
+    word |= bit;
+  }
+  const std::vector<std::uint64_t>& list() const { return list_; }
+  void clear() {
+    for (const std::uint64_t n : list_) words_[n / 64] = 0;
+    list_.clear();
+  }
+
+ private:
+  std::vector<std::uint64_t> words_;
+  std::vector<std::uint64_t> list_;
+};
+
 class Repair {
  public:
   explicit Repair(const RepairFolds& job)
       : job_(job),
         side_(patch_side(job.level)),
         patches_(job.surface.patches.begin(), job.surface.patches.end()),
-        bare_patches_(patches_) {
+        bare_patches_(patches_),
+        positions_(block()),
+        base_(block()),
+        folded_(block()),
+        around_(block()),
+        marked_(patches_.size() * block()),
+        touched_(patches_.size()) {
     for (PatchId p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
     for (Patch& p : bare_patches_) p.height_block = kNoHeights;
     surface_ = {job.surface.volumes, patches_};
@@ -38,32 +66,37 @@ class Repair {
 
   RepairFolds::Result run() {
     RepairFolds::Result result;
-    std::vector<PatchId> work(patches_.size());
-    for (PatchId p = 0; p < work.size(); ++p) work[p] = p;
-    std::vector<std::uint64_t> moved;
+    for (std::uint64_t p = 0; p < patches_.size(); ++p) touched_.add(p);
+    NumberSet moved(patches_.size() * block());
     std::uint64_t visits_left = job_.least_visits + job_.visits_per_patch * patches_.size();
     for (;; ++result.passes) {
-      std::vector<std::uint64_t> marked;
+      marked_.clear();
       std::uint64_t folded = 0;
-      for (const PatchId p : work) folded += find_folds(p, result.passes, marked);
-      if (result.passes == 0) result.folded_before = folded;
+      for (const std::uint64_t p : touched_.list()) folded += find_folds(PatchId(p), result.passes);
+      if (result.passes == 0) {
+        result.folded_before = folded;
+        if (static_cast<double>(folded) > job_.most_folded * static_cast<double>(triangles())) {
+          result.folded_after = folded;
+          break;
+        }
+      }
       result.folded_after = folded;
       if (folded == 0 || result.passes == job_.max_passes || visits_left == 0) break;
-      work = move(marked, result.passes);
-      visits_left -= std::min<std::uint64_t>(visits_left, work.size());
-      moved.insert(moved.end(), marked.begin(), marked.end());
+      move(result.passes);
+      visits_left -= std::min<std::uint64_t>(visits_left, touched_.list().size());
+      for (const std::uint64_t k : marked_.list()) moved.add(k);
     }
-    std::sort(moved.begin(), moved.end());
-    result.vertices_moved =
-        static_cast<std::uint64_t>(std::unique(moved.begin(), moved.end()) - moved.begin());
+    result.vertices_moved = moved.list().size();
     return result;
   }
 
  private:
-  std::size_t block() const { return static_cast<std::size_t>(side_ * side_); }
-  std::uint64_t key(GridVertex v) const {
-    return std::uint64_t{v.patch} * block() + static_cast<std::size_t>(v.j * side_ + v.i);
+  std::uint64_t triangles() const {
+    return 2 * patches_.size() * static_cast<std::uint64_t>((side_ - 1) * (side_ - 1));
   }
+  std::size_t block() const { return static_cast<std::size_t>(side_ * side_); }
+  std::size_t in_block(int i, int j) const { return static_cast<std::size_t>(j * side_ + i); }
+  std::uint64_t key(GridVertex v) const { return std::uint64_t{v.patch} * block() + in_block(v.i, v.j); }
   GridVertex vertex(std::uint64_t k) const {
     const int at = static_cast<int>(k % block());
     return {static_cast<PatchId>(k / block()), at % side_, at / side_};
@@ -76,10 +109,18 @@ class Repair {
     return least;
   }
 
+  // Calls visit(place in the block) for a vertex and those that are up to `ring` cells away.
+  template <class Visitor>
+  void for_each_around(int at_i, int at_j, int ring, Visitor&& visit) const {
+    for (int j = std::max(0, at_j - ring); j <= std::min(side_ - 1, at_j + ring); ++j) {
+      for (int i = std::max(0, at_i - ring); i <= std::min(side_ - 1, at_i + ring); ++i)
+        visit(in_block(i, j));
+    }
+  }
+
   glm::dvec3 normal(const std::vector<glm::ivec3>& positions, const GridVertex (&v)[3]) const {
     glm::dvec3 d[3];
-    for (int k = 0; k < 3; ++k)
-      d[k] = glm::dvec3(positions[static_cast<std::size_t>(v[k].j * side_ + v[k].i)]);
+    for (int k = 0; k < 3; ++k) d[k] = glm::dvec3(positions[in_block(v[k].i, v[k].j)]);
     return glm::cross(d[1] - d[0], d[2] - d[0]);
   }
 
@@ -92,15 +133,13 @@ class Repair {
     return glm::dot(n, w) < 0;
   }
 
-  // Appends the canonical keys of the vertices to move; returns the number of folded triangles.
-  std::uint64_t find_folds(PatchId p, int pass, std::vector<std::uint64_t>& marked) {
-    const Heights heights = {job_.level, job_.heights};
-    positions_.resize(block());
-    base_.resize(block());
-    displaced_positions(surface_, heights, job_.level, p, positions_);
-    displaced_positions(bare_surface_, {}, job_.level, p, base_);
+  // Marks the vertices to move; returns the number of folded triangles.
+  std::uint64_t find_folds(PatchId p, int pass) {
+    displaced_positions(surface_, {job_.level, job_.heights}, job_.level, p, positions_);
+    if (!job_.height_field) displaced_positions(bare_surface_, {}, job_.level, p, base_);
     const int n = side_ - 1;
     std::uint64_t count = 0;
+    folded_.clear();
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
         // K's pattern (figure 3.27): the diagonal runs up where i + j is even.
@@ -110,20 +149,19 @@ class Repair {
         for (const auto& t : triangles) {
           if (!folded(p, t)) continue;
           ++count;
-          const int ring = pass >= kWidenAfter ? 1 + (pass - kWidenAfter) / kWidenAfter : 0;
-          for (const GridVertex& v : t) mark_around(v, std::min(ring, 3), marked);
+          for (const GridVertex& v : t) folded_.add(in_block(v.i, v.j));
         }
       }
     }
-    return count;
-  }
-
-  void mark_around(GridVertex v, int ring, std::vector<std::uint64_t>& marked) const {
-    for (int j = std::max(0, v.j - ring); j <= std::min(side_ - 1, v.j + ring); ++j) {
-      for (int i = std::max(0, v.i - ring); i <= std::min(side_ - 1, v.i + ring); ++i) {
-        marked.push_back(canonical({v.patch, i, j}));
-      }
+    const int ring = pass >= kWidenAfter ? std::min(1 + (pass - kWidenAfter) / kWidenAfter, 3) : 0;
+    around_.clear();
+    for (const std::uint64_t at : folded_.list()) {
+      for_each_around(static_cast<int>(at) % side_, static_cast<int>(at) / side_, ring,
+                      [&](std::size_t near) { around_.add(near); });
     }
+    const std::uint64_t first = key({p, 0, 0});
+    for (const std::uint64_t at : around_.list()) marked_.add(canonical(vertex(first + at)));
+    return count;
   }
 
   // Mean height of a vertex's grid neighbours over all its copies.
@@ -131,12 +169,11 @@ class Repair {
     std::int64_t sum = 0;
     std::int64_t count = 0;
     for_each_copy(patches_, job_.level, v, [&](GridVertex copy) {
-      for (int j = std::max(0, copy.j - 1); j <= std::min(side_ - 1, copy.j + 1); ++j) {
-        for (int i = std::max(0, copy.i - 1); i <= std::min(side_ - 1, copy.i + 1); ++i) {
-          sum += job_.heights[key({copy.patch, i, j})];
-          ++count;
-        }
-      }
+      const std::int16_t* const heights = job_.heights.data() + key({copy.patch, 0, 0});
+      for_each_around(copy.i, copy.j, 1, [&](std::size_t near) {
+        sum += heights[near];
+        ++count;
+      });
     });
     // Undisplaced, no triangle is folded (a height field's may stand upright): heights that keep folding are
     // worn down.
@@ -144,23 +181,19 @@ class Repair {
     return static_cast<std::int16_t>(worn / count);
   }
 
-  // All marked vertices at once from the old heights. Returns the patches to look at again.
-  std::vector<PatchId> move(std::vector<std::uint64_t>& marked, int pass) {
-    std::sort(marked.begin(), marked.end());
-    marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
-    std::vector<std::int16_t> value;
-    value.reserve(marked.size());
-    for (const std::uint64_t k : marked) value.push_back(smoothed(vertex(k), pass));
-    std::vector<PatchId> touched;
-    for (std::size_t m = 0; m < marked.size(); ++m) {
-      for_each_copy(patches_, job_.level, vertex(marked[m]), [&](GridVertex copy) {
-        job_.heights[key(copy)] = value[m];
-        touched.push_back(copy.patch);
+  // All marked vertices at once from the old heights; touched_ are the patches to look at again.
+  void move(int pass) {
+    values_.clear();
+    for (const std::uint64_t k : marked_.list()) values_.push_back(smoothed(vertex(k), pass));
+    touched_.clear();
+    auto value = values_.begin();
+    for (const std::uint64_t k : marked_.list()) {
+      for_each_copy(patches_, job_.level, vertex(k), [&](GridVertex copy) {
+        job_.heights[key(copy)] = *value;
+        touched_.add(copy.patch);
       });
+      ++value;
     }
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    return touched;
   }
 
   const RepairFolds& job_;
@@ -171,6 +204,10 @@ class Repair {
   Surface bare_surface_;
   std::vector<glm::ivec3> positions_;  // of the patch in hand, displaced
   std::vector<glm::ivec3> base_;       // and undisplaced
+  NumberSet folded_, around_;          // vertices in the block of the patch in hand
+  NumberSet marked_;                   // canonical keys of the vertices to move in this pass
+  std::vector<std::int16_t> values_;   // what they become
+  NumberSet touched_;                  // patches to look at in the next pass
 };
 
 }  // namespace
@@ -180,6 +217,8 @@ Status RepairFolds::validate() const {
   if (heights.size() != surface.patches.size() * static_cast<std::size_t>(patch_vertices(level))) {
     return {StatusCode::invalid_argument, "heights do not have one block a patch", "heights"};
   }
+  if (!(most_folded >= 0 && most_folded <= 1))
+    return {StatusCode::invalid_argument, "most_folded is out of 0..1", "most_folded"};
   if (max_passes < 1) return {StatusCode::invalid_argument, "max_passes is below 1", "max_passes"};
   return {};
 }

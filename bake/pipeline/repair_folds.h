@@ -12,7 +12,8 @@ namespace karst::bake {
 using namespace core;
 
 // Removes folds: moves the vertices of folded triangles towards their neighbours' heights until no triangle
-// is folded or max_passes or the visits are used up. Shared vertices stay equal. A triangle is folded when
+// is folded or max_passes or the visits are used up; nothing is moved where folds are not rare. Shared
+// vertices stay equal. A triangle is folded when
 // its normal is turned both against W at its vertices and against its undisplaced normal; in a height field
 // (height_field = true), when it does not face upwards.
 struct RepairFolds {
@@ -25,6 +26,9 @@ struct RepairFolds {
   // so that small surfaces may use all passes. Bounds the time on ground that keeps folding.
   std::uint64_t visits_per_patch = 8;
   std::uint64_t least_visits = 20'000;
+  // Ground of which a larger share of the triangles folds is left as it is: averaging does not help there.
+  // Worlds that fit their ground have less than a thousandth.
+  double most_folded = 1.0 / 32;
 
   struct Result {
     std::uint64_t folded_before = 0;  // triangles

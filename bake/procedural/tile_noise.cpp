@@ -11,6 +11,7 @@ namespace {
 constexpr float kNoiseScale = 1.45f;  // makes the largest values of 2D gradient noise about 1
 
 int wrap(int i, int period) {
+  if (i >= 0 && i < period) return i;  // nearly always, and a division takes long
   const int rest = i % period;
   return rest < 0 ? rest + period : rest;
 }
@@ -22,15 +23,12 @@ float fade(float t) {
 // The gradient at a lattice point times the way from it: 16 directions of about the same length.
 float slope_at(int i, int j, std::uint32_t seed, float x, float y) {
   const std::uint32_t hash = hash_cell(i, j, 0, seed);
-  static constexpr float kUnit[5] = {0, 0.38268343f, 0.70710678f, 0.92387953f, 1};
-  const std::uint32_t step = hash & 3;
-  float gx = kUnit[4 - step], gy = kUnit[step];
-  if ((hash & 4) != 0) {
-    const float g = gx;
-    gx = -gy;
-    gy = g;
-  }
-  return (hash & 8) != 0 ? -(gx * x + gy * y) : gx * x + gy * y;
+  static constexpr float kA = 0.38268343f, kB = 0.70710678f, kC = 0.92387953f;
+  static constexpr float kGradient[16][2] = {
+      {1, 0},  {kC, kA},   {kB, kB},   {kA, kC},   {0, 1},  {-kA, kC}, {-kB, kB}, {-kC, kA},
+      {-1, 0}, {-kC, -kA}, {-kB, -kB}, {-kA, -kC}, {0, -1}, {kA, -kC}, {kB, -kB}, {kC, -kA}};
+  const float(&gradient)[2] = kGradient[hash & 15];
+  return gradient[0] * x + gradient[1] * y;
 }
 
 }  // namespace
@@ -72,18 +70,29 @@ float tile_fbm(glm::vec2 p, int period, int octaves, std::uint32_t seed, float g
 TileCell tile_cell(glm::vec2 p, glm::ivec2 period, float jitter, std::uint32_t seed) {
   const float x = p.x * static_cast<float>(period.x), y = p.y * static_cast<float>(period.y);
   const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
-  const auto point = [&](int di, int dj, std::uint32_t& id) {
-    id = hash_cell(wrap(i + di, period.x), wrap(j + dj, period.y), 0, seed);
-    const float px = 0.5f + jitter * (unit_of(id) - 0.5f),
-                py = 0.5f + jitter * (unit_of(mix_bits(id)) - 0.5f);
-    return glm::vec2(static_cast<float>(i + di) + px - x, static_cast<float>(j + dj) + py - y);
+  // The points of the cells around, up to two away.
+  struct Point {
+    glm::vec2 to;
+    std::uint32_t id;
   };
+  Point points[5][5];
+  int column[5];
+  for (int di = -2; di <= 2; ++di) column[di + 2] = wrap(i + di, period.x);
+  for (int dj = -2; dj <= 2; ++dj) {
+    const int row = wrap(j + dj, period.y);
+    for (int di = -2; di <= 2; ++di) {
+      const std::uint32_t id = hash_cell(column[di + 2], row, 0, seed);
+      const float px = 0.5f + jitter * (unit_of(id) - 0.5f),
+                  py = 0.5f + jitter * (unit_of(mix_bits(id)) - 0.5f);
+      points[dj + 2][di + 2] = {{static_cast<float>(i + di) + px - x, static_cast<float>(j + dj) + py - y},
+                                id};
+    }
+  }
   TileCell cell;
   float best = 1e9f;
-  for (int dj = -1; dj <= 1; ++dj) {
-    for (int di = -1; di <= 1; ++di) {
-      std::uint32_t id = 0;
-      const glm::vec2 to = point(di, dj, id);
+  for (int dj = 1; dj <= 3; ++dj) {
+    for (int di = 1; di <= 3; ++di) {
+      const auto& [to, id] = points[dj][di];
       const float square = to.x * to.x + to.y * to.y;
       if (square >= best) continue;
       best = square;
@@ -93,10 +102,8 @@ TileCell tile_cell(glm::vec2 p, glm::ivec2 period, float jitter, std::uint32_t s
   }
   cell.nearest = std::sqrt(best);
   cell.border = 1e9f;
-  for (int dj = -2; dj <= 2; ++dj) {
-    for (int di = -2; di <= 2; ++di) {
-      std::uint32_t id = 0;
-      const glm::vec2 to = point(di, dj, id);
+  for (const auto& row : points) {
+    for (const auto& [to, id] : row) {
       const glm::vec2 way(to.x - cell.to.x, to.y - cell.to.y);
       const float square = way.x * way.x + way.y * way.y;
       if (square < 1e-6f) continue;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/rasters/mosaic_check.h"
 
+#include <cpl_conv.h>
 #include <cpl_error.h>
 #include <cpl_minixml.h>
 
@@ -17,6 +18,9 @@ constexpr std::uintmax_t kMostBytes = 16 << 20;
 constexpr int kMostSources = 10'000;
 constexpr int kMostWithoutVoid = 200;  // sources whose gaps are looked for: GDAL's time grows with the square
 constexpr int kMostDepth = 16;
+// Samples of all parts of a band: so many, and so many times its own. Tiles overlap a little.
+constexpr double kFreePartSamples = 1 << 22;
+constexpr int kMostOverlap = 8;
 constexpr std::size_t kStartBytes = 1'024;  // GDAL looks at as many
 
 // What gdalbuildvrt and gdal_translate -of VRT write of a raster that is made of parts of files.
@@ -57,6 +61,22 @@ class Checker {
     folder_ = real(parent_.empty() ? "." : parent_);
   }
 
+  // mosaic: the whole; null where there is none, which GDAL tells.
+  Error check_all(const CPLXMLNode* root, const CPLXMLNode* mosaic) {
+    width_ = CPLAtof(CPLGetXMLValue(mosaic, "rasterXSize", "0"));
+    height_ = CPLAtof(CPLGetXMLValue(mosaic, "rasterYSize", "0"));
+    return check(root, 0);
+  }
+
+  // After check_all(): parts may have voids, which the mosaic has to tell from heights.
+  Error check_voids() const {
+    if (has_void_ || (!parts_have_voids_ && sources_ <= kMostWithoutVoid)) return {};
+    return path_ +
+           ": the VRT has no <NoDataValue>, and parts that have voids or may leave gaps; gdalbuildvrt "
+           "-vrtnodata -9999 gives it one";
+  }
+
+ private:
   Error check(const CPLXMLNode* node, int depth) {
     if (depth > kMostDepth) return failure("is nested too deep");
     for (; node != nullptr; node = node->psNext) {
@@ -72,6 +92,10 @@ class Checker {
         return failure("has a <" + std::string(name.substr(0, 40)) + ">");
       parts_have_voids_ = parts_have_voids_ || name == "NODATA";
       has_void_ = has_void_ || name == "NoDataValue";
+      if (name == "VRTRasterBand") part_samples_ = 0;
+      if (name == "SimpleSource" || name == "ComplexSource") {
+        if (Error error = check_part(node); !error.ok()) return error;
+      }
       if (name == "SourceFilename") {
         if (Error error = check_source(node); !error.ok()) return error;
       }
@@ -80,17 +104,19 @@ class Checker {
     return {};
   }
 
-  // After check(): parts may have voids, which the mosaic has to tell from heights.
-  Error check_voids() const {
-    if (has_void_ || (!parts_have_voids_ && sources_ <= kMostWithoutVoid)) return {};
-    return path_ +
-           ": the VRT has no <NoDataValue>, and parts that have voids or may leave gaps; gdalbuildvrt "
-           "-vrtnodata -9999 gives it one";
-  }
-
- private:
   Error failure(const std::string& what) const {
     return path_ + ": the VRT " + what + "; gdal_translate makes a GeoTIFF of it";
+  }
+
+  // Where it lies in the band; without a place it is all of it.
+  Error check_part(const CPLXMLNode* part) {
+    const auto side = [part](const char* name, double most) {
+      const char* const text = CPLGetXMLValue(part, name, nullptr);
+      return text == nullptr ? most : std::clamp(CPLAtof(text), 0.0, most);
+    };
+    part_samples_ += side("DstRect.xSize", width_) * side("DstRect.ySize", height_);
+    if (part_samples_ <= kFreePartSamples + kMostOverlap * width_ * height_) return {};
+    return failure("has parts that lie over each other more than " + std::to_string(kMostOverlap) + " times");
   }
 
   Error check_source(const CPLXMLNode* node) {
@@ -109,6 +135,8 @@ class Checker {
 
   const std::string& path_;
   std::filesystem::path parent_, folder_;
+  double width_ = 0, height_ = 0;  // of the mosaic
+  double part_samples_ = 0;        // of the band in hand
   int sources_ = 0;
   bool parts_have_voids_ = false, has_void_ = false;
 };
@@ -128,7 +156,7 @@ Error check_mosaic(const std::string& path) {
   const std::unique_ptr<CPLXMLNode, DestroyXml> root(CPLParseXMLFile(path.c_str()));
   if (root == nullptr) return path + ": damaged VRT: " + CPLGetLastErrorMsg();
   Checker checker(path);
-  Error error = checker.check(root.get(), 0);
+  Error error = checker.check_all(root.get(), CPLSearchXMLNode(root.get(), "=VRTDataset"));
   return error.ok() ? checker.check_voids() : error;
 }
 

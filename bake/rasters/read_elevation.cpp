@@ -19,7 +19,7 @@ namespace {
 
 // Samples that are taken whatever the length of the files, and more for each of their bytes: elevation is
 // compressed to a byte or two a sample. What is beyond is a sea, or made to take memory and time.
-constexpr std::uint64_t kFreeSamples = 1 << 21;
+constexpr std::uint64_t kFreeSamples = 1 << 19;
 constexpr std::uint64_t kSamplesAByte = 4;
 constexpr double kOffGrid = 0.01;  // samples
 

@@ -138,7 +138,7 @@ void set_tint(const Level& level, Material& material) {
 
 // average, roughness, tint and spans.
 void describe(const Level& level, const NearCodes& codes, Material& material) {
-  Level coarse = level;
+  Level coarse = coarser(level);
   while (coarse.side > 1) coarse = coarser(coarse);
   const Texel& whole = coarse.texels[0];
   for (int c = 0; c < 3; ++c) material.average[c] = std::max(whole.albedo[c], kLeastAverage);
@@ -146,6 +146,7 @@ void describe(const Level& level, const NearCodes& codes, Material& material) {
   const float variance = std::max(whole.slope_square - (mean.x * mean.x + mean.y * mean.y), 0.0f);
   material.roughness = std::min(std::sqrt(std::sqrt(whole.alpha_square + variance)), 1.0f);
   std::vector<float> off;
+  off.reserve(level.texels.size());
   for (const Texel& texel : level.texels) off.push_back(std::abs(brightness_of(texel, material) - 1));
   material.brightness_span = std::min(span_of(off), 1.0f);
   material.slope_span = std::min(slope_span_of(level, codes), kMostSlopeSpan);
@@ -214,6 +215,7 @@ void diffuse(std::vector<glm::vec4>& texels, int side, int most) {
 std::vector<glm::vec4> near_image(const Level& level, const Material& material, TextureFormat format) {
   const NearCodes codes = near_codes(format);
   std::vector<glm::vec4> texels;
+  texels.reserve(level.texels.size());
   for (const Texel& texel : level.texels) texels.push_back(near_texel(texel, material, codes));
   if (format == TextureFormat::rgba4) {
     diffuse(texels, level.side, codes.most);

@@ -17,6 +17,10 @@ struct GridVertex {
 template <class Visitor>
 void for_each_copy(std::span<const Patch> patches, int level, GridVertex v, Visitor&& visit) {
   const int n = patch_cells(level);
+  if (v.i > 0 && v.i < n && v.j > 0 && v.j < n) {
+    visit(v);
+    return;
+  }
   const auto visit_apex = [&](PatchId p) {
     for (int j = 0; j <= n; ++j) visit(GridVertex{p, 0, j});
   };

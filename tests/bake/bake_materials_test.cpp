@@ -45,6 +45,7 @@ class BakeMaterialsTest : public ::testing::Test {
   Bake::Report report_;
 };
 
+// Borrows from the file all but the set.
 WorldMaterials read(const std::vector<std::byte>& file) {
   WorldInfo info;
   EXPECT_TRUE(read_world_info(file, info).ok());
@@ -152,6 +153,34 @@ TEST_F(BakeMaterialsTest, OwnImagesAreUsed) {
   EXPECT_NE(error.find("blue.tif"), std::string::npos) << error;
 }
 
+// Textures as large as a file asks for, up to a size; beyond it the command line must ask.
+TEST_F(BakeMaterialsTest, LargeTexturesAreForTheCommandLine) {
+  const auto file = [](const char* side, int count) {
+    std::string text = std::string(R"({"side": )") + side + R"(, "materials": [)";
+    for (int k = 0; k < count; ++k)
+      text += (k > 0 ? ", " : "") + (R"({"name": "m)" + std::to_string(k)) + R"(", "sample": "snow"})";
+    return text + "]}";
+  };
+  Bake good = job(file("256", 8));
+  good.materials.side.reset();
+  EXPECT_EQ(read(world_of(good, report_)).set.side, 256u);
+  // The same picture for each, painted once.
+  const auto& layers = report_.materials.set;
+  for (std::uint32_t m = 1; m < layers.count; ++m)
+    EXPECT_EQ(layers.materials[m].slope_span, layers.materials[0].slope_span);
+
+  Bake large = job(file("512", 3));
+  large.materials.side.reset();
+  const std::string error = error_of(large);
+  EXPECT_NE(error.find("ground.json: side: 512 x 512 texels of 3 materials"), std::string::npos) << error;
+  EXPECT_NE(error.find("--material-side 512 allows them"), std::string::npos) << error;
+  Bake defaults = job(R"({"side": 512})");
+  defaults.materials.side.reset();
+  EXPECT_NE(error_of(defaults).find("512 x 512 texels of 6 materials"), std::string::npos);
+  large.materials.side = 512;
+  EXPECT_EQ(read(world_of(large, report_)).set.side, 512u);
+}
+
 // Weights go where the image has them, and what is painted twice over is shared out.
 TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
   // 4 x 2 texels: red in the north-west; red and green full beside it; nothing in the east; blue in the
@@ -161,8 +190,9 @@ TEST_F(BakeMaterialsTest, ABlendMapIsTakenFromAnImage) {
   samples[3] = samples[4] = 1;
   for (int x = 0; x < 4; ++x) samples[static_cast<std::size_t>((4 + x) * 3 + 2)] = 1;
   write_image(folder_.path("weights.tif"), 4, 2, samples, "float", 0, 3);
-  const WorldMaterials materials = read(
-      world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand", "grass"]}})"), report_));
+  const std::vector<std::byte> file =
+      world_of(job(R"({"blend_map": {"image": "weights.tif", "materials": ["sand", "grass"]}})"), report_);
+  const WorldMaterials materials = read(file);
   const BlendMap& map = materials.set.blend_map;
   ASSERT_EQ(map.width, 4u);
   ASSERT_EQ(map.depth, 2u);

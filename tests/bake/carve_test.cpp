@@ -216,5 +216,29 @@ TEST(CarvedSolid, RefusesMoreColumnsThanMemory) {
   EXPECT_EQ(CarvedSolid(ground, shapes, wide).build().text().rfind("--carve: shape ", 0), 0u);
 }
 
+// Each shape that is asked about in each column takes time: what is more than a world needs must be asked
+// for.
+TEST(CarvedSolid, ManyShapesOverEachOtherMustBeAskedFor) {
+  const Ground ground;
+  const WorldGrid small = grid_around({{-50, 0, -50}, {50, 10, 50}}, 2);
+  const auto columns = static_cast<std::size_t>(small.extent.x * small.extent.z);
+  const std::size_t most = (131'072 + 4 * columns) / columns;  // that are as wide as the world
+  CarveShape sphere =
+      shapes_of(R"([{"shape": "sphere", "op": "fill", "center": [0, 0, 0], "radius": 500}])")[0];
+  std::vector<CarveShape> shapes(most, sphere);
+  EXPECT_EQ(CarvedSolid(ground, shapes, small).build().text(), "");
+  shapes.push_back(sphere);
+  const std::string entries = std::to_string(shapes.size() * columns);
+  const std::string error = CarvedSolid(ground, shapes, small).build().text();
+  EXPECT_EQ(error.rfind("--carve: the shapes reach " + entries + " columns of voxels together, of ", 0), 0u);
+  EXPECT_NE(error.find("--max-carve " + entries), std::string::npos) << error;
+  CarvedSolid solid(ground, shapes, small);
+  EXPECT_EQ(solid.build(shapes.size() * columns).text(), "");
+  EXPECT_TRUE(solid.touches(0, 0));
+  // Beside the world they cost nothing.
+  sphere.centre_m.x = 1e5;
+  EXPECT_EQ(CarvedSolid(ground, std::vector<CarveShape>(9'999, sphere), small).build().text(), "");
+}
+
 }  // namespace
 }  // namespace karst::bake

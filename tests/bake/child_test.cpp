@@ -64,6 +64,24 @@ TEST(Child, ADeathIsAnError) {
   EXPECT_GT(child(), 0) << "the next file is read all the same";
 }
 
+// Of the processor's time and of the clock's, for each task anew.
+TEST(Child, TimeHasALimit) {
+  ChildLimits limits;
+  limits.result_bytes = sizeof(ToldLimits);
+  for (const unsigned seconds : {5u, 2u, 40u}) {
+    limits.cpu_seconds = seconds;
+    Bytes result;
+    ASSERT_EQ(run_in_child("x.png", limits, kTellLimits, bytes_of(0), result).text(), "");
+    ToldLimits told;
+    ASSERT_EQ(result.size(), sizeof told);
+    std::memcpy(&told, result.data(), sizeof told);
+    EXPECT_GE(told.cpu_seconds, seconds);
+    EXPECT_LE(told.cpu_seconds, seconds + 2);
+    EXPECT_LE(told.clock_seconds, 4 * seconds);
+    EXPECT_GT(told.clock_seconds, 3 * seconds);
+  }
+}
+
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
 TEST(Child, MemoryHasALimit) {
   ChildLimits limits;

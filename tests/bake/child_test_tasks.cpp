@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/bake/child_test_tasks.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -57,6 +58,17 @@ Error spin(Request, Bytes&) {
   return {};
 }
 
+Error tell_limits(Request, Bytes& result) {
+  rlimit limit{};
+  rusage used{};
+  if (getrlimit(RLIMIT_CPU, &limit) != 0 || getrusage(RUSAGE_SELF, &used) != 0) return "x.png: no limits";
+  const auto seconds = static_cast<std::uint64_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
+  const ToldLimits told{limit.rlim_cur - seconds, alarm(0)};
+  result.resize(sizeof told);
+  std::memcpy(result.data(), &told, sizeof told);
+  return {};
+}
+
 Error take(Request request, Bytes& result) {
   // Not new, which ends these tests where there is none.
   void* const room = std::malloc(static_cast<std::size_t>(number(request)) << 20);
@@ -76,9 +88,11 @@ const ChildTask kRaise{"raise", raise_one};
 const ChildTask kLeave{"leave", leave};
 const ChildTask kSpin{"spin", spin};
 const ChildTask kTake{"take", take};
+const ChildTask kTellLimits{"tell limits", tell_limits};
 
 std::span<const ChildTask> child_test_tasks() {
-  static const ChildTask kTasks[] = {kTellProcess, kCount, kFail, kThrow, kRaise, kLeave, kSpin, kTake};
+  static const ChildTask kTasks[] = {kTellProcess, kCount, kFail, kThrow,     kRaise,
+                                     kLeave,       kSpin,  kTake, kTellLimits};
   return kTasks;
 }
 

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 
 namespace karst::bake {
@@ -43,12 +44,14 @@ class MaterialFiles : public ::testing::Test {
   }
   MaterialImage read(const MaterialSpec& spec, int side) const {
     MaterialImage image;
-    EXPECT_EQ(read_material_image(spec, folder_.path("."), side, image).text(), "");
+    TexelBudget budget;
+    EXPECT_EQ(read_material_image(spec, folder_.path("."), side, budget, image).text(), "");
     return image;
   }
   std::string error_of(const MaterialSpec& spec) const {
     MaterialImage image;
-    return read_material_image(spec, folder_.path("."), 16, image).text();
+    TexelBudget budget;
+    return read_material_image(spec, folder_.path("."), 16, budget, image).text();
   }
 
   test::Folder folder_;
@@ -159,6 +162,8 @@ TEST_F(MaterialFiles, WhatIsLargeForItsBytesIsRefused) {
   const std::string few(100, 'x');
   folder_.write("wide.tif", TiffBuilder(8'192, 8'192, 8, 1, few).bytes());
   EXPECT_NE(error_of(spec("wide.tif")).find("wide.tif: size: 8192 x 8192 texels in "), std::string::npos);
+  EXPECT_NE(error_of(spec("wide.tif")).find("use a smaller image, or --max-texels 67108864"),
+            std::string::npos);
   folder_.write("tile.tif", TiffBuilder(64, 64, 8, 1, few).shorts(322, {8'192}).shorts(323, {8'192}).bytes());
   EXPECT_NE(error_of(spec("tile.tif")).find("tile.tif: tiles: 8192 x 8192"), std::string::npos);
   write("five.tif", 4, 4, 5, [](int, int, int) { return 0.5; });
@@ -167,6 +172,43 @@ TEST_F(MaterialFiles, WhatIsLargeForItsBytesIsRefused) {
   for (int k = 0; k < 65; ++k) scans += "\xff\xda";
   folder_.write("scans.jpg", scans);
   EXPECT_NE(error_of(spec("scans.jpg")).find("scans.jpg: 65 scans; the most is 64"), std::string::npos);
+}
+
+// All images of a material file share what may be decoded; each counts as often as it is named, and its file
+// once, under whatever name.
+TEST_F(MaterialFiles, TexelsAreCountedOverAllImages) {
+  const std::string flat = write("flat.png", 1'024, 1'024, 1, [](int, int, int) { return 0.5; });
+  const std::uint64_t texels = 1'024 * 1'024;
+  MaterialSpec four = spec(flat);
+  four.height = four.normal = four.roughness = flat;
+  const std::string path = folder_.path(flat);
+  ASSERT_LT(std::filesystem::file_size(path), texels / TexelBudget::kTexelsAByte / 4);
+  ASSERT_EQ(TexelBudget::kFreeTexels, 4 * texels);
+  const std::vector<std::string> paths(6, path);
+  TexelBudget budget(paths);
+  MaterialImage image;
+  ASSERT_EQ(read_material_image(four, folder_.path("."), 16, budget, image).text(), "");
+  const std::string fifth = read_material_image(four, folder_.path("."), 16, budget, image).text();
+  EXPECT_NE(fifth.find("flat.png: size: 1024 x 1024 texels"), std::string::npos) << fifth;
+  // The fifth and sixth have as many.
+  EXPECT_NE(fifth.find("--max-texels 6291456"), std::string::npos) << fifth;
+  BlendMap map;
+  std::vector<std::byte> weights;
+  EXPECT_NE(read_blend_map(path, 1, budget, map, weights).text().find("--max-texels 6291456"),
+            std::string::npos);
+
+  TexelBudget allowed(paths, 6 * texels);
+  for (int k = 0; k < 5; ++k) ASSERT_EQ(read_blend_map(path, 1, allowed, map, weights).text(), "");
+  EXPECT_EQ(map.width, 1'024u);
+  EXPECT_EQ(weights.size(), std::size_t{texels} * core::kBlendTexelBytes);
+  EXPECT_EQ(allowed.left(), texels);
+
+  // Bytes of a file give texels once.
+  folder_.write("long", std::string(100'000, 'x'));
+  std::filesystem::create_hard_link(folder_.path("long"), folder_.path("same"));
+  const std::vector<std::string> names = {folder_.path("long"), folder_.path("./long"), folder_.path("same"),
+                                          folder_.path("missing")};
+  EXPECT_EQ(TexelBudget(names).left(), TexelBudget::kFreeTexels + 100'000 * TexelBudget::kTexelsAByte);
 }
 
 TEST_F(MaterialFiles, EveryTruncationIsRefused) {

@@ -289,6 +289,24 @@ TEST_F(Mosaic, NothingElseIsFollowed) {
   expect_error({.path = folder_.write("x.vrt", std::string("<VRTDataset"))}, "x.vrt");
 }
 
+// Each part is read wherever it lies, under others too.
+TEST_F(Mosaic, PartsThatLieOverEachOtherAreRefused) {
+  const std::string part = R"(<SimpleSource><SourceFilename relativeToVRT="1">tile.tif</SourceFilename>
+    <SourceBand>1</SourceBand><SrcRect xOff="0" yOff="0" xSize="6" ySize="5"/>)";
+  const auto over = [&](int count, const std::string& place) {
+    std::string parts;
+    for (int k = 0; k < count; ++k) parts += part + place + "</SimpleSource>";
+    return vrt("<NoDataValue>-5</NoDataValue>" + parts, "tile.tif", "",
+               R"(rasterXSize="1000" rasterYSize="500")");
+  };
+  const std::string whole = R"(<DstRect xOff="0" yOff="0" xSize="1000" ySize="500"/>)";
+  const std::string small = R"(<DstRect xOff="0" yOff="0" xSize="6" ySize="5"/>)";
+  EXPECT_EQ(elevation_of({.path = over(16, whole)}).voids, 0u);
+  expect_error({.path = over(17, whole)}, "lie over each other");
+  expect_error({.path = over(17, "")}, "lie over each other");
+  EXPECT_GT(elevation_of({.path = over(17, small)}).voids, 0u);
+}
+
 TEST_F(Mosaic, ABillionSamplesOfNothingAreRefused) {
   const std::string path = vrt("", "tile.tif", "", R"(rasterXSize="32768" rasterYSize="32768")");
   expect_error({.path = path}, "size");
@@ -311,9 +329,9 @@ TEST_F(Raster, BombsAreRefusedAndSeasAreNot) {
   tiles.max_samples = 81'000'000;
   EXPECT_EQ(elevation_of(tiles).heights_m[80'999'999], 7);
   tiles.max_samples = 0;
-  const int crop[] = {100, 100, 1'400, 1'400};
+  const int crop[] = {100, 100, 800, 800};
   std::copy(std::begin(crop), std::end(crop), tiles.crop);
-  EXPECT_EQ(elevation_of(tiles).heights_m[1'000'000], 7);
+  EXPECT_EQ(elevation_of(tiles).heights_m[639'999], 7);
 }
 
 TEST_F(Raster, OfSeveralInAFileTheFirstIsToldToBeTaken) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <vector>
 
 #include "terrain/patch/heights.h"
@@ -56,6 +57,9 @@ TEST(RepairFolds, RefusesEachWrongField) {
   repair.heights = repair.heights.first(1);
   EXPECT_STREQ(repair.validate().field(), "heights");
   repair = good;
+  repair.most_folded = 2;
+  EXPECT_STREQ(repair.validate().field(), "most_folded");
+  repair = good;
   repair.max_passes = 0;
   EXPECT_STREQ(repair.validate().field(), "max_passes");
 }
@@ -84,6 +88,24 @@ TEST(RepairFolds, TakesFoldsOut) {
   EXPECT_EQ(repair_job(world, heights).run().folded_before, 0u);
 }
 
+TEST(RepairFolds, LeavesGroundAloneThatFoldsEverywhere) {
+  test::TestWorld world = test::TestWorld::noise(8, {40, 20, 40}, 0.5, 2.0, false);
+  world.roughen(kLevel, 3, 28000);
+  std::vector<std::int16_t> heights = world.height_samples();
+  RepairFolds repair = repair_job(world, heights);
+  const RepairFolds::Result result = repair.run();
+  const double triangles = 2.0 * static_cast<double>(repair.surface.patches.size()) * 64;
+  std::printf("%.3f of the triangles are folded\n", static_cast<double>(result.folded_before) / triangles);
+  EXPECT_GT(static_cast<double>(result.folded_before), repair.most_folded * triangles);
+  EXPECT_EQ(result.folded_after, result.folded_before);
+  EXPECT_EQ(result.passes, 0);
+  EXPECT_EQ(heights, world.height_samples());
+  // So much and no less.
+  repair.most_folded = static_cast<double>(result.folded_before) / triangles;
+  repair.max_passes = 1;
+  EXPECT_GT(repair.run().vertices_moved, 0u);
+}
+
 TEST(RepairFolds, IsBoundedWhereFoldsDoNotEnd) {
   // Steps of heights that no averaging takes out in a few passes; the surface is larger than the least
   // visits.
@@ -92,6 +114,7 @@ TEST(RepairFolds, IsBoundedWhereFoldsDoNotEnd) {
   std::vector<std::int16_t> heights = world.height_samples();
   RepairFolds repair = repair_job(world, heights);
   const auto patches = static_cast<std::uint64_t>(repair.surface.patches.size());
+  repair.most_folded = 1;
   repair.visits_per_patch = 1;
   repair.least_visits = 0;
   const RepairFolds::Result few = repair.run();

@@ -123,6 +123,9 @@ TEST(Antialias, MemoryOfSamplesIsCounted) {
   picture.width = 100;
   picture.height = 10;
   EXPECT_EQ(picture.bytes(), 8000u);
+  picture.own_depth = false;
+  EXPECT_EQ(picture.bytes(), 4000u);
+  picture.own_depth = true;
   picture.samples = 4;
   EXPECT_EQ(picture.bytes(), 36000u);
   picture.rgb565 = true;

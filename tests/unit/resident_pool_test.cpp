@@ -109,6 +109,23 @@ TEST(ResidentPool, PagesFollowEachOtherWhereTheyCan) {
   memory.check();
 }
 
+// What follows a patch's last page goes before any other stretch, one that is as long as needed too.
+TEST(ResidentPool, APatchGoesOnWhereItEnds) {
+  PoolMemory memory(80, 80, 80);
+  ResidentPool& pool = memory.pool;
+  pool.begin_frame();
+  for (PatchId p = 0; p < 70; ++p) ASSERT_TRUE(pool.raise(p, 2));
+  for (int i = 0; i < 3; ++i) pool.begin_frame();
+  // Free: 10, 11 and 70..79.
+  pool.lower(10, 0);
+  pool.lower(11, 0);
+  ASSERT_TRUE(pool.raise(69, 3));
+  EXPECT_EQ(memory.chain(69), (std::vector<std::uint32_t>{69, 70, 71}));
+  ASSERT_TRUE(pool.raise(68, 3));
+  EXPECT_EQ(memory.chain(68), (std::vector<std::uint32_t>{68, 10, 11}));
+  memory.check();
+}
+
 // What a frame may still draw is not handed out before kFramesInFlight more frames have begun.
 TEST(ResidentPool, PagesSeenLatelyAreKeptBack) {
   PoolMemory memory(2, 35, 2);

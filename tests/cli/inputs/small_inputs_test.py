@@ -64,6 +64,27 @@ def materials(image, side=None):
     return WITH_MATERIALS + ["materials.json"]
 
 
+def write_materials(listed, **more):
+    write("materials.json", json.dumps({**more, "materials": listed}))
+    return WITH_MATERIALS + ["materials.json"]
+
+
+def many_images(image, count, side=256):
+    """All four images of each material, and a blend map."""
+    kinds = ("albedo", "height", "normal", "roughness")
+    listed = [{"name": f"m{k}", **{kind: image for kind in kinds}} for k in range(count)]
+    return write_materials(listed, side=side, blend_map={"image": image, "materials": ["m0"]})
+
+
+def samples(sample, count):
+    return write_materials([{"name": f"m{k}", "sample": sample} for k in range(count)])
+
+
+def own_materials(side):
+    write("materials.json", json.dumps({"side": side}))
+    return WITH_MATERIALS + ["materials.json"]
+
+
 def elevation(path, *more):
     return ["karst-bake", path, "-o", "x.karst", "--pixel-size", "1", *more]
 
@@ -73,17 +94,34 @@ def resources(inputs):
     inputs.run("material, a tile of 16 channels", 1, materials("mat16.tif"), "mat16.tif")
     tiled_tiff("bomb.tif", 64, 64, 16384, 1, 16, 1 << 16)
     inputs.run("elevation, a tile of 16384 a side", 1, elevation("bomb.tif"), "bomb.tif")
+    png("sea.png", 1024, 1024, 16, 0, b"\x10\x00" * 1024)
+    inputs.run("elevation of one height, 1024 a side", 1, elevation("sea.png"), "--max-samples 1048576")
+    inputs.run("a part of it", 0, elevation("sea.png", "--crop", "0,0,512,512", "--materials", "none"))
     png("mat8k.png", 8192, 8192, 1, 0, bytes(1024))
-    inputs.run("material of 8192 a side in 8 KB", 1, materials("mat8k.png"), "texels")
+    inputs.run("material of 8192 a side in 8 KB", 1, materials("mat8k.png"), "--max-texels 67108864")
     png("flat16.png", 4096, 4096, 16, 2, b"\x80\x10" * 3 * 4096)
-    inputs.run("material of one colour, 4096 a side", 0, materials("flat16.png", 512))
-    # The textures are large then, whatever is in them.
-    inputs.run("the same in a texture of 1024 a side", 0, materials("flat16.png", 1024), most_mib=400)
+    inputs.run("material of one colour, 4096 a side", 1, materials("flat16.png"), "--max-texels 16777216")
+    png("flat1.png", 2048, 2048, 1, 0, bytes(256))
+    inputs.run("material of one colour, 2048 a side", 0, materials("flat1.png"))
+    inputs.run("33 images of one colour, 2048 a side", 1, many_images("flat1.png", 8),
+               "--max-texels 138412032")
+    inputs.run("textures of 1024 a side", 1, materials("flat1.png", 1024), "--material-side 1024")
+    inputs.run("own materials of 1024 a side", 1, own_materials(1024), "--material-side 1024")
+    inputs.run("two textures of 512 a side", 0, many_images("nine.png", 2, 512))
+    inputs.run("eight of 256 a side that are rock", 0, samples("rock", 8))
+    # What the messages say allows it.
+    inputs.run("one colour, 4096 a side, allowed", 0, materials("flat16.png") + ["--max-texels", "16777216"])
+    inputs.run("a texture of 1024 a side, allowed", 0, materials("flat1.png") + ["--material-side", "1024"],
+               most_mib=300)
     png("drape16k.png", 16384, 16384, 8, 2, bytes(3 * 16384), 1)
     inputs.run("drape of 16384 a side", 1, ["karst", "render", "w.karst", "-o", "w.png", "--drape",
                                             "drape16k.png", "--max-memory", "64"], "--max-memory")
     write("shapes.json", "[" + ",".join(["{}"] * 400_000) + "]")
     inputs.run("400,000 shapes of nothing", 1, elevation("nine.bil", "--carve", "shapes.json"), "shapes.json")
+    write("over.json", json.dumps([{"shape": "sphere", "op": "empty", "center": [0, 0, 0], "radius": 90}] *
+                                  9999))
+    inputs.run("9999 shapes over all of a world", 1, elevation("hills.bil", "--carve", "over.json"),
+               "--max-carve")
     write("deep.json", "[" * (8 << 20))
     inputs.run("8 MiB of [", 1, elevation("nine.bil", "--carve", "deep.json"), "nested too deeply")
     write("many.json", "[" + "0," * 4_000_000 + "0]")
@@ -99,8 +137,9 @@ def resources(inputs):
     zero_world("unknown.karst", 100, 100, [(b"HUGE", 1 << 40)])
     inputs.run("a section of 1 TiB that nobody knows", 1, ["karst", "info", "unknown.karst"], "16 MiB")
     envi("steep", 64, 64, noise(20_000))
+    # Which folds everywhere, and is repaired without a list of all that every pass touches.
     inputs.run("noise of 20 km", 1, ["karst-bake", "steep.bil", "-o", "x.karst", "--pixel-size", "30"],
-               "--accept-fit")
+               "--accept-fit", most_mib=192)
 
 
 def wrong(inputs):
@@ -178,6 +217,8 @@ def main():
     os.chdir(options.work)
     inputs = Inputs(options)
     envi("nine", 9, 9, lambda x, y: 3 * x + 5 * y % 7)
+    envi("hills", 48, 48, lambda x, y: 8 + (3 * x + 5 * y) // 40)
+    png("nine.png", 9, 9, 8, 0, bytes(9))
     inputs.run("the least world", 0, ["karst-bake", "--sample", "hills", "--voxel", "100", "--levels", "2",
                                       "--material-side", "16", "-o", "w.karst"])
     resources(inputs)

@@ -4,7 +4,7 @@
 #include "tests/fuzz/run/fuzz_target.h"
 #include "tests/fuzz/targets/image_place.h"
 
-#include <cmath>
+#include <array>
 
 namespace karst {
 
@@ -13,7 +13,8 @@ void fuzz_one(std::span<const std::byte> input) {
   bake::MaterialSpec spec;
   spec.albedo = place.write("image", input);
   bake::MaterialImage image(16);
-  Error error = bake::read_material_image(spec, "", 16, image);
+  bake::TexelBudget budget(std::array{spec.albedo, spec.albedo});
+  Error error = bake::read_material_image(spec, "", 16, budget, image);
   must_be_short(error);
   if (error.ok()) {
     must(image.side == 16 && image.albedo.size() == 256);
@@ -21,7 +22,7 @@ void fuzz_one(std::span<const std::byte> input) {
   }
   bake::BlendMap map;
   std::vector<std::byte> texels;
-  error = bake::read_blend_map(spec.albedo, 1, map, texels);
+  error = bake::read_blend_map(spec.albedo, 1, budget, map, texels);
   must_be_short(error);
   if (!error.ok()) return;
   must(map.width >= 1 && map.depth >= 1);
