@@ -50,7 +50,7 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.key("spacing_m").begin_array();
     json.value(info.ground_spacing_m[0]).value(info.ground_spacing_m[1]).end_array();
     json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
-    json.field("sizes", info.ground_size + 1).field("tile_bytes", info.tile_bytes).end_object();
+    json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes).end_object();
   } else {
     json.key("ground").null();
   }
@@ -66,7 +66,7 @@ void print_ground(const WorldInfo& info) {
               info.ground_spacing_m[1] * (deep - 1));
   std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
   std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
-              static_cast<unsigned long long>(info.tile_bytes), info.ground_size + 1,
+              static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
               8 * static_cast<double>(info.tile_bytes) / (wide * deep));
 }
 
