@@ -81,7 +81,7 @@ class ElevationRows {
 
   int width() const;
   int height() const;
-  // Of rows that take about 32 MiB.
+  // Of rows that take about 16 MiB.
   int rows_at_once() const;
   // Known when rows have been read: no heights, and what they may be read wrongly by.
   const Elevation& facts() const;

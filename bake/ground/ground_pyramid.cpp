@@ -48,7 +48,9 @@ struct GroundPyramid::Level {
   std::int64_t quad_rows = 0, node_rows = 0, tile_rows = 0;  // measured, measured, written
   std::vector<std::int32_t> heights;
   std::vector<std::int32_t> quad_low, quad_high;
+  // Coarser sizes look at low, high, below and above alone; the rest is gathered when its row is measured.
   std::vector<float> quad_parts[8];
+  static constexpr std::size_t kKeptParts = 2;
   std::vector<std::int32_t> node_low, node_high;
   std::vector<float> node_parts[6];
   std::vector<std::uint16_t> thresholds;
@@ -68,7 +70,8 @@ struct GroundPyramid::Level {
     heights.resize(room(kHeightRows, wide));
     quad_low.resize(room(kQuadRows, wide - 1));
     quad_high.resize(quad_low.size());
-    for (std::vector<float>& part : quad_parts) part.resize(quad_low.size());
+    for (std::size_t n = 0; n < std::size(quad_parts); ++n)
+      quad_parts[n].resize(room(n < kKeptParts ? kQuadRows : 1, wide - 1));
     node_low.resize(room(kNodeRows, nodes[0]));
     node_high.resize(node_low.size());
     for (std::vector<float>& part : node_parts) part.resize(node_low.size());
@@ -85,7 +88,9 @@ struct GroundPyramid::Level {
   }
   QuadRow quad_row(std::int64_t k) {
     const std::int64_t count = wide - 1;
-    const auto part = [&](std::size_t n) { return row_of(quad_parts[n], k, kQuadRows, count); };
+    const auto part = [&](std::size_t n) {
+      return row_of(quad_parts[n], k, n < kKeptParts ? kQuadRows : 1, count);
+    };
     QuadRow out;
     out.low = row_of(quad_low, k, kQuadRows, count);
     out.high = row_of(quad_high, k, kQuadRows, count);

@@ -288,7 +288,7 @@ int ElevationRows::height() const {
 }
 
 int ElevationRows::rows_at_once() const {
-  constexpr std::int64_t kSamplesAtOnce = 8 << 20;
+  constexpr std::int64_t kSamplesAtOnce = 4 << 20;
   return static_cast<int>(std::clamp<std::int64_t>(kSamplesAtOnce / width(), 1, height()));
 }
 

@@ -294,7 +294,6 @@ const Exceptions& large_folders() {
       {"docs", kAny, "a page a subject"},
       {"docs/images", kAny, "pictures"},
       {"gles_shaders", kAny, "a file a shader; #include in GLSL takes plain names"},
-      {"terrain/file", 14, "a pair of files a kind of section"},
       {"terrain/patch", 13, "one stage, a pair of files a step"},
       {"terrain/query", 13, "one subject, a pair of files a step"},
       {"tests/bake", kAny, "a file a subject that is tested"},
