@@ -146,7 +146,7 @@ LatticeBox Query::world_box() const {
 
 // Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit().
 template <class Limit, class Visit>
-void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit&& limit, Visit&& visit) {
+void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit) {
   const Growth growth(patches_, wait, radius);
   if (has_patches()) {
     const SlabTest node_test(segment, growth.nodes);
@@ -160,13 +160,24 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit
       });
     });
   }
-  const auto entry = [&](const NodeBox& box) { return entry_of(segment, box, growth.patches); };
-  ground_.walk(
-      wait == Wait::for_file, [&](const NodeBox& box) { return entry(box) <= double{limit()}; },
-      [&](const NodeBox& a, const NodeBox& b) { return entry(a) < entry(b); },
-      [&](const QueryGround::Met& met, const TileVertices& tile) {
-        visit(source_of(met, std::max(level(), 1)), tile);
-      });
+  if (!ground_.exists()) return;
+  struct Along final : QueryGround::Walk {
+    double distance(const NodeBox& box) const override {
+      const double first = entry_of(segment, box, grow);
+      return first <= double{limit()} ? first : -1.0;
+    }
+    void visit(const QueryGround::Met& met, const TileVertices& tile) override {
+      visit_tile(source_of(met, level), tile);
+    }
+    Along(const Segment& way, double by, int of_query, Limit& no_further, Visit& seen)
+        : segment(way), grow(by), level(of_query), limit(no_further), visit_tile(seen) {}
+    const Segment& segment;
+    double grow;
+    int level;
+    Limit& limit;
+    Visit& visit_tile;
+  } along(segment, growth.patches, std::max(level(), 1), limit, visit);
+  ground_.run(wait == Wait::for_file, along);
 }
 
 // Calls visit(source, tile, triangle of the tile, height, up) for what the vertical line through a place
@@ -182,12 +193,13 @@ void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Li
   const auto t_limit = [&] {
     return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
   };
-  walk_segment(segment, 0.0, wait, t_limit, [&](const Source& source, const TileVertices& tile) {
+  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
     line.cross(tile, [&](int t, double height, bool up) {
       if (height > top || height < bottom) return;
       visit(source, tile, t, height, up);
     });
-  });
+  };
+  walk_segment(segment, 0.0, wait, t_limit, visit_tile);
 }
 
 Status Query::prepare(glm::dvec3 place, double radius) {
@@ -200,14 +212,18 @@ Status Query::prepare(glm::dvec3 place, double radius) {
     const std::uint64_t failed = ground_.failed_reads();
     const glm::dvec3 at = place * kSteps;
     const double reach = radius * kSteps;
-    const auto distance = [&](const NodeBox& box) {
-      const glm::dvec3 d = at - glm::clamp(at, box.low, box.high);
-      return std::max(std::abs(d.x), std::abs(d.z));
-    };
-    ground_.walk(
-        true, [&](const NodeBox& box) { return distance(box) <= reach; },
-        [&](const NodeBox& a, const NodeBox& b) { return distance(a) < distance(b); },
-        [](const QueryGround::Met&, const TileVertices&) {});
+    struct Around final : QueryGround::Walk {
+      double distance(const NodeBox& box) const override {
+        const glm::dvec3 d = at - glm::clamp(at, box.low, box.high);
+        const double away = std::max(std::abs(d.x), std::abs(d.z));
+        return away <= reach ? away : -1.0;
+      }
+      void visit(const QueryGround::Met&, const TileVertices&) override {}
+      Around(glm::dvec3 place_steps, double steps) : at(place_steps), reach(steps) {}
+      glm::dvec3 at;
+      double reach;
+    } around(at, reach);
+    ground_.run(true, around);
     if (ground_.failed_reads() != failed) return ground_.trouble();
   }
   if (!has_patches()) return {};
@@ -314,7 +330,7 @@ bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
   double best = 1.0;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best); };
-  walk_segment(segment, 0.0, wait, limit, [&](const Source& source, const TileVertices& tile) {
+  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
     shear.cross(tile, [&](int t, double share, glm::dvec3 place) {
       const Order order{source.patch, source.first + t};
       if (share > best || (share == best && first < order)) return;
@@ -324,7 +340,8 @@ bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
       hit.normal = tile.area(t);
       source.tell(hit);
     });
-  });
+  };
+  walk_segment(segment, 0.0, wait, limit, visit_tile);
   if (!hit.found()) return false;
   hit.place = hit.place / kSteps;
   hit.normal = unit(hit.normal);
@@ -341,7 +358,7 @@ bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, Que
   Contact best;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best.t); };
-  walk_segment(segment, radius * kSteps, wait, limit, [&](const Source& source, const TileVertices& tile) {
+  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
     for (int t = 0; t < 8; ++t) {
       const glm::dvec3 area = tile.area(t);
       Contact contact;
@@ -354,7 +371,8 @@ bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, Que
       hit.normal = area;
       source.tell(hit);
     }
-  });
+  };
+  walk_segment(segment, radius * kSteps, wait, limit, visit_tile);
   if (!hit.found()) return false;
   hit.place = best.place / kSteps;
   hit.normal = unit(hit.normal);

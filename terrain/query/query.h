@@ -153,7 +153,7 @@ class Query {
   bool is_empty() const { return !has_patches() && !ground_.exists(); }
   LatticeBox world_box() const;
   template <class Limit, class Visit>
-  void walk_segment(const Segment& segment, double radius, Wait wait, Limit&& limit, Visit&& visit);
+  void walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit);
   template <class Limit, class Visit>
   void walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit);
 

@@ -80,4 +80,58 @@ void QueryGround::make_places(const Tile& tile, NodeKey node,
   }
 }
 
+void QueryGround::visit_node(const Tile& tile, NodeKey node, Walk& walk) const {
+  std::array<glm::dvec3, kNodeVertices> places;  // rows from the north, west first
+  make_places(tile, node, places);
+  for (int part = 0; part < 4; ++part) {
+    walk.visit(Met{node, part}, TileVertices(places.data() + 2 * (part >> 1) * kNodeSide + 2 * (part & 1)));
+  }
+}
+
+void QueryGround::run(bool read, Walk& walk) {
+  if (!exists()) return;
+  struct Entry {
+    NodeKey node;
+    TilePlace place;  // of its tile; the root's has none
+    NodeBox box;
+    double distance;
+  };
+  std::array<Entry, 3 * (kMostSize + 2)> stack;
+  std::size_t depth = 0;
+  const NodeKey top{info_.top_size(), 0, 0};
+  const NodeBox whole = node_box(info_, root_->nodes[0], top);
+  stack[depth++] = {top, {}, whole, 0.0};
+  while (depth > 0) {
+    const Entry at = stack[--depth];
+    // Again: what was met since may have made it unwanted.
+    if (walk.distance(at.box) < 0.0) continue;
+    const Tile* const own = tile(tile_of(at.node), at.place, read);
+    if (own == nullptr) continue;  // it gave way meanwhile and cannot be read again
+    const Tile* finer = nullptr;
+    TilePlace place;
+    if (at.node.size > 0) {
+      const NodeKey below = tile_of(at.node.child(0));
+      place = own->children[(below.x & 1) | (below.z & 1) << 1];
+      finer = tile(below, place, read);
+    }
+    if (finer == nullptr) {
+      // Again: reading another one may have moved it.
+      const Tile* const again = tile(tile_of(at.node), at.place, read);
+      if (again != nullptr) visit_node(*again, at.node, walk);
+      continue;
+    }
+    const std::size_t bottom = depth;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      const NodeKey child = at.node.child(quadrant);
+      if (!node_exists(info_, child)) continue;
+      Entry entry{child, place, node_box(info_, finer->nodes[node_in_tile(child)], child), 0.0};
+      entry.distance = walk.distance(entry.box);
+      if (entry.distance < 0.0) continue;
+      std::size_t to = depth++;
+      for (; to > bottom && stack[to - 1].distance < entry.distance; --to) stack[to] = stack[to - 1];
+      stack[to] = entry;
+    }
+  }
+}
+
 }  // namespace karst::core

@@ -54,49 +54,20 @@ class QueryGround {
     int tile;  // of the node's 2 x 2
   };
 
-  // Calls visit(met, vertices of a tile of 2 x 2 quads) for nodes for whose box meets(box) is true, roughly
-  // in the order of before(a, b), which compares boxes. read: tiles may be read.
-  template <class Meets, class Before, class Visit>
-  void walk(bool read, Meets&& meets, Before&& before, Visit&& visit) {
-    if (!exists()) return;
-    struct Entry {
-      NodeKey node;
-      TilePlace place;  // of its tile; the root's has none
-      NodeBox box;
-    };
-    std::array<Entry, 3 * (kMostSize + 2)> stack;
-    std::size_t depth = 0;
-    const NodeKey top{info_.top_size(), 0, 0};
-    stack[depth++] = {top, {}, node_box(info_, root_->nodes[0], top)};
-    while (depth > 0) {
-      const Entry at = stack[--depth];
-      if (!meets(at.box)) continue;
-      const Tile* const own = tile(tile_of(at.node), at.place, read);
-      if (own == nullptr) continue;  // it gave way meanwhile and cannot be read again
-      const Tile* finer = nullptr;
-      TilePlace place;
-      if (at.node.size > 0) {
-        const NodeKey below = tile_of(at.node.child(0));
-        place = own->children[(below.x & 1) | (below.z & 1) << 1];
-        finer = tile(below, place, read);
-      }
-      if (finer == nullptr) {
-        // Again: reading another one may have moved it.
-        const Tile* const again = tile(tile_of(at.node), at.place, read);
-        if (again != nullptr) visit_node(*again, at.node, visit);
-        continue;
-      }
-      const std::size_t bottom = depth;
-      for (int quadrant = 0; quadrant < 4; ++quadrant) {
-        const NodeKey child = at.node.child(quadrant);
-        if (!node_exists(info_, child)) continue;
-        const Entry entry{child, place, node_box(info_, finer->nodes[node_in_tile(child)], child)};
-        std::size_t to = depth++;
-        for (; to > bottom && before(stack[to - 1].box, entry.box); --to) stack[to] = stack[to - 1];
-        stack[to] = entry;
-      }
-    }
-  }
+  // What walks through nodes.
+  class Walk {
+   public:
+    // How far away a box is, in any measure; negative: it is not wanted.
+    virtual double distance(const NodeBox& box) const = 0;
+    // 2 x 2 quads of a node, and where they lie.
+    virtual void visit(const Met& met, const TileVertices& tile) = 0;
+
+   protected:
+    ~Walk() = default;
+  };
+
+  // Nodes at the least size that is at hand, roughly nearest first. read: tiles may be read.
+  void run(bool read, Walk& walk);
 
  private:
   struct Slot {
@@ -120,14 +91,7 @@ class QueryGround {
   const Tile* tile(NodeKey key, const TilePlace& place, bool read);
   void make_places(const Tile& tile, NodeKey node, std::array<glm::dvec3, kNodeVertices>& places) const;
 
-  template <class Visit>
-  void visit_node(const Tile& tile, NodeKey node, Visit& visit) const {
-    std::array<glm::dvec3, kNodeVertices> places;  // rows from the north, west first
-    make_places(tile, node, places);
-    for (int part = 0; part < 4; ++part) {
-      visit(Met{node, part}, TileVertices(places.data() + 2 * (part >> 1) * kNodeSide + 2 * (part & 1)));
-    }
-  }
+  void visit_node(const Tile& tile, NodeKey node, Walk& walk) const;
 
   GroundInfo info_;
   const Tile* root_ = nullptr;

@@ -337,7 +337,7 @@ TEST(VertexDecode, PlacesThatTwoSizesShareAreTheSameBits) {
     }
   }
   // Places that a float does not hold, without which nothing would have been shown.
-  EXPECT_GT(rounded, 50'000u);
+  EXPECT_GT(rounded, 40'000u);
 }
 
 // Each vertex of each quadrant by the entry that its family's row has for it.

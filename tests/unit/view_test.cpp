@@ -332,13 +332,22 @@ TEST_F(Expand, NodesFollowTheItems) {
     EXPECT_EQ(chunks == 1, room >= wanted.size());
   }
   ExpandIndices alone;
-  std::vector<std::uint32_t> out(ExpandIndices::least_room(2));
+  std::vector<std::uint32_t> out(ExpandIndices::kLeastNodeRoom);
   alone.table = std::span(table_).first(index_count(2));
   alone.nodes = std::span(nodes).first(1);
   alone.node_pages = 1;
   alone.out = out;
   EXPECT_TRUE(alone.validate(2).ok());
   EXPECT_EQ(alone.run(0).indices, patch_index_count(2, 0, 0));
+  // With walls all around it takes all of that.
+  std::vector<DrawItem> walled(nodes.begin(), nodes.begin() + 1);
+  walled[0].walls = 15;
+  alone.nodes = walled;
+  ASSERT_EQ(alone.run(0).indices, out.size());
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    const auto at = out.end() - static_cast<std::ptrdiff_t>((4 - edge) * kIndicesPerWall);
+    EXPECT_TRUE(std::equal(kWallIndices[edge].begin(), kWallIndices[edge].end(), at)) << edge;
+  }
 }
 
 // Vertices that a patch does not have are other patches' or none: such an item must not be drawn at all.

@@ -189,6 +189,14 @@ ssize_t write(int file, const void* bytes, std::size_t count) {
   return syscall(SYS_write, file, bytes, count);
 }
 
+ssize_t pwrite(int file, const void* bytes, std::size_t count, off_t offset) {
+  if (fails("write", FROM)) {
+    errno = ENOSPC;
+    return -1;
+  }
+  return syscall(SYS_pwrite64, file, bytes, count, offset);
+}
+
 int fsync(int file) {
   if (fails("fsync", FROM)) {
     errno = EIO;
