@@ -11,9 +11,10 @@ float apparent_distance(vec3 from_eye, vec3 forward, float least_cos2) {
   return least_cos2 < 0.0 ? -least_cos2 : seen;
 }
 
-float morph_share(float apparent, float threshold) {
-  float start = (1.0 - KARST_MORPH_SHARE) * threshold;
-  return clamp((apparent - start) / max(KARST_MORPH_SHARE * threshold, 1.0), 0.0, 1.0);
+// last: the share of the threshold over which a vertex moves.
+float morph_share(float apparent, float threshold, float last) {
+  float start = (1.0 - last) * threshold;
+  return clamp((apparent - start) / max(last * threshold, 1.0), 0.0, 1.0);
 }
 
 vec3 morph_position(vec3 home, vec3 way, vec3 target, float share) {

@@ -53,7 +53,9 @@ TerrainVertex read_terrain_vertex() {
   float apparent = apparent_distance(home - camera_fine.xyz, morph_view.xyz, morph_view.w);
 
   TerrainVertex result;
-  result.share = morph_share(apparent, threshold);
+  result.share = morph_share(
+      apparent, threshold,
+      place < KARST_FIRST_GROUND_PLACE ? KARST_MORPH_SHARE : KARST_NODE_MORPH_SHARE);
   result.patch_voxel = origin << size;
   result.in_patch = (vec3(position_normal.xyz) + way * result.share) * reference.unit;
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;

@@ -7,6 +7,7 @@
 
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
+#include "terrain/ground/demand.h"
 #include "terrain/lod/morph.h"
 #include "terrain/nodes/family_row.h"
 #include "terrain/resident/page_table.h"
@@ -39,5 +40,6 @@ static_assert(kLatticeBits == KARST_STEPS_LOG2);
 static_assert(kMostMaterials == KARST_MOST_MATERIALS && kMostLights == KARST_MOST_LIGHTS);
 static_assert(kCaveBegins == static_cast<float>(KARST_CAVE_BEGINS));
 static_assert(kMorphShare == static_cast<float>(KARST_MORPH_SHARE));
+static_assert(kNodeMorphShare == static_cast<float>(KARST_NODE_MORPH_SHARE));
 
 }  // namespace karst::core::shader

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSteepest = 1.1547005383792517;  // G: 2 / sqrt 3
 constexpr double kSlack = 1.002;
-constexpr double kKept = 1.0 - kMorphShare;
+constexpr double kKept = 1.0 - kNodeMorphShare;
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
 constexpr double kFloatSums = 1.0 + 1e-5;
 

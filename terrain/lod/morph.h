@@ -72,9 +72,10 @@ inline float apparent_distance(glm::vec3 from_eye, glm::vec3 forward, float leas
 }
 
 // The share of the way to its target that a vertex has gone, 0..1.
-inline float morph_share(float apparent, float threshold) {
-  const float width = kMorphShare * threshold;
-  const float share = (apparent - (1.0f - kMorphShare) * threshold) / (width > 1.0f ? width : 1.0f);
+// last: the share of the threshold's distance over which a vertex moves.
+inline float morph_share(float apparent, float threshold, float last = kMorphShare) {
+  const float width = last * threshold;
+  const float share = (apparent - (1.0f - last) * threshold) / (width > 1.0f ? width : 1.0f);
   return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What one eye sees of the ground: which nodes are drawn, at what size, and where their vertices morph, so
 // that no drawn point is further than a stated number of pixels from the ground of size 0, nothing pops and
-// nothing cracks. morph.h has the words: apparent distance rho, its steepest rise G, its share sigma, the
+// nothing cracks. morph.h has the words: apparent distance rho, its steepest rise G, its share sigma (here
+// kNodeMorphShare), the
 // error scale S / error_px.
 //
 // Thresholds. A node p of size s >= 1 has one threshold, a function of k = S / error_px + 1 that is measured
@@ -38,11 +39,11 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/draw/draw_list.h"
-#include "terrain/nodes/family_pool.h"
-#include "terrain/nodes/family_row.h"
 #include "terrain/ground/tile_cache.h"
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
+#include "terrain/nodes/family_pool.h"
+#include "terrain/nodes/family_row.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
 

@@ -125,7 +125,7 @@ class DrawnNode {
       const float threshold = threshold_steps(rows[row * kMorphRow + entries[first + v]]);
       const float apparent =
           apparent_distance(home - camera.fine, glm::vec3(camera.forward), scale.least_cos2);
-      const float share = morph_share(apparent, threshold);
+      const float share = morph_share(apparent, threshold, kNodeMorphShare);
       const float unit = std::ldexp(1.0f, node.key.size);
       const glm::vec3 way(static_cast<float>(from.morph[0] - from.position[0]) * unit,
                           static_cast<float>(from.morph[1] - from.position[1]) * unit,

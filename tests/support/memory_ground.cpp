@@ -106,7 +106,8 @@ void MemoryGround::measure(const Errors& errors) {
             8.0 * quad * 2;
         const double error = errors({size, x, z});
         double steps[kDemands];
-        for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kMorphShare);
+        for (int n = 0; n < kDemands; ++n)
+          steps[n] = demand(n) * error + kG * reach / (1.0 - kNodeMorphShare);
         for (int dz = -1; dz <= 2; ++dz) {
           for (int dx = -1; dx <= 2; ++dx) {
             const NodeKey q{size - 1, 2 * x + dx, 2 * z + dz};
@@ -119,8 +120,8 @@ void MemoryGround::measure(const Errors& errors) {
             const double rise = kG * std::sqrt(wide * wide + deep * deep + high * high);
             for (int n = 0; n < kDemands; ++n) {
               const double of_q = double{threshold_steps(finer->thresholds[n])} * quad;
-              steps[n] =
-                  std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kMorphShare) + std::ldexp(8.0, size));
+              steps[n] = std::max(steps[n],
+                                  (of_q + rise) * kSlack / (1.0 - kNodeMorphShare) + std::ldexp(8.0, size));
             }
           }
         }

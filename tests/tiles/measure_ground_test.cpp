@@ -189,7 +189,7 @@ TEST(MeasureGround, ThresholdsAreFarEnoughApart) {
                                std::pow(2.0 * (double(q->high) - q->low), 2));
             for (int d = 0; d < kDemands; ++d) {
               const double own = threshold(p, size, d);
-              ASSERT_GE(own * (1 - double{kMorphShare}), threshold(*q, size - 1, d) + rise)
+              ASSERT_GE(own * (1 - double{kNodeMorphShare}), threshold(*q, size - 1, d) + rise)
                   << field.name << " size " << size << " demand " << d;
             }
           }
