@@ -342,6 +342,8 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
   ground_.select(world.terrain.views_of(view_count_), std::span(requests_).first(view_count_), waits, costs);
+  // As heights that cannot be read: an error where the frame had to be complete.
+  if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
   if (status = ground_.upload(costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;

@@ -86,6 +86,7 @@ void TileReader::work() {
     const Status status = read(*reader_, next.tile, next.place, workspace_, tiles_[at]);
     lock.lock();
     ready_[at] = {next.tile, !status.ok()};
+    if (!status.ok()) trouble_ = status;
     ++ready_count_;
     reading_ = false;
     changed_.notify_all();
@@ -110,6 +111,7 @@ TileSource::Answer TileReader::poll(NodeKey& tile, Tile& out) {
     --asked_count_;
     tile = next.tile;
     const Status status = read(*reader_, next.tile, next.place, workspace_, out);
+    if (!status.ok()) trouble_ = status;
     return status.ok() ? TileSource::Answer::ready : TileSource::Answer::failed;
   }
   if (ready_count_ == 0) return TileSource::Answer::none;
@@ -125,6 +127,11 @@ TileSource::Answer TileReader::poll(NodeKey& tile, Tile& out) {
   lock.unlock();
   changed_.notify_all();
   return failed ? TileSource::Answer::failed : TileSource::Answer::ready;
+}
+
+Status TileReader::trouble() {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
 }
 
 void TileReader::wait() {

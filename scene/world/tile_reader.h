@@ -41,6 +41,8 @@ class TileReader {
   void start(const WorldReader& reader, std::span<std::byte> memory);
   void stop();
   bool has_thread() const { return has_thread_; }
+  // Of the last tile that could not be read for a frame.
+  Status trouble();
 
   // For Ground::attach(); of one thread.
   TileSource source();
@@ -76,6 +78,7 @@ class TileReader {
   std::condition_variable changed_;
   bool stopping_ = false;
   bool reading_ = false;  // the thread has one in hand
+  Status trouble_;
   std::array<Asked, kMostAsked> asked_{};
   std::size_t asked_count_ = 0;
   std::array<Ready, kMostReady> ready_{};
