@@ -78,6 +78,7 @@ void write_flags(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   if ((flags & kLimitVertexMemory) != 0) json.value("gpu_vertex_pages");
   if ((flags & kLimitWork) != 0) json.value("generate_ms");
   if ((flags & kLimitFile) != 0) json.value("file");
+  if ((flags & kLimitTiles) != 0) json.value("ground_tiles");
   json.end_array();
 }
 

@@ -84,7 +84,8 @@ enum FrameLimit : std::uint32_t {
   kLimitVertexMemory = 1,  // Needs::vertex_bytes: the picture or what casts shadows is coarser
   kLimitWork = 2,          // FrameInput::work_ms: coarser until more vertices are made
   kLimitDrawItems = 4,     // more patches in view than the plan draws: distant parts are missing
-  kLimitFile = 8           // heights could not be read: coarser until they can; asked again 4 times a second
+  kLimitFile = 8,  // heights or tiles could not be read: coarser until they can; asked again 4 times a second
+  kLimitTiles = 16  // Needs::max_cpu_bytes: no room for more tiles of the ground; it is coarser
 };
 
 struct FrameResult {

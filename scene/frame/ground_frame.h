@@ -46,6 +46,8 @@ class GroundFrame {
 
   // Whether the last tile that was asked for could not be read.
   bool failing() const { return exists() && terrain_->ground.counts().failing; }
+  // Whether the last one that came found no room beside what is looked at.
+  bool full() const { return exists() && terrain_->ground.counts().full; }
 
   struct Sum {
     double bound_px = 0;

@@ -294,6 +294,7 @@ void RendererObject::count_views() {
 void RendererObject::fill_result(FrameResult& result) {
   const Governor::State& governor = world.terrain.residency.governor();
   result = {};
+  std::uint32_t without_room = 0;
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
@@ -302,19 +303,21 @@ void RendererObject::fill_result(FrameResult& result) {
     const GroundFrame::Sum ground = ground_.sum(n);
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
+    if (ground_.full()) without_room += ground.lacking;
     result.triangles += ground.triangles;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
+  if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing()) && (result.lacking > 0 || costs.patches_missing > 0)) {
     limits_ |= kLimitFile;
-  } else if (result.lacking > 0 && !governor.pool_full) {
+  } else if (result.lacking > without_room && !governor.pool_full) {
     limits_ |= kLimitWork;
   }
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
-  result.complete = !unread && (result.lacking == 0 || (governor.pool_full && result.made == 0));
+  result.complete = !unread && (result.lacking == without_room || (governor.pool_full && result.made == 0));
   costs.error_scale = governor.error_scale;
   costs.wanted_pages = governor.wanted_pages;
   costs.resident = world.terrain.residency.pool().resident();

@@ -131,6 +131,7 @@ std::uint32_t TileCache::poll(bool one) {
     const std::int32_t room = make_room();
     if (room < 0) {
       ++counts_.dropped;
+      counts_.full = true;
       continue;
     }
     Entry& entry = storage_.entries[static_cast<std::size_t>(room)];
@@ -140,6 +141,7 @@ std::uint32_t TileCache::poll(bool one) {
     entry.last_used = frame_;
     entry.next = chain_of(key);
     chain_of(key) = room;
+    counts_.full = false;
     ++counts_.came;
     ++came;
   }

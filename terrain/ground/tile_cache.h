@@ -58,6 +58,7 @@ class TileCache {
     std::uint32_t under_way = 0;
     std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
     bool failing = false;                             // the last one that was answered
+    bool full = false;                                // the last one that came found no room
   };
   const Counts& counts() const { return counts_; }
 

@@ -211,6 +211,31 @@ TEST_F(GroundWorlds, FramesDoNotWaitForTheFile) {
   world->destroy();
 }
 
+// With the fewest tiles, a picture that wants more comes to rest, coarser, and says why.
+TEST_F(GroundWorlds, TooFewTilesAreSaid) {
+  Needs needs;
+  needs.vertex_bytes = 16u << 20;
+  Plan plan;
+  plan.needs = needs;
+  plan.needs.max_cpu_bytes = 0;
+  test::MemoryFile memory(file());
+  needs.max_cpu_bytes = make_plan(memory.source(), plan).value();
+  open_ground(needs);
+  ViewState shown = view({3000, 3000, 2400}, {3001, 20, 2400});
+  shown.error_px = 0.02;
+  FrameResult result;
+  std::uint32_t limits = 0;
+  for (int frame = 0; frame < 300; ++frame) {
+    result = test::draw_frame(*renderer_, picture_, {shown}, 5);
+    limits |= result.limits;
+    if (result.complete) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_NE(limits & kLimitTiles, 0u);
+  EXPECT_TRUE(result.complete);
+  EXPECT_GT(result.lacking, 0u);
+}
+
 TEST_F(GroundWorlds, ATileThatCannotBeReadIsDrawnCoarserAndSaid) {
   Needs needs;
   needs.queries = 1;
