@@ -396,6 +396,7 @@ TEST_F(Frames, ASharedDepthShowsTheSame) {
           target.framebuffer = picture_.name();
           FrameInput input;
           input.views = {&v, 1};
+          input.work_ms = 0;
           FrameResult result;
           ASSERT_TRUE(renderer_->begin_frame(input, result).ok());
           // No colour that shading what is not there may come to.

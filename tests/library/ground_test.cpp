@@ -214,14 +214,16 @@ TEST_F(GroundWorlds, FramesDoNotWaitForTheFile) {
 // With the fewest tiles, a picture that wants more comes to rest, coarser, and says why.
 TEST_F(GroundWorlds, TooFewTilesAreSaid) {
   Needs needs;
-  needs.vertex_bytes = 16u << 20;
+  needs.vertex_bytes = 64u << 20;
+  needs.max_gpu_bytes = 256u << 20;
   Plan plan;
   plan.needs = needs;
   plan.needs.max_cpu_bytes = 0;
   test::MemoryFile memory(file());
   needs.max_cpu_bytes = make_plan(memory.source(), plan).value();
   open_ground(needs);
-  ViewState shown = view({3000, 3000, 2400}, {3001, 20, 2400});
+  ViewState shown = view({600, 400, 500}, {5000, 20, 4200});
+  set_perspective(shown, 80, 1, 20000);
   shown.error_px = 0.02;
   FrameResult result;
   std::uint32_t limits = 0;
