@@ -267,7 +267,7 @@ packages() {
   lists libkarst-dev '/cmake/karst/karstConfig\.cmake$'
   lists libkarst-dev '/pkgconfig/karst\.pc$'
   lists libkarst-dev '/examples/hello\.cpp$'
-  [[ $(field libkarst-dev Depends) == "libkarst (= $version-1)" ]] ||
+  [[ $(field libkarst-dev Depends) == "libkarst (= $version-1), libzstd-dev" ]] ||
     fail "libkarst-dev: $(field libkarst-dev Depends)"
   [[ $(field libkarst Depends) != *libegl* ]] || fail "libkarst depends on EGL: $(field libkarst Depends)"
   for package in karst karst-bake; do
