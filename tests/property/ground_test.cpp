@@ -229,7 +229,7 @@ TEST(Ground, EveryInnerEdgeIsUsedOnceByEachSide) {
   build_family_entries(entries);
   std::vector<std::uint16_t> table(index_count(kNodeLevel));
   ASSERT_TRUE(build_index_tables(kNodeLevel, table).ok());
-  Random random(20261127);
+  Random random{20261127};
   Totals totals;
   const std::uint64_t frames = frames_wanted();
   while (totals.frames < frames) {
@@ -328,7 +328,7 @@ TEST(Ground, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
   build_family_entries(entries);
   std::vector<std::uint16_t> table(index_count(kNodeLevel));
   ASSERT_TRUE(build_index_tables(kNodeLevel, table).ok());
-  Random random(5);
+  Random random{5};
   double most = 0, sum = 0;
   std::uint64_t points = 0, frames = 0, refused = 0, beyond = 0;
   const std::uint64_t wanted = frames_wanted() / 4;
