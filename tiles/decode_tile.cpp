@@ -34,14 +34,7 @@ const char* decode_heights(const GroundInfo& info, const std::byte* planes, doub
   // Of counts that stand for heights, with room for rounding: then no prediction overflows.
   const double most = kMostHeight / quantum + 1;
   for (int n = 0; n < kTileSamples; ++n) {
-    const int i = n % kTileSide;
-    const int k = n / kTileSide;
-    std::int32_t predicted = 0;
-    if (i > 0 && k > 0) {
-      predicted = predict(counts[n - 1], counts[n - kTileSide], counts[n - kTileSide - 1]);
-    } else if (n > 0) {
-      predicted = counts[i > 0 ? n - 1 : n - kTileSide];
-    }
+    const std::int32_t predicted = predict_sample(counts, n);
     const std::int64_t count =
         std::int64_t{predicted} + from_zigzag(take_planes(planes, kTileSamples, static_cast<std::size_t>(n)));
     if (!(std::abs(static_cast<double>(count)) <= most)) return "a height is out of range";

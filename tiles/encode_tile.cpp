@@ -44,14 +44,7 @@ struct TileEncoder::Room {
   void store_heights() {
     for (int n = 0; n < kTileSamples; ++n) {
       const auto at = static_cast<std::size_t>(n);
-      const int i = n % kTileSide;
-      const int k = n / kTileSide;
-      std::int32_t predicted = 0;
-      if (i > 0 && k > 0) {
-        predicted = predict(counts[at - 1], counts[at - kTileSide], counts[at - kTileSide - 1]);
-      } else if (n > 0) {
-        predicted = counts[i > 0 ? at - 1 : at - kTileSide];
-      }
+      const std::int32_t predicted = predict_sample(counts.data(), n);
       put_planes(contents.data() + kHeights, kTileSamples, at, zigzag(counts[at] - predicted));
     }
   }

@@ -55,6 +55,14 @@ inline std::int32_t predict(std::int32_t west, std::int32_t north, std::int32_t 
   return std::clamp(west + north - north_west, least, most);
 }
 
+// Sample n of a tile from those before it, row by row.
+inline std::int32_t predict_sample(const std::int32_t* counts, int n) {
+  const int i = n % kTileSide;
+  if (i > 0 && n >= kTileSide)
+    return predict(counts[n - 1], counts[n - kTileSide], counts[n - kTileSide - 1]);
+  return n == 0 ? 0 : counts[i > 0 ? n - 1 : n - kTileSide];
+}
+
 template <std::size_t kPlanes = 4>
 void put_planes(std::byte* planes, std::size_t count, std::size_t at, std::uint32_t value) {
   for (std::size_t k = 0; k < kPlanes; ++k) planes[k * count + at] = static_cast<std::byte>(value >> (8 * k));

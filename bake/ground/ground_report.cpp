@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 
 #include "app/common/json_writer.h"
+#include "bake/base/print_text.h"
 #include "bake/ground/bake_ground.h"
 
 namespace karst::bake {
@@ -17,20 +16,6 @@ double bits_a_sample(const BakeGround::Report& report) {
 double void_share(const BakeGround::Report& report) {
   return static_cast<double>(report.voids) /
          (static_cast<double>(report.width) * static_cast<double>(report.height));
-}
-
-// printf into a string.
-__attribute__((format(printf, 2, 3))) void print(std::string& out, const char* format, ...) {
-  char line[512];
-  std::va_list values;
-  va_start(values, format);
-  const int length = std::vsnprintf(line, sizeof line, format, values);
-  va_end(values);
-  if (length > 0) out.append(line, std::min(static_cast<std::size_t>(length), sizeof line - 1));
-}
-
-unsigned long long number(std::uint64_t n) {
-  return n;
 }
 
 }  // namespace

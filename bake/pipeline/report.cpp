@@ -2,28 +2,13 @@
 #include "bake/pipeline/report.h"
 
 #include "app/common/json_writer.h"
+#include "bake/base/print_text.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 namespace karst::bake {
 namespace {
-
-// printf into a string.
-__attribute__((format(printf, 2, 3))) void print(std::string& out, const char* format, ...) {
-  char line[512];
-  std::va_list values;
-  va_start(values, format);
-  const int length = std::vsnprintf(line, sizeof line, format, values);
-  va_end(values);
-  if (length > 0) out.append(line, std::min(static_cast<std::size_t>(length), sizeof line - 1));
-}
-
-unsigned long long number(std::uint64_t n) {
-  return n;
-}
 
 void write_fit(app::JsonWriter& json, const Bake::Report& report) {
   if (!report.fit) {

@@ -11,7 +11,6 @@
 namespace karst::core {
 namespace {
 
-constexpr double kSteepest = 1.1547005383792517;  // G: 2 / sqrt 3
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kNodeMorphShare;
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).

@@ -16,10 +16,6 @@ namespace {
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
-// The most that the apparent distance changes a step. Its gradient inside the picture is 2 u z^ - u^2 r^ with
-// u = cos theta and unit vectors z^, r^; its squared length is 4 u^2 - 3 u^4, at most 4/3.
-constexpr double kSteepest = 1.1547005383792517;
-
 // Positions, distances and shares in float are off by less than 2^-20 of the distance to the eye.
 constexpr double kRounding = 0x1p-20;
 

@@ -55,6 +55,10 @@ namespace karst::core {
 
 // --- The formulas of a vertex. All distances in lattice steps, in float, as on the GPU.
 
+// G, the most that the apparent distance changes a step. Its gradient inside the picture is 2 u z^ - u^2 r^
+// with u = cos theta and unit vectors z^, r^; its squared length is 4 u^2 - 3 u^4, at most 4/3.
+inline constexpr double kSteepest = 1.1547005383792517;
+
 // The apparent distance of everything in a parallel view. A power of two, so that thresholds tell exactly
 // what is beyond it.
 inline constexpr float kParallelDistance = 0x1p16f * kStepsPerVoxel;

@@ -20,7 +20,6 @@ namespace karst::core {
 namespace {
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
-constexpr double kSteepest = 1.1547005383792517;  // morph.h: G
 // What halves and floats lose of a threshold and of distances: a factor a size.
 constexpr double kThresholdRounding = 1.0 + 0x1p-9;
 // Of a box's corner, what a plane of float coefficients and the GPU may be off by (frustum.cpp).
