@@ -239,8 +239,8 @@ void print_text(const SweepOptions& options, const std::vector<Figures>& all) {
     }
   }
   std::printf(
-      "CPU: of all threads, without what making tiles takes; x: of the least ground's. Tiles: asked "
-      "for a frame\n\n");
+      "CPU: of all threads, without what making tiles takes; x: of the least ground's\n"
+      "first: read for the first sharp picture; a frame: of the flight from there\n\n");
   std::printf("%10s %22s %22s %14s %10s %6s %24s\n", "samples", "CPU MiB: plan, used", "GPU MiB: plan, used",
               "sharp: median", "most", "open", "asleep: ms, worst, frames");
   for (const Figures& f : all) {
@@ -254,11 +254,8 @@ void print_text(const SweepOptions& options, const std::vector<Figures>& all) {
                 static_cast<unsigned long long>(f.sleeping_frames));
   }
   std::printf(
-      "sharp: frames after a jump, the first with a bound of at most %.0f px; open: pixels of first "
-      "frames without ground\nasleep: frames beside a disk that sleeps %g ms a tile\n",
-      std::max_element(all.begin(), all.end(),
-                       [](const Figures& a, const Figures& b) { return a.first_px < b.first_px; })
-          ->first_px,
+      "sharp: frames after a jump; open: pixels of first frames without ground\n"
+      "asleep: frames beside a disk that sleeps %g ms a tile\n",
       options.sleep_ms);
 }
 
