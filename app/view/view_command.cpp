@@ -16,10 +16,12 @@
 #include "app/common/json_writer.h"
 #include "app/common/messages.h"
 #include "app/files/atomic_file.h"
+#include "app/files/file_source.h"
 #include "app/files/output_place.h"
 #include "app/stage/camera_view.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
+#include "app/view/end_watch.h"
 #include "app/view/frame_scheduler.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
@@ -92,7 +94,11 @@ class Signals {
 class View {
  public:
   View(ViewOptions options, ConsoleState& console)
-      : options_(std::move(options)), console_(console), camera_(options_, messages()), scheduler_(clock()) {}
+      : options_(std::move(options)),
+        console_(console),
+        watch_(signals_.fd(), options_.output != ViewOptions::Output::kms || options_.supervise),
+        camera_(options_, messages()),
+        scheduler_(clock()) {}
   View(const View&) = delete;
   View& operator=(const View&) = delete;
   ~View() { detach(); }
@@ -101,11 +107,11 @@ class View {
   Error run() {
     began_ = now_ns();
     if (Error error = check_output(); !error.ok()) return error;
-    if (Error error = camera_.open(); !error.ok()) return error;
-    if (Error error = load_world(); !error.ok()) return error;
-    if (Error error = open_display(); !error.ok()) return error;
-    if (Error error = open_inputs(); !error.ok()) return error;
-    Error error = loop();
+    Error error = prepare();
+    if (error.ok()) error = loop();
+    // After it, files cannot be read.
+    if (!error.ok() && (quit_ || signals_.take().end)) error = {};
+    if (display_ == nullptr) return error;
     if (Error written = write_statistics(); error.ok()) error = std::move(written);
     return error;
   }
@@ -113,6 +119,7 @@ class View {
  private:
   FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
   Error check_output() const;
+  Error prepare();
   Error load_world();
   Error open_display();
   Error open_inputs();
@@ -131,6 +138,7 @@ class View {
   ViewOptions options_;
   ConsoleState& console_;
   Signals signals_;
+  EndWatch watch_;
   std::unique_ptr<Seat> seat_;
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
@@ -157,6 +165,13 @@ Error View::check_output() const {
   const auto inputs = files_read(options_.world, options_.scene, options_.camera);
   if (Error error = check_outputs_apart({&output, 1}, inputs); !error.ok()) return error;
   return check_writable(options_.stats);
+}
+
+Error View::prepare() {
+  if (Error error = camera_.open(); !error.ok()) return error;
+  if (Error error = load_world(); !error.ok()) return error;
+  if (Error error = open_display(); !error.ok()) return error;
+  return open_inputs();
 }
 
 Error View::load_world() {
@@ -255,6 +270,7 @@ void View::wait() {
 // A flood of SIGHUP has no more written than what is asked for once in kStatistics_ns; the last is written.
 void View::take_signals() {
   const Signals::Taken taken = signals_.take();
+  if (taken.end) watch_.told();
   quit_ = quit_ || taken.end;
   statistics_wanted_ = statistics_wanted_ || taken.statistics;
   if (!statistics_wanted_ || quit_ || now_ns() < statistics_at_) return;
@@ -333,6 +349,7 @@ Error View::draw_scene() {
   const Error error = stage_.draw(view_, record);
   vertices_lost_ = record.costs.vertices_lost;
   const bool unread = (record.result.limits & kLimitFile) != 0;
+  if (unread && FileSource::is_stopped()) return error;
   if (unread && !unread_) say(options_.world + ": heights cannot be read; drawn coarser, and tried again");
   if (!unread && unread_) say(options_.world + ": heights can be read again");
   unread_ = unread;

@@ -272,7 +272,9 @@ Error ElevationRows::open(const ReadElevation& settings) {
   state_ = std::make_unique<State>(settings);
   if (Error error = state_->reader.open(); !error.ok()) return error;
   std::vector<float> row(static_cast<std::size_t>(width()) * 2);
-  return read(0, 2, row);
+  Error error = read(0, 2, row);
+  state_->facts.warnings.clear();  // of two rows, as if they were all
+  return error;
 }
 
 Error ElevationRows::read(int first, int count, std::span<float> out) {

@@ -136,6 +136,34 @@ TEST(GroundWorld, ASteepDemHasShorterStepsBetweenSamples) {
   EXPECT_GT(2 * 450 * steps, 3 * kStepsPerVoxel);
 }
 
+// Not what the lattice makes of them.
+TEST(GroundWorld, TheHeightsOfTheDemAreReported) {
+  const Folder folder;
+  write_dem(folder.path("dem"), 60, 50, [](int i, int k) { return i == 7 && k == 9 ? 1449 : 571 + i % 5; });
+  const std::string report = bake({folder.path("dem.bil"), "--ground", "--pixel-size", "10000", "--materials",
+                                   "none", "-o", folder.path("w")});
+  EXPECT_NE(report.find("heights       571 to 1449 m"), std::string::npos) << report;
+}
+
+TEST(GroundWorld, LongStepsOfHeightsAreTold) {
+  const Folder folder;
+  const auto warning = [&](const char* pixel_size) {
+    const test::ProcessResult result =
+        test::run_process(KARST_BAKE_PATH, {folder.path("dem.bil"), "--ground", "--pixel-size", pixel_size,
+                                            "--materials", "none", "-o", folder.path("w"), "--quiet"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.err;
+  };
+  write_dem(folder.path("dem"), 80, 70, [](int i, int) { return i < 40 ? i : 900 + i; });
+  EXPECT_EQ(warning("30"), "");
+  EXPECT_NE(warning("0.2").find("neighbours are steep"), std::string::npos);
+  write_dem(folder.path("dem"), 30, 30, [](int i, int k) { return 500 + (i + k) % 7; });
+  EXPECT_EQ(warning("30"), "");
+  EXPECT_NE(warning("30000").find("leave --ground away"), std::string::npos);
+  write_dem(folder.path("dem"), 30, 30, [](int, int) { return 500; });
+  EXPECT_EQ(warning("30000"), "");
+}
+
 TEST(GroundWorld, VoidsAreFilled) {
   const Folder folder;
   write_dem(folder.path("dem"), 90, 80,
