@@ -57,17 +57,20 @@ void say(const std::string& line) {
 // program before the console is given back.
 class Signals {
  public:
-  Signals() {
+  // may_exit: as EndWatch has it.
+  explicit Signals(bool may_exit) {
     sigset_t awaited;
     sigemptyset(&awaited);
     for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&awaited, number);
     sigprocmask(SIG_BLOCK, &awaited, nullptr);
     fd_ = signalfd(-1, &awaited, SFD_CLOEXEC | SFD_NONBLOCK);
     signal(SIGPIPE, SIG_IGN);
+    watch_.emplace(fd_, may_exit);
   }
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
   ~Signals() {
+    watch_.reset();
     if (fd_ >= 0) close(fd_);
   }
   int fd() const { return fd_; }
@@ -77,18 +80,20 @@ class Signals {
   };
   // What came since the last call. Each signal is there once at most, however often it was sent, and one read
   // takes them all: whoever sends without end is not waited for.
-  Taken take() const {
+  Taken take() {
     std::array<signalfd_siginfo, 4> infos{};
     const ssize_t got = read(fd_, infos.data(), sizeof infos);
     Taken taken;
     for (std::size_t n = 0; got > 0 && n < static_cast<std::size_t>(got) / sizeof infos[0]; ++n) {
       (infos[n].ssi_signo == SIGHUP ? taken.statistics : taken.end) = true;
     }
+    if (taken.end) watch_->told();
     return taken;
   }
 
  private:
   int fd_ = -1;
+  std::optional<EndWatch> watch_;
 };
 
 class View {
@@ -96,7 +101,7 @@ class View {
   View(ViewOptions options, ConsoleState& console)
       : options_(std::move(options)),
         console_(console),
-        watch_(signals_.fd(), options_.output != ViewOptions::Output::kms || options_.supervise),
+        signals_(options_.output != ViewOptions::Output::kms || options_.supervise),
         camera_(options_, messages()),
         scheduler_(clock()) {}
   View(const View&) = delete;
@@ -138,7 +143,6 @@ class View {
   ViewOptions options_;
   ConsoleState& console_;
   Signals signals_;
-  EndWatch watch_;
   std::unique_ptr<Seat> seat_;
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
@@ -270,7 +274,6 @@ void View::wait() {
 // A flood of SIGHUP has no more written than what is asked for once in kStatistics_ns; the last is written.
 void View::take_signals() {
   const Signals::Taken taken = signals_.take();
-  if (taken.end) watch_.told();
   quit_ = quit_ || taken.end;
   statistics_wanted_ = statistics_wanted_ || taken.statistics;
   if (!statistics_wanted_ || quit_ || now_ns() < statistics_at_) return;
