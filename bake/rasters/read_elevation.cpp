@@ -169,7 +169,7 @@ class Reader {
     }
     if (Error error = check_size(settings_.path, limits_, width, height); !error.ok()) return error;
     const auto samples = static_cast<std::uint64_t>(width * height);
-    const auto allowed = static_cast<std::uint64_t>(std::max(settings_.max_samples, 0));
+    const auto allowed = static_cast<std::uint64_t>(std::max<std::int64_t>(settings_.max_samples, 0));
     if (samples > std::max(allowed, kFreeSamples + kSamplesAByte * bytes_)) {
       return failure(settings_.path, "size: " + std::to_string(width) + " x " + std::to_string(height) +
                                          " samples in " + std::to_string(bytes_) +

@@ -25,7 +25,9 @@ using namespace core;
 using test::Folder;
 
 // ESRI's raw raster of whole metres.
-void write_dem(const std::string& name, int wide, int deep, const std::function<int(int, int)>& height) {
+// west: of its first column, from that of others beside it, in samples of 10 m.
+void write_dem(const std::string& name, int wide, int deep, const std::function<int(int, int)>& height,
+               int west = 0) {
   std::ofstream samples(name + ".bil", std::ios::binary);
   for (int k = 0; k < deep; ++k) {
     for (int i = 0; i < wide; ++i) {
@@ -34,7 +36,8 @@ void write_dem(const std::string& name, int wide, int deep, const std::function<
     }
   }
   std::ofstream(name + ".hdr") << "ncols " << wide << "\nnrows " << deep
-                               << "\nnbits 16\npixeltype signedint\nbyteorder I\nnodata -9999\n";
+                               << "\nnbits 16\npixeltype signedint\nbyteorder I\nnodata -9999\nulxmap "
+                               << 10 * west << "\nulymap 0\nxdim 10\nydim 10\n";
 }
 
 int hills(int i, int k) {
@@ -108,6 +111,28 @@ TEST(GroundWorld, HoldsTheSamplesOfTheDem) {
   walk.run({ground.top_size(), 0, 0}, reader.root_tile());
   EXPECT_EQ(leaves, 4 * 3);
   EXPECT_LE(most_off, 0.5 * kVertexStep * step_m * 1.001);
+}
+
+// Wider than elevation that is held in memory may be.
+TEST(GroundWorld, PartsAndCropsOfALongDemAreTheSameWorld) {
+  constexpr int kWide = 40'000, kDeep = 9, kFirst = 39'900, kTaken = 100;
+  const Folder whole, alone, parts;
+  write_dem(whole.path("dem"), kWide, kDeep, hills);
+  write_dem(alone.path("dem"), kTaken, kDeep, [](int i, int k) { return hills(i + kFirst, k); });
+  const auto made = [](const Folder& folder, std::vector<std::string> words) {
+    words.insert(words.end(), {"--ground", "--pixel-size", "10", "--materials", "none", "-o",
+                               folder.path("w"), "--quiet"});
+    bake(words);
+    return read_all(folder.path("w"));
+  };
+  const std::vector<std::byte> cropped =
+      made(whole, {whole.path("dem.bil"), "--crop", "39900,0,100,9", "--max-samples", "1000000000000"});
+  EXPECT_EQ(cropped, made(alone, {alone.path("dem.bil")}));
+  write_dem(parts.path("dem"), 30'000, kDeep, hills);
+  write_dem(
+      parts.path("east"), 10'000, kDeep, [](int i, int k) { return hills(i + 30'000, k); }, 30'000);
+  EXPECT_EQ(made(parts, {parts.path("dem.bil"), parts.path("east.bil")}),
+            made(whole, {whole.path("dem.bil")}));
 }
 
 TEST(GroundWorld, IsTheSameWithAnyNumberOfThreads) {
