@@ -13,6 +13,7 @@
 #include "app/files/whole_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/frames/flight_times.h"
+#include "bench/ground/bench_sweep.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_flight.h"
 #include "bench/suites/bench_lod.h"
@@ -21,7 +22,6 @@
 #include "bench/suites/bench_select.h"
 #include "bench/suites/bench_shading.h"
 #include "bench/suites/bench_shadows.h"
-#include "bench/sweep/bench_sweep.h"
 #include "terrain/file/world_reader.h"
 
 namespace karst::bench {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bench/sweep/synthetic_ground.h"
+#include "bench/ground/synthetic_ground.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/ground/ground_box.h"
 #include "terrain/lod/morph.h"

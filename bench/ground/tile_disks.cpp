@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/sweep/tile_disks.h"
+#include "bench/ground/tile_disks.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/sweep/bench_sweep.h"
+#include "bench/ground/bench_sweep.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 #include "app/files/atomic_file.h"
 #include "app/stage/frame_statistics.h"
 #include "bench/frames/bench_view.h"
-#include "bench/sweep/sweep_view.h"
-#include "bench/sweep/tile_disks.h"
+#include "bench/ground/sweep_view.h"
+#include "bench/ground/tile_disks.h"
 
 namespace karst::bench {
 namespace {

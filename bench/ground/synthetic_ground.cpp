@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/sweep/synthetic_ground.h"
+#include "bench/ground/synthetic_ground.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/sweep/sweep_view.h"
+#include "bench/ground/sweep_view.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "bench/sweep/tile_disks.h"
+#include "bench/ground/tile_disks.h"
 #include "platform/headless/headless_display.h"
 
 namespace karst::bench {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/frames/bench_view.h"
-#include "bench/sweep/synthetic_ground.h"
+#include "bench/ground/synthetic_ground.h"
 #include "terrain/ground/tile_source.h"
 
 namespace karst::bench {

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "bench/sweep/synthetic_ground.h"
+#include "bench/ground/synthetic_ground.h"
 #include "terrain/ground/tile_source.h"
 #include "tiles/encode_tile.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/options/scene_options.h"
-#include "bench/sweep/synthetic_ground.h"
+#include "bench/ground/synthetic_ground.h"
 
 namespace karst::bench {
 using namespace app;
