@@ -29,10 +29,11 @@ std::uint64_t hash_of(const core::GroundView& view) {
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (const core::GroundView::Node& node : view.nodes()) {
     mix(std::uint64_t{static_cast<std::uint32_t>(node.key.x)} << 32 | static_cast<std::uint32_t>(node.key.z));
-    mix(std::uint64_t{std::bit_cast<std::uint32_t>(node.threshold)} << 32 |
-        std::bit_cast<std::uint32_t>(node.least_apparent));
     mix(static_cast<std::uint64_t>(node.key.size) << 8 | (node.in_view ? 4u : 0u) | (node.refused ? 2u : 0u) |
         (node.is_split() ? 1u : 0u));
+    if (!node.in_view) continue;
+    mix(std::uint64_t{std::bit_cast<std::uint32_t>(node.threshold)} << 32 |
+        std::bit_cast<std::uint32_t>(node.least_apparent));
     if (!node.is_split()) continue;
     for (const std::int32_t around : node.around) mix(static_cast<std::uint32_t>(around));
   }
