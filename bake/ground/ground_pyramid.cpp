@@ -308,8 +308,8 @@ bool fits(const GroundInfo& info, NodeKey key, const Tile& tile) {
       }
     }
     const std::int64_t origin = std::int64_t{node_origin(info, tile.nodes[n], node).y} * kStepsPerVoxel;
-    if (place_at_size(high, key.size) * kVertexStep - origin > kMostFromOrigin ||
-        place_at_size(low, key.size) * kVertexStep - origin < -kMostFromOrigin)
+    if (place_at_size(high, info.page_size(key.size)) * kVertexStep - origin > kMostFromOrigin ||
+        place_at_size(low, info.page_size(key.size)) * kVertexStep - origin < -kMostFromOrigin)
       return false;
   }
   return true;

@@ -41,10 +41,11 @@ constexpr int direction_of(Step step) {
 
 // No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
 // times error.
-float most_error(const NodeMeasure& measure, int size) {
+float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
   const std::uint16_t greatest = measure.thresholds[kDemands - 1];
   if (greatest >= kNeverMorphs) return kInfinite;
-  return threshold_steps(greatest) * std::ldexp(1.0f, size) / static_cast<float>(demand(kDemands - 1));
+  return threshold_steps(greatest) * std::ldexp(1.0f, info.page_size(size)) /
+         static_cast<float>(demand(kDemands - 1));
 }
 
 // Relative to the camera's voxel.
@@ -105,7 +106,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
   const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
-  looks.unit[0] = 1;
+  looks.unit[0] = std::ldexp(1.0, info.lattice_size);
   for (std::size_t size = 1; size < looks.unit.size(); ++size)
     looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
   looks.is_finite = request.scale.steps_per_step < kInfinite;
@@ -136,6 +137,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     }
   }
   result_.visited = node_count_;
+  result_.region = request.has_region && leaves_region(looks);
   list(looks);
 }
 
@@ -163,6 +165,8 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
       if (inmost < 0) node.in_view = false;
     }
   }
+  // Belts are not in boxes of nodes, and need all nodes around the region.
+  if (looks.request.has_region && borders_region(looks.info, node.key)) node.in_view = true;
   low.y = lowest;
   // As least_apparent_distance(), in double but for what the GPU computes in float.
   const float least_cos2 = looks.request.scale.least_cos2;
@@ -196,7 +200,7 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     return;
   }
   if (node.key.size == 0 || !(node.least_apparent < node.threshold)) return;
-  const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  const float error = most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
   if (node.key.size <= looks.request.least_size || error <= looks.request.spared_error) {
@@ -325,6 +329,14 @@ MorphRows GroundView::take_rows() {
   return rows;
 }
 
+// Whether no node that has the region in part is drawn.
+bool GroundView::leaves_region(const Looks& looks) const {
+  for (const Node& node : nodes()) {
+    if (node.in_view && !node.is_split() && in_region(looks.info, node.key) == InRegion::part) return false;
+  }
+  return true;
+}
+
 // From the root on, of four children the one that the eye stands over first.
 void GroundView::list(const Looks& looks) {
   result_.least_size = looks.top;
@@ -336,6 +348,7 @@ void GroundView::list(const Looks& looks) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
     if (!node.in_view) continue;
+    if (result_.region && in_region(looks.info, node.key) == InRegion::all) continue;
     if (!node.is_split()) {
       DrawItem item{};
       item.patch = 4 * node.parent_family + static_cast<std::uint32_t>(node.key.quadrant());
@@ -355,7 +368,7 @@ void GroundView::list(const Looks& looks) {
     const auto middle = [&](int axis, int index) {
       const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
       const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
-      return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
+      return static_cast<double>(sample_place(looks.info, axis, sample) * kVertexStep);
     };
     const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);

@@ -64,7 +64,7 @@ bool Ground::next_node(NodeUpload& upload) {
       pool_.set_filled(node.parent_family, quadrant);
       upload.page = items[at].patch;
       upload.row = is_root ? 0 : node.parent_family + 1;
-      upload.size = node.key.size;
+      upload.size = info_.page_size(node.key.size);
       upload.quadrant = quadrant;
       upload.origin = node_origin(info_, node.tile->nodes[node_in_tile(node.key)], node.key);
       upload.vertices = vertices_;

@@ -28,9 +28,9 @@ namespace karst::core {
 struct NodeUpload {
   std::uint32_t page = 0;  // among the families' pages
   std::uint32_t row = 0;   // of thresholds, among the families' rows
-  int size = 0;
+  int size = 0;            // of the page
   int quadrant = 0;
-  glm::ivec3 origin{0};                 // voxels of the size
+  glm::ivec3 origin{0};                 // voxels of the page's size
   std::span<const GpuVertex> vertices;  // kNodePageVertices
 };
 
