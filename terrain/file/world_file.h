@@ -101,7 +101,8 @@ struct WorldMaterials {
 };
 
 // The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
-// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m.
+// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m. With
+// patches they are its region: place_region() was called for the extent, and rim_edges are counted.
 struct WorldGround {
   GroundInfo info;  // does not exist: the world has no ground
   TilePlace root;   // offsets of places count from where the tiles begin

@@ -15,6 +15,7 @@ bool place_region(GroundInfo& info, std::int32_t extent_x, std::int32_t extent_z
   info.lattice_size = 0;
   info.corner[0] = info.corner[1] = 0;
   info.region = {};
+  info.rim_edges = 0;
   int log2 = 0;
   if (info.steps[0] != info.steps[1] || std::frexp(info.steps[0], &log2) != 0.5) return false;
   const int g = log2 - 1 - (kLatticeBits - 2);

@@ -61,7 +61,8 @@ struct GroundInfo {
   int lattice_size = 0;
   std::int64_t corner[2] = {};
   NodeRect region;
-  std::int32_t low = 0;  // heights of all samples, +-kMostHeight
+  std::uint32_t rim_edges = 0;  // of patches at the region's border (terrain/regions/region_rim.h)
+  std::int32_t low = 0;         // heights of all samples, +-kMostHeight
   std::int32_t high = 0;
 
   bool exists() const { return samples[0] > 0; }

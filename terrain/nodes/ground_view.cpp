@@ -308,7 +308,7 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
 }
 
 std::uint64_t GroundView::hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325u;
+  std::uint64_t hash = result_.region ? 0xcbf29ce484222326u : 0xcbf29ce484222325u;
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (std::size_t n = 0; n < result_.drawn; ++n) {
     const DrawItem& item = storage_.items[n];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/regions/belts.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -47,7 +48,7 @@ class RimWalk {
       if (at_ == end_) return false;
       const RegionRim::Edge& edge = job_.rim->edges()[at_];
       const PatchId id = edge.edge.patch();
-      const int level = job_.levels[id];
+      const int level = std::min(job_.levels[id], job_.resident[id]);
       // The first vertex is the last one of the edge before, if that was there.
       if (level == 0) {
         started_ = false;
@@ -122,8 +123,7 @@ std::size_t BuildBelts::write(const Piece& piece, std::span<std::uint32_t> to) c
 }
 
 std::size_t BuildBelts::run() const {
-  KARST_ASSERT(info != nullptr && rim != nullptr && view != nullptr &&
-               levels.size() >= surface.patches.size());
+  KARST_ASSERT(info != nullptr && rim != nullptr && view != nullptr && levels.size() == resident.size());
   std::size_t used = 0;
   if (rim->columns() == 0) return 0;
   const NodeRect& region = info->region;

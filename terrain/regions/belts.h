@@ -23,10 +23,11 @@ struct BuildBelts {
   const GroundInfo* info = nullptr;  // with a region
   const RegionRim* rim = nullptr;    // built
   const GroundView* view = nullptr;  // selected, with its region drawn
-  Surface surface;
-  std::span<const std::uint8_t> levels;  // by patch: what it is drawn at; 0: its part of the rim is left out
-  PageTable pages;                       // texels are not used
-  std::uint32_t first_node_page = 0;     // of the buffer of vertices
+  // By patch: what it is drawn at, and what it is held at; the lesser counts. 0: its part of the rim is left
+  // out.
+  std::span<const std::uint8_t> levels, resident;
+  PageTable pages;                    // texels are not used
+  std::uint32_t first_node_page = 0;  // of the buffer of vertices
 
   // Output, borrowed: of the buffer's vertices, three a triangle. room() holds all.
   std::span<std::uint32_t> out;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/regions/region_rim.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include <glm/vec3.hpp>
 
 #include "terrain/patch/corner_fan.h"
@@ -89,7 +92,7 @@ std::uint32_t RegionRim::count(const Surface& surface) {
 
 Status RegionRim::build(const GroundInfo& info, const Surface& surface) {
   edge_count_ = column_count_ = 0;
-  for (std::uint32_t& first : first_) first = 0;
+  std::fill(std::begin(first_), std::end(first_), 0u);
   if (!info.region.exists()) return {};
   const std::uint32_t total = count(surface);
   if (total > storage_.edges.size())

@@ -22,6 +22,7 @@ Status Ground::create(const Config& config, Arena& arena) {
 void Ground::attach(const GroundInfo& info, const Tile& root, const TileSource& source) {
   KARST_ASSERT(info.exists() && view_count_ > 0);
   info_ = info;
+  belt_counts_ = {};
   const NodeKey key{info.top_size(), 0, 0};
   tiles_.reset(source, tile_of(key), root);
   forget();
@@ -43,6 +44,16 @@ void Ground::select(std::size_t view, const GroundRequest& request) {
   KARST_ASSERT(exists() && view < view_count_);
   views_[view].select(info_, request, tiles_, pool_);
   turns_[view] = {0, true};
+}
+
+void Ground::build_belts(std::size_t view, BuildBelts belts) {
+  KARST_ASSERT(exists() && view < view_count_);
+  belt_counts_[view] = 0;
+  if (!views_[view].result().region) return;
+  belts.info = &info_;
+  belts.view = &views_[view];
+  belts.out = blocks_.belts[view];
+  belt_counts_[view] = belts.run();
 }
 
 bool Ground::next_node(NodeUpload& upload) {

@@ -140,8 +140,7 @@ class RegionFrames {
       belts.info = &ground.info();
       belts.rim = &rim;
       belts.view = &parts.view;
-      belts.surface = surface;
-      belts.levels = scene.levels;
+      belts.levels = belts.resident = scene.levels;
       belts.pages = {first_page_, next_page_, {}, {}};
       belts.first_node_page = first_node_page;
       indices_.resize(BuildBelts::room(static_cast<std::uint32_t>(rim.edges().size()), scene.drawn.level()));
