@@ -117,8 +117,13 @@ struct GroundPyramid::Level {
   }
 };
 
-GroundPyramid::GroundPyramid(const GroundInfo& info, double quantum, int threads, Write write)
-    : quantum_(quantum), threads_(threads), write_(std::move(write)), workers_(std::make_unique<Workers>()) {
+GroundPyramid::GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
+                             Write write)
+    : region_(region),
+      quantum_(quantum),
+      threads_(threads),
+      write_(std::move(write)),
+      workers_(std::make_unique<Workers>()) {
   ground_.info = info;
   for (int size = 0; size <= info.top_size(); ++size) levels_.push_back(std::make_unique<Level>(info, size));
   for (int n = 0; n < threads; ++n) workers_->all.push_back(std::make_unique<Workers::Worker>());
@@ -240,6 +245,8 @@ bool GroundPyramid::measure_nodes_of(int size) {
   measure.info = &ground_.info;
   measure.size = size;
   measure.own = &own;
+  measure.z = z;
+  measure.region = region_;
   if (z > 0) measure.north = &north;
   if (z + 1 < level.nodes[1]) measure.south = &south;
   if (size > 0) {

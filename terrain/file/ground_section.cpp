@@ -2,9 +2,7 @@
 #include "terrain/file/ground_section.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/file/world_layout.h"
 
@@ -22,21 +20,21 @@ constexpr std::size_t kHigh = 36;
 constexpr std::size_t kRootOffset = 40;
 constexpr std::size_t kRootBytes = 48;
 constexpr std::size_t kRootCrc = 52;
-constexpr std::size_t kReserved = 56;  // 8
-constexpr std::size_t kRegion = 64;    // its first node: two
-constexpr std::size_t kRimEdges = 72;
-constexpr std::size_t kRegionReserved = 76;
+constexpr std::size_t kReserved = 56;
+// In REGN.
+constexpr std::size_t kFirstNode = 0;  // two
+constexpr std::size_t kRimEdges = 8;
+constexpr std::size_t kRegionReserved = 12;
 
 }  // namespace
 
-Fault check(const WorldInfo& world, const WorldGround& ground) {
+Fault check(const WorldGround& ground) {
   const GroundInfo& info = ground.info;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     if (info.samples[axis] < 2 || info.samples[axis] > kMostSamples)
       return {"samples are outside 2..2^22 + 1", kSamples + axis * 8};
     // Written so that NaN fails.
-    const double most = std::ldexp(kMostSampleSteps, info.lattice_size);
-    if (!(info.steps[axis] >= kLeastSampleSteps && info.steps[axis] <= most))
+    if (!(info.steps[axis] >= kLeastSampleSteps && info.steps[axis] <= kMostRegionSteps))
       return {"steps are outside 2..2048, or with a region 2^19", kSteps + axis * 8};
   }
   if (info.low < -kMostHeight || info.low > info.high) return {"low is below -2^26 or above high", kLow};
@@ -44,22 +42,10 @@ Fault check(const WorldInfo& world, const WorldGround& ground) {
   if (!ground.root.exists() || ground.root.offset > ground.tile_bytes ||
       ground.root.bytes > ground.tile_bytes - ground.root.offset)
     return {"the root's tile does not lie in the tiles", kRootOffset};
-  if (info.region.exists() != (world.patches > 0))
-    return {"there are patches but no region, or the other way round", kRegion};
-  GroundInfo placed = info;
-  if (info.region.exists() &&
-      !(place_region(placed, world.extent.x, world.extent.z, info.region.low[0], info.region.low[1]) &&
-        placed.region == info.region && placed.corner[0] == info.corner[0] &&
-        placed.corner[1] == info.corner[1]))
-    return {"the voxels are no region of the ground", kRegion};
-  if (info.region.exists() && (info.rim_edges == 0 || info.rim_edges > kMostRimEdges))
-    return {"rim_edges are outside 1..16384", kRimEdges};
   return {};
 }
 
-Fault decode(std::span<const std::byte> section, const WorldInfo& world, std::uint64_t tile_bytes,
-             WorldGround& ground) {
-  KARST_ASSERT(section.size() == bytes_of(world));
+Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground) {
   WorldGround read;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     read.info.samples[axis] = load<std::int64_t>(section, kSamples + axis * 8);
@@ -72,25 +58,13 @@ Fault decode(std::span<const std::byte> section, const WorldInfo& world, std::ui
   read.root.crc = load<std::uint32_t>(section, kRootCrc);
   read.tile_bytes = tile_bytes;
   read.tile_crc = ground.tile_crc;
-  if (!world_layout::all_zero(section.subspan(kReserved, 8))) return {"a reserved field is not 0", kReserved};
-  if (world.patches > 0) {
-    if (!world_layout::all_zero(section.subspan(kRegionReserved, 4)))
-      return {"a reserved field is not 0", kRegionReserved};
-    // Before samples and steps are known to be within their ranges.
-    for (const std::int64_t samples : read.info.samples) {
-      if (samples < 2 || samples > kMostSamples) return {"samples are outside 2..2^22 + 1", kSamples};
-    }
-    if (!place_region(read.info, world.extent.x, world.extent.z, load<std::int32_t>(section, kRegion),
-                      load<std::int32_t>(section, kRegion + 4)))
-      return {"the voxels are no region of the ground", kRegion};
-    read.info.rim_edges = load<std::uint32_t>(section, kRimEdges);
-  }
-  const Fault fault = check(world, read);
+  if (!world_layout::all_zero(section.subspan(kReserved))) return {"a reserved field is not 0", kReserved};
+  const Fault fault = check(read);
   if (fault.what == nullptr) ground = read;
   return fault;
 }
 
-void encode(const WorldGround& ground, std::span<std::byte> out) {
+void encode(const WorldGround& ground, std::span<std::byte, kBytes> out) {
   std::fill(out.begin(), out.end(), std::byte{0});
   for (std::size_t axis = 0; axis < 2; ++axis) {
     store(out, kSamples + axis * 8, ground.info.samples[axis]);
@@ -101,9 +75,41 @@ void encode(const WorldGround& ground, std::span<std::byte> out) {
   store(out, kRootOffset, ground.root.offset);
   store(out, kRootBytes, ground.root.bytes);
   store(out, kRootCrc, ground.root.crc);
-  if (!ground.info.region.exists()) return;
-  for (std::size_t axis = 0; axis < 2; ++axis) store(out, kRegion + axis * 4, ground.info.region.low[axis]);
-  store(out, kRimEdges, ground.info.rim_edges);
+}
+
+Fault check_region(const WorldInfo& world, const GroundInfo& ground) {
+  if (!ground.region.exists()) {
+    if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
+    const bool finer = ground.steps[0] > kMostSampleSteps || ground.steps[1] > kMostSampleSteps;
+    return finer ? Fault{"steps are above 2048 without a region", kSteps} : Fault{};
+  }
+  if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
+  GroundInfo placed = ground;
+  if (!place_region(placed, world.extent.x, world.extent.z, ground.region.low[0], ground.region.low[1]) ||
+      placed.region != ground.region || placed.corner[0] != ground.corner[0] ||
+      placed.corner[1] != ground.corner[1])
+    return {"the voxels are no region of the ground", kFirstNode};
+  if (ground.rim_edges == 0 || ground.rim_edges > kMostRimEdges)
+    return {"rim_edges are outside 1..16384", kRimEdges};
+  return {};
+}
+
+Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground) {
+  if (!section.empty()) {
+    if (!world_layout::all_zero(section.subspan(kRegionReserved)))
+      return {"a reserved field is not 0", kRegionReserved};
+    if (!place_region(ground, world.extent.x, world.extent.z, load<std::int32_t>(section, kFirstNode),
+                      load<std::int32_t>(section, kFirstNode + 4)))
+      return {"the voxels are no region of the ground", kFirstNode};
+    ground.rim_edges = load<std::uint32_t>(section, kRimEdges);
+  }
+  return check_region(world, ground);
+}
+
+void encode_region(const GroundInfo& ground, std::span<std::byte> out) {
+  std::fill(out.begin(), out.end(), std::byte{0});
+  for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, ground.region.low[axis]);
+  store(out, kRimEdges, ground.rim_edges);
 }
 
 }  // namespace karst::core::ground_section

@@ -62,10 +62,11 @@ enum class WorldSection : std::uint8_t {
   surroundings,
   blend_map,
   ground,
-  tiles
+  tiles,
+  region
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 17;
+inline constexpr std::size_t kWorldSectionKinds = 18;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.

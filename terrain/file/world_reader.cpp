@@ -74,7 +74,8 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_blend_map();
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
-  if (status.ok()) status = read_ground(info);
+  if (status.ok()) status = read_ground();
+  if (status.ok()) status = read_region(info);
   if (!status.ok()) {
     *this = {};
     return status;
@@ -174,15 +175,26 @@ Status WorldReader::read_surroundings(glm::ivec3 extent) {
   return corrupt_section(WorldSection::surroundings, "the section's length does not fit its points", 12);
 }
 
-Status WorldReader::read_ground(const WorldInfo& info) {
+Status WorldReader::read_ground() {
   if (!place_of(WorldSection::ground).present) return {};
-  std::array<std::byte, ground_section::kBytesWithRegion> room;
-  const std::span<std::byte> bytes = std::span(room).first(ground_section::bytes_of(info));
+  std::array<std::byte, ground_section::kBytes> bytes;
   if (const Status status = read_section(WorldSection::ground, bytes); !status.ok()) return status;
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   ground_.tile_crc = tiles.crc;
-  const auto fault = ground_section::decode(bytes, info, tiles.bytes, ground_);
+  const auto fault = ground_section::decode(bytes, tiles.bytes, ground_);
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::ground, fault.what, fault.offset);
+}
+
+Status WorldReader::read_region(const WorldInfo& info) {
+  if (!ground_.info.exists()) return {};
+  std::array<std::byte, ground_section::kRegionBytes> room;
+  std::span<std::byte> bytes;
+  if (place_of(WorldSection::region).present) {
+    bytes = room;
+    if (const Status status = read_section(WorldSection::region, bytes); !status.ok()) return status;
+  }
+  const auto fault = ground_section::decode_region(bytes, info, ground_.info);
+  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::region, fault.what, fault.offset);
 }
 
 Status WorldReader::read_tile(const TilePlace& place, std::span<std::byte> out) const {

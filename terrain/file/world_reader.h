@@ -110,7 +110,8 @@ class WorldReader {
   Status read_blend_map();
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
-  Status read_ground(const WorldInfo& info);
+  Status read_ground();
+  Status read_region(const WorldInfo& info);
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;

@@ -78,10 +78,15 @@ Status put_blend_map(const ByteSink& sink, const WorldMaterials& materials) {
   return status.ok() ? put(sink, materials.blend_map) : status;
 }
 
-Status put_ground(const ByteSink& sink, const WorldInfo& info, const WorldGround& ground) {
-  std::array<std::byte, ground_section::kBytesWithRegion> room;
-  const std::span<std::byte> bytes = std::span(room).first(ground_section::bytes_of(info));
+Status put_ground(const ByteSink& sink, const WorldGround& ground) {
+  std::array<std::byte, ground_section::kBytes> bytes;
   ground_section::encode(ground, bytes);
+  return put(sink, bytes);
+}
+
+Status put_region(const ByteSink& sink, const WorldGround& ground) {
+  std::array<std::byte, ground_section::kRegionBytes> bytes;
+  ground_section::encode_region(ground.info, bytes);
   return put(sink, bytes);
 }
 
@@ -129,7 +134,9 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
     case WorldSection::blend_map:
       return put_blend_map(sink, world.materials);
     case WorldSection::ground:
-      return put_ground(sink, world.info, world.ground);
+      return put_ground(sink, world.ground);
+    case WorldSection::region:
+      return put_region(sink, world.ground);
     default:
       break;
   }
@@ -209,8 +216,10 @@ Status WorldWriter::validate() const {
   if (octree->depth() != info.depth) return invalid("the octree has another depth", "depth");
   if (const Status status = check_patches(info, patches); !status.ok()) return status;
   if (ground.info.exists()) {
-    if (const auto fault = ground_section::check(info, ground); fault.what != nullptr)
+    if (const auto fault = ground_section::check(ground); fault.what != nullptr)
       return invalid(fault.what, "ground");
+    if (const auto fault = ground_section::check_region(info, ground.info); fault.what != nullptr)
+      return invalid(fault.what, "region");
   }
   return check_materials(info, materials);
 }

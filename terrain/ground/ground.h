@@ -38,7 +38,9 @@ inline constexpr int kMostSize = 20;  // 2^22 samples a side
 inline constexpr std::int64_t kMostSamples = (std::int64_t{kNodeQuads} << kMostSize) + 1;  // a side
 inline constexpr double kMostSampleSteps = 2048;  // between samples: a quarter of a voxel
 inline constexpr double kLeastSampleSteps = 2;
+// With a region: 2^g times as many.
 inline constexpr int kMostLatticeSize = 8;  // g: 512 voxels a side hold two nodes
+inline constexpr double kMostRegionSteps = kMostSampleSteps * (1 << kMostLatticeSize);
 // Heights are integers of kVertexStep steps, so that a height of the file is a vertex's place without
 // rounding.
 inline constexpr std::int32_t kMostHeight = 1 << 26;  // and its negative; 2^14 voxels

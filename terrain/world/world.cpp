@@ -165,7 +165,7 @@ Status World::load_parts() {
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
   fill_patch_boxes(surface(), bounds(), 0, info_.patches, blocks_.patch_boxes);
   occluders_.build(octree_, info_.extent, surface(), bounds());
-  sky_.build(octree_, info_.extent);
+  sky_.build(octree_, info_.extent, ground().region.exists());
   return load_heights();
 }
 
