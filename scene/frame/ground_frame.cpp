@@ -59,7 +59,10 @@ void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewR
     request.error_px = views[v].settings().error_px;
     request.morphing = views[v].settings().mode == LodMode::error;
     request.culls = requests[v].frustum_culling;
-    request.has_region = has_patches && views[v].selection().lod.missing == 0;
+    // All patches that are in view are listed; bound_px is 0 where none could be.
+    const ViewState::Selection& selection = views[v].selection();
+    request.has_region = has_patches && selection.lod.bound_px > 0 && selection.lod.missing == 0 &&
+                         selection.list.dropped == 0;
   }
   complete(0, views.size(), wait);
   costs.select_ms += ms_since(start);

@@ -270,6 +270,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 2; ++axis) {
       out.ground_samples[axis] = ground.samples[axis];
       out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
+      out.region_first[axis] = ground.region.low[axis];
+      out.region_nodes[axis] = ground.region.high[axis] - ground.region.low[axis];
     }
     out.ground_low_m = info.origin_m[1] + double{kVertexStep} * ground.low * step_m;
     out.ground_high_m = info.origin_m[1] + double{kVertexStep} * ground.high * step_m;
