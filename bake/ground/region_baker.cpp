@@ -225,15 +225,17 @@ Error RegionBaker::make(GroundRows& rows) {
       bottom_m = std::min(bottom_m, box.min.y);
     }
   }
-  const double bottom = std::floor(bottom_m / voxel_m) - WorldGrid::kLayersBelow;
-  const double tall = std::ceil(top_m / voxel_m) - bottom + 1;
+  // At a whole unit of the elevation, whose tiles then take fewer bytes.
+  const double unit_m = rows.unit_m() > 0 ? rows.unit_m() : voxel_m;
+  const double origin_m = std::floor((bottom_m - WorldGrid::kLayersBelow * voxel_m) / unit_m) * unit_m;
+  const double tall = std::ceil((top_m - origin_m) / voxel_m) + 1;
   if (!(tall < (1 << kMaxDepth))) {
     return "--voxel: voxels of " + number(voxel_m) + " m are " + number(tall) +
            " along y in the region, and the most is 511; use a larger one";
   }
   grid_ = {};
   grid_.voxel_m = voxel_m;
-  grid_.origin_m = {low_m[0] - 0.5 * voxel_m, bottom * voxel_m, low_m[1] - 0.5 * voxel_m};
+  grid_.origin_m = {low_m[0] - 0.5 * voxel_m, origin_m, low_m[1] - 0.5 * voxel_m};
   grid_.extent = {((nodes_.high[0] - nodes_.low[0]) << node_voxels_log2_) + 1, static_cast<int>(tall),
                   ((nodes_.high[1] - nodes_.low[1]) << node_voxels_log2_) + 1};
   grid_.depth = 1;
