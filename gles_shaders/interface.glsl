@@ -120,7 +120,7 @@
 // terrain/lod/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
 #define KARST_THRESHOLD_UNIT 524288.0
 #define KARST_MORPH_SHARE 0.3
-#define KARST_NODE_MORPH_SHARE 0.2  // terrain/ground/demand.h
+#define KARST_NODE_MORPH_SHARE 0.1  // terrain/ground/demand.h
 
 #ifdef GL_ES
 #define KARST_BLOCK(name) layout(std140) uniform name

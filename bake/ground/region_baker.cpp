@@ -260,7 +260,8 @@ Error RegionBaker::make(GroundRows& rows) {
     level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m / vertex_m))), 1, kMaxLevel);
   }
   if (Error error = surface_.extract(level, job_.level <= 0); !error.ok()) return error;
-  const VoxelSurface::Fit fit = surface_.fit(solid, false);
+  VoxelSurface::Fit fit;
+  if (Error error = surface_.fit(solid, false, {}, fit); !error.ok()) return error;
   report_.misses = fit.misses;
   report_.folds_left = fit.folds_left;
   measures_ = surface_.measure();

@@ -29,6 +29,9 @@ constexpr double kVoxelsAcross = 128;  // of the longer side, by default: as det
 constexpr double kSamplesPerVertex = 0.75;
 // rms of the fit, from where it is told, and from where there is no world.
 constexpr double kWarnRmsVoxels = 0.1, kMostRmsVoxels = 1;
+// Where the part that is fitted first misses by so much more than what is taken, the others need not be
+// tried.
+constexpr double kHopelessRmsVoxels = 2 * kMostRmsVoxels;
 constexpr const char* kSmoother =
     "try a larger --voxel, --nodata V for voids, --z-scale for heights that are not metres";
 constexpr double kNearHoleVoxels = 2;  // patches bend towards a hole's side within this distance
@@ -64,13 +67,9 @@ class Baker {
     report_.filled_voxels = surface_.octree().count_filled();
     if (Error error = surface_.extract(level_, job_.level <= 0); !error.ok()) return error;
     report_.seconds_voxels = watch.lap();
-    const VoxelSurface::Fit fitted = surface_.fit(solid(), is_height_field());
-    report_.vertices = fitted.vertices;
-    report_.misses = fitted.misses;
-    report_.folds_repaired = fitted.folds_repaired;
-    report_.folds_left = fitted.folds_left;
+    if (Error error = fit(); !error.ok()) return error;
     report_.seconds_fit = watch.lap();
-    measure();
+    if (ground_ != nullptr) report_.fit = fit_measure().run();
     if (Error error = judge_fit(); !error.ok()) return error;
     report_.seconds_measure = watch.lap();
     Error error = write(file);
@@ -182,6 +181,24 @@ class Baker {
     return surface_.fill_below(tops_);
   }
 
+  Error fit() {
+    const auto judge = [&]() -> Error {
+      if (ground_ == nullptr || job_.accept_fit) return {};
+      MeasureFit measure = fit_measure();
+      measure.chunk = VoxelSurface::kFitChunk;
+      measure.every = VoxelSurface::kTriedChunks;
+      const double rms_m = measure.run().rms_m;
+      return rms_m > kHopelessRmsVoxels * grid_.voxel_m ? refused_fit(rms_m) : Error();
+    };
+    VoxelSurface::Fit fitted;
+    if (Error error = surface_.fit(solid(), is_height_field(), judge, fitted); !error.ok()) return error;
+    report_.vertices = fitted.vertices;
+    report_.misses = fitted.misses;
+    report_.folds_repaired = fitted.folds_repaired;
+    report_.folds_left = fitted.folds_left;
+    return {};
+  }
+
   // Columns within kNearHoleVoxels of a void sample.
   std::vector<std::uint8_t> columns_near_holes() const {
     std::vector<std::uint8_t> near(tops_.size(), 0);
@@ -215,8 +232,7 @@ class Baker {
            static_cast<std::size_t>(x);
   }
 
-  void measure() {
-    if (ground_ == nullptr) return;
+  MeasureFit fit_measure() {
     MeasureFit measure;
     measure.solid = ground_;
     measure.spacing_x_m = elevation_.spacing_x_m;
@@ -228,7 +244,7 @@ class Baker {
     if (has_holes()) near_holes = columns_near_holes();
     report_.fit_is_partial = has_holes() || carved_ != nullptr;
     if (report_.fit_is_partial) {
-      measure.excluded = [&](double x_m, double z_m) {
+      measure.excluded = [this, near_holes = std::move(near_holes)](double x_m, double z_m) {
         if (carved_ != nullptr && carved_->touches(x_m, z_m)) return true;
         if (near_holes.empty()) return false;
         const double x = std::floor((x_m - grid_.origin_m.x) / grid_.voxel_m);
@@ -237,7 +253,18 @@ class Baker {
                                        static_cast<int>(std::clamp(z, 0.0, grid_.extent.z - 1.0)))] != 0;
       };
     }
-    report_.fit = measure.run();
+    return measure;
+  }
+
+  std::string missed_by(double rms_m) const {
+    char line[128];
+    std::snprintf(line, sizeof line, "the ground misses the elevation by %.3g m rms, %.2g voxels; ", rms_m,
+                  rms_m / grid_.voxel_m);
+    return line + std::string(kSmoother);
+  }
+
+  Error refused_fit(double rms_m) const {
+    return job_.read.path + ": " + missed_by(rms_m) + ", --accept-fit writes it all the same";
   }
 
   // Tells where the ground is not that of the image.
@@ -249,13 +276,8 @@ class Baker {
     if (!report_.fit) return {};
     const double rms_voxels = report_.fit->rms_m / grid_.voxel_m;
     if (rms_voxels <= kWarnRmsVoxels) return {};
-    char line[128];
-    std::snprintf(line, sizeof line, "the ground misses the elevation by %.3g m rms, %.2g voxels; ",
-                  report_.fit->rms_m, rms_voxels);
-    if (rms_voxels > kMostRmsVoxels && !job_.accept_fit) {
-      return job_.read.path + ": " + line + kSmoother + ", --accept-fit writes it all the same";
-    }
-    report_.warnings.push_back(line + std::string(kSmoother));
+    if (rms_voxels > kMostRmsVoxels && !job_.accept_fit) return refused_fit(report_.fit->rms_m);
+    report_.warnings.push_back(missed_by(report_.fit->rms_m));
     return {};
   }
 

@@ -20,7 +20,6 @@ namespace karst::bake {
 namespace {
 
 constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's memory
-constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
 
 // Pages of vertices that a patch takes on the GPU: the default level lets a GPU hold all of a world.
 std::uint32_t pages_of(int level) {
@@ -139,7 +138,8 @@ Error VoxelSurface::extract(int level, bool may_lower) {
   return {};
 }
 
-VoxelSurface::Fit VoxelSurface::fit(const Solid& solid, bool is_height_field) {
+Error VoxelSurface::fit(const Solid& solid, bool is_height_field, const Judge& judge, Fit& made) {
+  made = {};
   const FieldContext context{&solid, &grid_};
   FitHeights fit;
   fit.surface = {volumes_, patches_};
@@ -147,18 +147,24 @@ VoxelSurface::Fit VoxelSurface::fit(const Solid& solid, bool is_height_field) {
   fit.level = level_;
   fit.heights = heights_;
   KARST_ASSERT(fit.validate().ok());
-  std::vector<FitHeights::Result> results(static_cast<std::size_t>(threads_));
   std::atomic<std::uint64_t> done = 0;
-  parallel_chunks(patches_.size(), kFitChunk, threads_, [&](std::size_t first, std::size_t last, int worker) {
-    fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
-            results[static_cast<std::size_t>(worker)]);
-    const std::uint64_t now = done += last - first;
-    if (worker == 0 && *progress_) (*progress_)("heights", now, patches_.size());
-  });
-  Fit made;
-  for (const FitHeights::Result& r : results) {
-    made.vertices += r.vertices;
-    made.misses += r.misses;
+  const std::size_t count = patches_.size(), chunks = (count + kFitChunk - 1) / kFitChunk;
+  for (const bool tried : {true, false}) {
+    std::vector<FitHeights::Result> results(static_cast<std::size_t>(threads_));
+    parallel_chunks(chunks, 1, threads_, [&](std::size_t chunk, std::size_t, int worker) {
+      if ((chunk % kTriedChunks == 0) != tried) return;
+      const std::size_t first = chunk * kFitChunk, last = std::min(first + kFitChunk, count);
+      fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
+              results[static_cast<std::size_t>(worker)]);
+      const std::uint64_t now = done += last - first;
+      if (worker == 0 && *progress_) (*progress_)("heights", now, count);
+    });
+    for (const FitHeights::Result& r : results) {
+      made.vertices += r.vertices;
+      made.misses += r.misses;
+    }
+    if (!tried || !judge) continue;
+    if (Error error = judge(); !error.ok()) return error;
   }
   RepairFolds repair;
   repair.surface = fit.surface;
@@ -169,7 +175,7 @@ VoxelSurface::Fit VoxelSurface::fit(const Solid& solid, bool is_height_field) {
   const RepairFolds::Result folds = repair.run();
   made.folds_repaired = folds.folded_before - std::min(folds.folded_before, folds.folded_after);
   made.folds_left = folds.folded_after;
-  return made;
+  return {};
 }
 
 VoxelSurface::Measures VoxelSurface::measure() const {

@@ -51,7 +51,12 @@ class VoxelSurface {
     std::uint64_t vertices = 0, misses = 0;            // misses: no surface within reach of the vertex
     std::uint64_t folds_repaired = 0, folds_left = 0;  // triangles, in the sense of RepairFolds
   };
-  Fit fit(const Solid& solid, bool is_height_field);
+  // One chunk of patches in kTriedChunks, the first and so on, is fitted before the others; then judge(),
+  // which may be empty, says whether these need be tried. Its error, if any.
+  static constexpr std::size_t kFitChunk = 32;  // patches
+  static constexpr std::size_t kTriedChunks = 16;
+  using Judge = std::function<Error()>;
+  Error fit(const Solid& solid, bool is_height_field, const Judge& judge, Fit& made);
 
   struct Measures {
     std::vector<std::uint16_t> level_errors;
