@@ -40,7 +40,8 @@ std::string ground_report_text(const BakeGround::Report& report, double seconds)
           info.extent.x, info.extent.y, info.extent.z, info.voxel_size_m, info.patches, info.level,
           number(report.region_bytes));
     print(out,
-          "              up to %.4g m from the ground it replaces; %llu vertices missed, %llu folds left\n",
+          "              up to %.4g m from the ground that stands for it far away; %llu vertices missed, "
+          "%llu folds left\n",
           report.region.deviation_m, number(report.region.misses), number(report.region.folds_left));
   }
   if (report.region.unmet > 0)

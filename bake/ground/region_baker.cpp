@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <unordered_map>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -29,6 +30,7 @@ constexpr int kMarginSamples = 4;  // of elevation around the region
 constexpr double kVoxelsARadius = 2;
 // Distance of vertices by default, in samples.
 constexpr double kSamplesPerVertex = 0.75;
+constexpr double kGroundPointVoxels = 0.5;  // between points of the ground that is replaced
 
 double smallest_radius(const CarveShape& shape) {
   if (shape.kind != CarveShape::Kind::box) return shape.radius_m;
@@ -48,6 +50,45 @@ bool overlap(const Box& a, const Box& b) {
   }
   return true;
 }
+
+// Points, by the unit cube that they lie in.
+class PointCells {
+ public:
+  explicit PointCells(glm::ivec3 extent) : extent_(extent) {}
+
+  void add(glm::dvec3 point) { cells_[key(cell_of(point))].push_back(point); }
+  // Precondition: there is a point.
+  double nearest(glm::dvec3 from) const {
+    const glm::ivec3 middle = cell_of(from);
+    double best = std::numeric_limits<double>::infinity();
+    // What is in a shell of cells is no nearer than the shell before it is wide.
+    for (int shell = 0; best > shell - 1; ++shell) {
+      glm::ivec3 d;
+      for (d.z = -shell; d.z <= shell; ++d.z) {
+        for (d.y = -shell; d.y <= shell; ++d.y) {
+          const bool inside = std::abs(d.z) < shell && std::abs(d.y) < shell;
+          for (d.x = -shell; d.x <= shell; d.x += inside && shell > 0 ? 2 * shell : 1) {
+            const auto found = cells_.find(key(middle + d));
+            if (found == cells_.end()) continue;
+            for (const glm::dvec3 point : found->second) best = std::min(best, glm::length(point - from));
+          }
+        }
+      }
+    }
+    return best;
+  }
+
+ private:
+  // Also of cells a little outside of the extent.
+  std::int64_t key(glm::ivec3 cell) const {
+    const std::int64_t wide = extent_.x + 1024, deep = extent_.z + 1024;
+    return (std::int64_t{cell.y} * deep + cell.z) * wide + cell.x;
+  }
+  static glm::ivec3 cell_of(glm::dvec3 point) { return glm::ivec3(glm::floor(point)); }
+
+  glm::ivec3 extent_;
+  std::unordered_map<std::int64_t, std::vector<glm::dvec3>> cells_;
+};
 
 std::string number(double value) {
   char text[32];
@@ -270,7 +311,9 @@ Error RegionBaker::make(GroundRows& rows) {
   return {};
 }
 
-// How far all that is drawn is from the ground beneath or above it, and the box of both.
+// How far what is seen of the region from outside is from the ground that stands for it: the ground from the
+// nearest point of the region, so half of the width of a cave's mouth; and what stands above the ground from
+// it. What lies below is seen through mouths alone. And the box of all.
 void RegionBaker::measure(const ElevationSurface& ground) {
   const double step_m = grid_.voxel_m / kStepsPerVoxel;
   const glm::dvec3 origin_m = grid_.origin_m - piece_centre_m_;
@@ -278,19 +321,29 @@ void RegionBaker::measure(const ElevationSurface& ground) {
   const Heights heights = surface_.heights();
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
   double most_m = 0;
+  // Points of the surface by the voxel that they lie in.
+  PointCells cells(grid_.extent);
   std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(heights.level)));
   for (PatchId p = 0; p < surface.patches.size(); ++p) {
     displaced_positions(surface, heights, heights.level, p, places);
     const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p)));
     for (const glm::ivec3 place : places) {
-      const glm::dvec3 point_m = origin_m + step_m * (at + glm::dvec3(place));
+      const glm::dvec3 voxels = (at + glm::dvec3(place)) / double{kStepsPerVoxel};
+      cells.add(voxels);
+      const glm::dvec3 point_m = origin_m + grid_.voxel_m * voxels;
       const double ground_m = ground.at(point_m.x, point_m.z);
-      most_m = std::max(most_m, std::abs(point_m.y - ground_m));
+      most_m = std::max(most_m, point_m.y - ground_m);
       low = glm::min(low, glm::min(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
       high = glm::max(high, glm::max(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
     }
   }
-  // A voxel: for what lies between the vertices, of coarser levels too.
+  for (double z = 0.5; z <= grid_.extent.z - 0.5; z += kGroundPointVoxels) {
+    for (double x = 0.5; x <= grid_.extent.x - 0.5; x += kGroundPointVoxels) {
+      const double height_m = ground.at(origin_m.x + grid_.voxel_m * x, origin_m.z + grid_.voxel_m * z);
+      const glm::dvec3 point(x, (height_m - origin_m.y) / grid_.voxel_m, z);
+      most_m = std::max(most_m, grid_.voxel_m * cells.nearest(point));
+    }
+  }
   report_.deviation_m = most_m;
   measure_.error = most_m / step_m;
   measure_.reach = glm::length(high - low + 2 * grid_.voxel_m) / step_m;

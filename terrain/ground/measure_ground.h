@@ -95,7 +95,8 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
 // so that (1) and (2) of ground_view.h hold; of a node that has the region in part, so that (3) holds, also
 //   k region.error + G (region.reach + the diagonal of the node's box).
 struct RegionMeasure {
-  double error = 0;  // no point that is drawn of the region is further from the ground beneath it
+  // How far what is seen of the region is from the ground that stands for it where the region is not drawn.
+  double error = 0;
   double reach = 0;  // diagonal of a box of the region and of the ground beneath it
 };
 

@@ -26,7 +26,7 @@
 //
 // The region (ground.h). Thresholds of nodes that have it in part hold
 //   (3)  D(p) >= k error + G (reach + R(p) / G)
-// error being the greatest distance of what is drawn of the region from the ground beneath, and reach the
+// error being how far what is seen of the region is from the ground that stands for it, and reach the
 // diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
 // the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
 // that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
@@ -67,7 +67,7 @@ struct GroundRequest {
   // distance / (width * detail * (1 + error)), but that the least demand's threshold is added for the error).
   // A sum of two thresholds that keep (2) below keeps it. Nothing is promised of the error then.
   double sides_away = 0;
-  bool culls = true;               // what is out of the frustum is not listed
+  bool culls = true;  // what is out of the frustum is not listed
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
