@@ -116,6 +116,14 @@ def resources(inputs):
     png("drape16k.png", 16384, 16384, 8, 2, bytes(3 * 16384), 1)
     inputs.run("drape of 16384 a side", 1, ["karst", "render", "w.karst", "-o", "w.png", "--drape",
                                             "drape16k.png", "--max-memory", "64"], "--max-memory")
+    png("drape8k.png", 8192, 8192, 1, 0, bytes(1024))
+    drape = ["karst", "render", "w.karst", "-o", "w.png", "--size", "64x64", "--drape"]
+    inputs.run("drape of 8192 a side in 8 KB", 1, drape + ["drape8k.png"], "--max-memory")
+    png("drape6k.png", 6000, 6000, 8, 0, bytes(6000))
+    inputs.run("drape of 6000 a side in 35 KB", 1, drape + ["drape6k.png"], "--max-memory above 512")
+    inputs.run("the same, allowed", 0, drape + ["drape6k.png", "--max-memory", "600"], most_mib=500)
+    png("drape2k.png", 2048, 2048, 1, 0, bytes(256))
+    inputs.run("drape of 2048 a side in 1 KB", 0, drape + ["drape2k.png"])
     write("shapes.json", "[" + ",".join(["{}"] * 400_000) + "]")
     inputs.run("400,000 shapes of nothing", 1, elevation("nine.bil", "--carve", "shapes.json"), "shapes.json")
     write("over.json", json.dumps([{"shape": "sphere", "op": "empty", "center": [0, 0, 0], "radius": 90}] *
