@@ -26,6 +26,9 @@ constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleS
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
+// Of rows in memory: whatever the files' length, and for each of their bytes.
+constexpr std::uint64_t kFreeBytes = 96u << 20;
+constexpr std::uint64_t kBytesAByte = 64;
 // Steps of heights that are told of: of all heights together, and of the way between samples.
 constexpr double kMostOfRelief = 0.01, kMostOfSpacing = 0.05;
 
@@ -99,6 +102,7 @@ class GroundBaker {
     double base_m = region_.exists() ? region_.grid().origin_m.y : 0;
     for (;;) {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
+      if (Error error = check_memory(); !error.ok()) return error;
       if (Error error = outline(); !error.ok()) return error;
       if (Error error = file_.open(output_); !error.ok()) return error;
       Outcome outcome = Outcome::done;
@@ -181,6 +185,21 @@ class GroundBaker {
     if (status.ok()) return {};
     return std::string("--carve: the region cannot be joined to the ground: ") + status.what() +
            "; try a smaller --voxel";
+  }
+
+  // Some rows of all sizes are in memory. Of a file that is much shorter they are of one height, or made to
+  // take memory.
+  Error check_memory() const {
+    const std::uint64_t bytes = GroundPyramid::bytes_for(info_);
+    const std::uint64_t samples =
+        static_cast<std::uint64_t>(info_.samples[0]) * static_cast<std::uint64_t>(info_.samples[1]);
+    const bool is_allowed =
+        job_.read.max_samples > 0 && samples <= static_cast<std::uint64_t>(job_.read.max_samples);
+    if (is_allowed || bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes())) return {};
+    return job_.read.path + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
+           std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
+           std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
+           std::to_string(samples) + " all of them";
   }
 
   // Which sections there will be.
