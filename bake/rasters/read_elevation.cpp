@@ -99,6 +99,7 @@ class Reader {
     return {};
   }
   double unit_m() const { return unit_m_; }
+  std::uint64_t file_bytes() const { return bytes_; }
 
   Error run() {
     if (Error error = open(); !error.ok()) return error;
@@ -296,6 +297,10 @@ int ElevationRows::rows_at_once() const {
 
 const Elevation& ElevationRows::facts() const {
   return state_->facts;
+}
+
+std::uint64_t ElevationRows::file_bytes() const {
+  return state_->reader.file_bytes();
 }
 
 double ElevationRows::unit_m() const {

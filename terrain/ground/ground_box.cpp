@@ -8,17 +8,17 @@ namespace karst::core {
 namespace {
 
 // A vertex of the parent's lattice is off by less than two of its steps, which are four of the node's.
-std::int64_t pad_of(int size) {
-  return std::int64_t{4} << size;
+std::int64_t pad_of(const GroundInfo& info, int size) {
+  return std::int64_t{4} << info.page_size(size);
 }
 
 }  // namespace
 
 NodeBox node_box(const GroundInfo& info, const NodeMeasure& measure, NodeKey node) {
-  const std::int64_t pad = pad_of(node.size);
+  const std::int64_t pad = pad_of(info, node.size);
   const auto at = [&](int axis, std::int64_t vertex) {
     const std::int64_t sample = sample_of(info.samples[axis], node.size, vertex);
-    return sample_place(info.steps[axis], sample) * kVertexStep;
+    return sample_place(info, axis, sample) * kVertexStep;
   };
   const std::int64_t west = std::int64_t{node.x} * kNodeQuads;
   const std::int64_t north = std::int64_t{node.z} * kNodeQuads;
@@ -30,14 +30,14 @@ NodeBox node_box(const GroundInfo& info, const NodeMeasure& measure, NodeKey nod
 
 void child_boxes(const GroundInfo& info, const Tile& tile, NodeKey node, std::span<NodeBox, 4> out) {
   const int size = node.size - 1;
-  const std::int64_t pad = pad_of(size);
+  const std::int64_t pad = pad_of(info, size);
   // The lines that the four have in common, across x and across z.
   std::int64_t line[2][3];
   for (int axis = 0; axis < 2; ++axis) {
     const std::int64_t first = std::int64_t{2 * kNodeQuads} * (axis == 0 ? node.x : node.z);
     for (int n = 0; n < 3; ++n) {
       const std::int64_t sample = sample_of(info.samples[axis], size, first + n * kNodeQuads);
-      line[axis][n] = sample_place(info.steps[axis], sample) * kVertexStep;
+      line[axis][n] = sample_place(info, axis, sample) * kVertexStep;
     }
   }
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
@@ -59,9 +59,9 @@ LatticeBox ground_box(const GroundInfo& info) {
                                                               std::numeric_limits<std::int32_t>::min(),
                                                               std::numeric_limits<std::int32_t>::max()));
   };
-  return {{0, steps(info.low), 0},
-          {steps(sample_place(info.steps[0], info.samples[0] - 1)), steps(info.high),
-           steps(sample_place(info.steps[1], info.samples[1] - 1))}};
+  return {{steps(info.corner[0]), steps(info.low), steps(info.corner[1])},
+          {steps(sample_place(info, 0, info.samples[0] - 1)), steps(info.high),
+           steps(sample_place(info, 1, info.samples[1] - 1))}};
 }
 
 }  // namespace karst::core
