@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The section GRND of a world file: the ground, and where the tile of its root lies in TILE. For
+// The sections GRND and IMAG of a world file: the ground and its imagery, and where the tiles of their roots
+// lie in TILE. For
 // world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
@@ -12,6 +13,7 @@
 namespace karst::core::ground_section {
 
 inline constexpr std::size_t kBytes = 64;
+inline constexpr std::size_t kImageryBytes = 32;
 
 struct Fault {
   const char* what = nullptr;  // null: none
@@ -23,5 +25,11 @@ Fault check(const WorldGround& ground);
 // ground is untouched on a fault; its tile_crc always. tile_bytes: of TILE.
 Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground);
 void encode(const WorldGround& ground, std::span<std::byte, kBytes> out);
+
+// The same of imagery that exists, over a ground that was checked. decode_imagery() leaves the rest of
+// ground as it is.
+Fault check_imagery(const WorldGround& ground);
+Fault decode_imagery(std::span<const std::byte, kImageryBytes> section, WorldGround& ground);
+void encode_imagery(const WorldGround& ground, std::span<std::byte, kImageryBytes> out);
 
 }  // namespace karst::core::ground_section
