@@ -49,7 +49,7 @@ struct ReadElevation {
   std::optional<double> z_scale{};  // heights are multiplied by this after nodata is taken out
   bool allow_8bit = false;
   int band = 0;                  // from 1; 0: the only one
-  int max_samples = 0;           // taken even of files that are too short to hold so many heights
+  std::int64_t max_samples = 0;  // taken even of files that are too short to hold so many heights
   std::vector<double> nodata{};  // values that mark voids, besides those the file names
   int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image
 
