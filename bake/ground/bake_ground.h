@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/imagery/bake_imagery.h"
 #include "bake/materials/bake_materials.h"
 #include "bake/pipeline/bake.h"
 #include "platform/base/error.h"
@@ -18,6 +19,7 @@ struct BakeGround {
   // What concerns the elevation, water, materials and threads.
   const Bake& job;
   std::string output;  // of the world file; written whole or not at all
+  ImageryOptions imagery = {};
 
   struct Report {
     int width = 0, height = 0;
@@ -29,10 +31,12 @@ struct BakeGround {
     WorldInfo info;
     WorldGround ground;
     std::uint64_t tiles = 0;
-    std::uint64_t bytes = 0;       // of the file
-    std::size_t sunk_samples = 0;  // by SinkSea
-    int attempts = 1;              // the first one with the finest steps
+    std::uint64_t bytes_tiles = 0;  // of them, without imagery
+    std::uint64_t bytes = 0;        // of the file
+    std::size_t sunk_samples = 0;   // by SinkSea
+    int attempts = 1;               // the first one with the finest steps
     BakedMaterials materials;
+    BakeImagery::Report imagery;                      // of no files: there is none
     double seconds_materials = 0, seconds_tiles = 0;  // tiles: with reading
   };
   Error run(Report& report, const ReportProgress& progress) const;
