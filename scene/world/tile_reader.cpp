@@ -60,10 +60,10 @@ void TileReader::start(const WorldReader& reader, std::span<std::byte> memory) {
   auto* const first = new (memory.data()) Tile[kMostReady];
   tiles_ = {first, kMostReady};
   workspace_ = memory.subspan(whole_lines(kMostReady * sizeof(Tile)), whole_lines(workspace_bytes()));
-  images_ = memory.subspan(whole_lines(kMostReady * sizeof(Tile)) + whole_lines(workspace_bytes()));
-  stopping_ = reading_ = reading_image_ = image_is_lent_ = false;
+  images_.room = memory.subspan(whole_lines(kMostReady * sizeof(Tile)) + whole_lines(workspace_bytes()));
+  stopping_ = reading_ = images_.reading = images_.is_lent = false;
   asked_count_ = ready_first_ = ready_count_ = 0;
-  asked_image_count_ = first_image_ = image_count_ = 0;
+  images_.asked_count = images_.first = images_.count = 0;
   // Signals are the host's threads'.
   sigset_t all;
   sigset_t before;
@@ -96,7 +96,7 @@ void TileReader::work() {
   std::unique_lock lock(mutex_);
   while (true) {
     const auto has_tile = [&] { return asked_count_ > 0 && ready_count_ < kMostReady; };
-    const auto has_image = [&] { return asked_image_count_ > 0 && image_count_ < kMostImagesReady; };
+    const auto has_image = [&] { return images_.asked_count > 0 && images_.count < kMostImagesReady; };
     changed_.wait(lock, [&] { return stopping_ || has_tile() || has_image(); });
     if (stopping_) return;
     if (has_tile()) {
@@ -123,29 +123,29 @@ void TileReader::work_on_tile(std::unique_lock<std::mutex>& lock) {
 
 std::span<std::byte> TileReader::image_room(std::size_t at) const {
   const std::size_t bytes = image_tile_bytes(reader_->imagery().format);
-  return images_.subspan(at * whole_lines(bytes), bytes);
+  return images_.room.subspan(at * whole_lines(bytes), bytes);
 }
 
 void TileReader::work_on_image(std::unique_lock<std::mutex>& lock) {
-  const Asked next = take_first(asked_images_, asked_image_count_);
-  reading_image_ = true;
-  const std::size_t at = (first_image_ + image_count_) % kMostImagesReady;
-  ReadyImage& ready = ready_images_[at];
+  const Asked next = take_first(images_.asked, images_.asked_count);
+  images_.reading = true;
+  const std::size_t at = (images_.first + images_.count) % kMostImagesReady;
+  ReadyImage& ready = images_.ready[at];
   lock.unlock();
   ready.tile = next.tile;
   const Status status = read_image(*reader_, next.tile, next.place, image_room(at), ready.children);
   lock.lock();
   ready.failed = !status.ok();
   if (!status.ok()) trouble_ = status;
-  ++image_count_;
-  reading_image_ = false;
+  ++images_.count;
+  images_.reading = false;
 }
 
 bool TileReader::ask_image(NodeKey tile, const TilePlace& place) {
   {
     const std::lock_guard lock(mutex_);
-    if (asked_image_count_ == kMostImagesAsked) return false;
-    asked_images_[asked_image_count_++] = {tile, place};
+    if (images_.asked_count == kMostImagesAsked) return false;
+    images_.asked[images_.asked_count++] = {tile, place};
   }
   changed_.notify_all();
   return true;
@@ -153,20 +153,20 @@ bool TileReader::ask_image(NodeKey tile, const TilePlace& place) {
 
 TileSource::Answer TileReader::poll_image(ImageArrival& out) {
   std::unique_lock lock(mutex_);
-  if (image_is_lent_) {
-    image_is_lent_ = false;
-    first_image_ = (first_image_ + 1) % kMostImagesReady;
-    --image_count_;
+  if (images_.is_lent) {
+    images_.is_lent = false;
+    images_.first = (images_.first + 1) % kMostImagesReady;
+    --images_.count;
     changed_.notify_all();
   }
-  if (!has_thread_ && asked_image_count_ > 0) work_on_image(lock);
-  if (image_count_ == 0) return TileSource::Answer::none;
-  image_is_lent_ = true;
-  const ReadyImage& ready = ready_images_[first_image_];
+  if (!has_thread_ && images_.asked_count > 0) work_on_image(lock);
+  if (images_.count == 0) return TileSource::Answer::none;
+  images_.is_lent = true;
+  const ReadyImage& ready = images_.ready[images_.first];
   out.key = ready.tile;
   if (ready.failed) return TileSource::Answer::failed;
   out.children = ready.children;
-  out.texels = image_room(first_image_).subspan(kImageHeadBytes);
+  out.texels = image_room(images_.first).subspan(kImageHeadBytes);
   return TileSource::Answer::ready;
 }
 
@@ -174,7 +174,7 @@ void TileReader::wait_for_image() {
   if (!has_thread_) return;
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] {
-    return image_count_ > (image_is_lent_ ? 1u : 0u) || (asked_image_count_ == 0 && !reading_image_);
+    return images_.count > (images_.is_lent ? 1u : 0u) || (images_.asked_count == 0 && !images_.reading);
   });
 }
 

@@ -105,14 +105,17 @@ class TileReader {
   std::size_t ready_first_ = 0;
   std::size_t ready_count_ = 0;
 
-  std::span<std::byte> images_;  // kMostImagesReady of them, of ready_images_
-  bool reading_image_ = false;
-  bool image_is_lent_ = false;  // the first ready one
-  std::array<Asked, kMostImagesAsked> asked_images_{};
-  std::size_t asked_image_count_ = 0;
-  std::array<ReadyImage, kMostImagesReady> ready_images_{};
-  std::size_t first_image_ = 0;
-  std::size_t image_count_ = 0;
+  // Of images, as above.
+  struct Images {
+    std::span<std::byte> room;  // kMostImagesReady of them, of ready
+    bool reading = false;
+    bool is_lent = false;  // the first ready one
+    std::array<Asked, kMostImagesAsked> asked{};
+    std::size_t asked_count = 0;
+    std::array<ReadyImage, kMostImagesReady> ready{};
+    std::size_t first = 0;
+    std::size_t count = 0;
+  } images_;
 };
 
 }  // namespace karst::core
