@@ -93,7 +93,8 @@ class ElevationRows {
   int rows_at_once() const;
   // Known when rows have been read: no heights, and what they may be read wrongly by.
   const Elevation& facts() const;
-  double unit_m() const;  // heights are whole multiples of it; 0: not known
+  double unit_m() const;             // heights are whole multiples of it; 0: not known
+  std::uint64_t file_bytes() const;  // of all that the files are made of
   // After open().
   SamplePlace place() const;
 

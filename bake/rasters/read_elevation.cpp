@@ -99,6 +99,7 @@ class Reader {
     return {};
   }
   double unit_m() const { return unit_m_; }
+  std::uint64_t file_bytes() const { return bytes_; }
   SamplePlace sample_place() const {
     const ElevationGrid& grid = parts_.front().grid;
     if (!grid.placed) return {};
@@ -306,6 +307,10 @@ int ElevationRows::rows_at_once() const {
 
 const Elevation& ElevationRows::facts() const {
   return state_->facts;
+}
+
+std::uint64_t ElevationRows::file_bytes() const {
+  return state_->reader.file_bytes();
 }
 
 double ElevationRows::unit_m() const {

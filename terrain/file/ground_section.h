@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The sections GRND and IMAG of a world file: the ground and its imagery, and where the tiles of their roots
-// lie in TILE. For
-// world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
+// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; REGN: where the
+// patches of a world with a ground stand in it; and IMAG: its imagery, and where the root's image tile lies.
+// For world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include <cstddef>
@@ -25,6 +25,16 @@ Fault check(const WorldGround& ground);
 // ground is untouched on a fault; its tile_crc always. tile_bytes: of TILE.
 Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground);
 void encode(const WorldGround& ground, std::span<std::byte, kBytes> out);
+
+// Of REGN, which is there where a world has a ground and patches.
+inline constexpr std::size_t kRegionBytes = 16;
+
+// After check(): steps that are those of no region, or patches that are none.
+Fault check_region(const WorldInfo& world, const GroundInfo& ground);
+// Places the region. ground: of GRND. section: empty where the world has no REGN.
+Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
+// out: kRegionBytes.
+void encode_region(const GroundInfo& ground, std::span<std::byte> out);
 
 // The same of imagery that exists, over a ground that was checked. decode_imagery() leaves the rest of
 // ground as it is.

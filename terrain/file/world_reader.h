@@ -113,6 +113,7 @@ class WorldReader {
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
   Status read_ground();
+  Status read_region(const WorldInfo& info);
   Status read_imagery();
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;

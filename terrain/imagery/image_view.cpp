@@ -49,7 +49,8 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
   place_.top_size = info.top_size();
   for (int axis = 0; axis < 2; ++axis) {
     const double tile_steps = info.steps[axis] * kNodeQuads;
-    const double at = eye[2 * axis] / tile_steps;
+    const auto corner = static_cast<double>(info.corner[axis] * kVertexStep);
+    const double at = (eye[2 * axis] - corner) / tile_steps;
     const double last = std::ceil(static_cast<double>(info.samples[axis] - 1) / kNodeQuads) - 1;
     const double centre = std::clamp(std::floor(at), 0.0, last);
     place_.centre[axis] = static_cast<std::int32_t>(centre);
