@@ -134,12 +134,12 @@ constexpr OptionRow kWorldRows[] = {
      .store = store_sample},
     {.name = "ground",
      .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
-             "instead of voxels",
+             "instead of voxels; with --carve voxels stand where shapes meet it",
      .store = put<&BakeOptions::ground>},
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
-     .initial = "about 128 voxels across; samples: 8 or 10",
+     .initial = "about 128 voxels across; samples: 8 or 10; of a ground half of a shape's radius",
      .unit = "metres",
      .min = 1e-6,
      .max = 1e9,
@@ -296,9 +296,13 @@ Error check_source(const CommandLine& line) {
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
   }
   if (line.has("ground")) {
-    for (const char* name : {"sample", "voxel", "levels", "carve", "accept-fit"}) {
+    for (const char* name : {"sample", "accept-fit"}) {
       if (line.has(name))
         return std::string("--") + name + ": only for a world of voxels; leave --ground away";
+    }
+    for (const char* name : {"voxel", "levels", "max-carve"}) {
+      if (line.has(name) && !line.has("carve"))
+        return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
   if (!line.has("output")) return "-o WORLD.karst is needed; see --help";

@@ -12,10 +12,12 @@
 #include "app/files/atomic_file.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
+#include "bake/ground/region_baker.h"
 #include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/world_writer.h"
+#include "terrain/regions/region_rim.h"
 
 namespace karst::bake {
 namespace {
@@ -68,7 +70,8 @@ class GroundBaker {
         output_(job.output),
         report_(report),
         progress_(progress),
-        rows_(job_.read, job_.water_m) {}
+        rows_(job_.read, job_.water_m),
+        region_(job_, progress) {}
 
   Error run() {
     materials_.options = job_.materials;
@@ -78,8 +81,11 @@ class GroundBaker {
       return job_.materials.path +
              ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
     }
+    if (Error error = region_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;
+    if (Error error = region_.run(rows_); !error.ok()) return error;
+    report_.region = region_.report();
     if (Error error = write_tiles(); !error.ok()) return error;
     report_.seconds_tiles = seconds_since(start);
     start = std::chrono::steady_clock::now();
@@ -93,7 +99,7 @@ class GroundBaker {
 
   Error write_tiles() {
     int halvings = 0;
-    double base_m = 0;
+    double base_m = region_.exists() ? region_.grid().origin_m.y : 0;
     for (;;) {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
       if (Error error = check_memory(); !error.ok()) return error;
@@ -104,6 +110,10 @@ class GroundBaker {
       if (Error error = try_tiles(base_m, outcome, offending_m); !error.ok()) return error;
       if (outcome == Outcome::done) return {};
       ++report_.attempts;
+      if (region_.exists()) {
+        return job_.read.path +
+               ": too steep, or heights that differ too much, for voxels so fine; try a larger --voxel";
+      }
       if (outcome == Outcome::out_of_range) {
         if (base_m != 0)
           return job_.read.path + ": heights differ too much for so fine samples; try a larger --pixel-size";
@@ -123,7 +133,8 @@ class GroundBaker {
     report_.spacing_x_m = facts.spacing_x_m;
     report_.spacing_z_m = facts.spacing_z_m;
     const double longer = std::max(facts.spacing_x_m, facts.spacing_z_m);
-    const double step_m = longer / std::ldexp(kMostSampleSteps, -halvings);
+    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
+                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
     GroundInfo& ground = info_ = {};
     ground.samples[0] = rows_.width();
     ground.samples[1] = rows_.height();
@@ -144,6 +155,16 @@ class GroundBaker {
     world.extent = {2, 1, 2};
     world.depth = 1;
     world.level = 1;
+    if (region_.exists()) {
+      ground.steps[0] = ground.steps[1] = region_.sample_steps();
+      region_.surface().tell(world);
+      for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = region_.grid().origin_m[axis];
+      const bool placed =
+          place_region(ground, world.extent.x, world.extent.z, region_.first_node(0), region_.first_node(1));
+      if (!placed) return job_.read.path + ": too many samples for voxels so fine; try a larger --voxel";
+      ground.rim_edges = RegionRim::count(region_.surface().surface());
+      if (Error error = check_rim(); !error.ok()) return error;
+    }
     const std::string name = job_.read.path.substr(job_.read.path.find_last_of('/') + 1);
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
       world.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
@@ -167,6 +188,18 @@ class GroundBaker {
            std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
            std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
            std::to_string(samples) + " all of them";
+  }
+
+  // That the region's sides are what the ground meets, as whoever loads the world will find.
+  Error check_rim() const {
+    std::vector<RegionRim::Edge> edges(info_.rim_edges);
+    std::vector<std::uint32_t> marks(info_.rim_edges);
+    RegionRim rim;
+    rim.create({edges, marks});
+    const Status status = rim.build(info_, region_.surface().surface());
+    if (status.ok()) return {};
+    return std::string("--carve: the region cannot be joined to the ground: ") + status.what() +
+           "; try a smaller --voxel";
   }
 
   // Which sections there will be.
@@ -196,11 +229,12 @@ class GroundBaker {
     const Scale scale(vertex_m, base_m, rows_.unit_m());
     Error unwritten;
     std::uint64_t end = 0;
-    GroundPyramid pyramid(info_, scale.quantum(), job_.threads, [&](std::span<const std::byte> bytes) {
-      unwritten = file_.write(begin_ + end, bytes);
-      end += bytes.size();
-      return unwritten.ok();
-    });
+    GroundPyramid pyramid(info_, region_.measure(), scale.quantum(), job_.threads,
+                          [&](std::span<const std::byte> bytes) {
+                            unwritten = file_.write(begin_ + end, bytes);
+                            end += bytes.size();
+                            return unwritten.ok();
+                          });
     std::vector<std::int32_t> row(static_cast<std::size_t>(rows_.width()));
     float lowest_m = std::numeric_limits<float>::infinity(), highest_m = -lowest_m;
     int count = 0;
@@ -273,8 +307,16 @@ class GroundBaker {
     std::align(Arena::kAlignment, Octree::bytes_for(1), aligned, space);
     Arena arena({static_cast<std::byte*>(aligned), space});
     Octree octree;
-    Status status = octree.create(arena, report_.info.depth, 1);
-    writer_.octree = &octree;
+    Status status = octree.create(arena, 1, 1);
+    writer_.octree = region_.exists() ? &region_.surface().octree() : &octree;
+    const std::vector<PatchKey> keys = region_.surface().keys();
+    const std::vector<std::byte> mask = region_.surface().mask();
+    if (region_.exists()) {
+      const VoxelSurface::Measures& m = region_.measures();
+      writer_.patches = {keys,           mask,     region_.surface().heights().samples,
+                         m.level_errors, m.bounds, m.cones,
+                         m.shading_cones};
+    }
     writer_.materials = report_.materials.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground = report_.ground;
@@ -292,6 +334,14 @@ class GroundBaker {
     KARST_ASSERT(head.size() == begin_);
     if (Error error = file_.write(begin_ + report_.ground.tile_bytes, tail); !error.ok()) return error;
     report_.bytes = writer_.file_bytes();
+    if (region_.exists()) {
+      WorldWriter without{report_.info, &octree, {}};
+      without.info.octets = without.info.volumes = without.info.patches = without.info.height_blocks = 0;
+      without.materials = writer_.materials;
+      without.ground = report_.ground;
+      without.ground.info.region = {};
+      report_.region_bytes = report_.bytes - without.file_bytes();
+    }
     return file_.write(0, head);
   }
 
@@ -300,6 +350,7 @@ class GroundBaker {
   BakeGround::Report& report_;
   const ReportProgress& progress_;
   GroundRows rows_;
+  RegionBaker region_;
   BakeMaterials materials_;
   GroundInfo info_;
   WorldWriter writer_;

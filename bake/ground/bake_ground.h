@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/ground/region_baker.h"
 #include "bake/materials/bake_materials.h"
 #include "bake/pipeline/bake.h"
 #include "platform/base/error.h"
@@ -15,7 +16,7 @@
 namespace karst::bake {
 
 struct BakeGround {
-  // What concerns the elevation, water, materials and threads.
+  // What concerns the elevation, water, shapes, voxels of a region, materials and threads.
   const Bake& job;
   std::string output;  // of the world file; written whole or not at all
 
@@ -33,6 +34,8 @@ struct BakeGround {
     std::size_t sunk_samples = 0;  // by SinkSea
     int attempts = 1;              // the first one with the finest steps
     BakedMaterials materials;
+    RegionBaker::Report region;                       // of a world with one
+    std::uint64_t region_bytes = 0;                   // of the file; 0: there is none
     double seconds_materials = 0, seconds_tiles = 0;  // tiles: with reading
   };
   Error run(Report& report, const ReportProgress& progress) const;

@@ -132,8 +132,13 @@ struct GroundPyramid::Level {
   }
 };
 
-GroundPyramid::GroundPyramid(const GroundInfo& info, double quantum, int threads, Write write)
-    : quantum_(quantum), threads_(threads), write_(std::move(write)), workers_(std::make_unique<Workers>()) {
+GroundPyramid::GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
+                             Write write)
+    : region_(region),
+      quantum_(quantum),
+      threads_(threads),
+      write_(std::move(write)),
+      workers_(std::make_unique<Workers>()) {
   ground_.info = info;
   for (int size = 0; size <= info.top_size(); ++size) {
     levels_.push_back(std::make_unique<Level>(info, size));
@@ -265,6 +270,8 @@ bool GroundPyramid::measure_nodes_of(int size) {
   measure.info = &ground_.info;
   measure.size = size;
   measure.own = &own;
+  measure.z = z;
+  measure.region = region_;
   if (z > 0) measure.north = &north;
   if (z + 1 < level.nodes[1]) measure.south = &south;
   if (size > 0) {
@@ -333,8 +340,8 @@ bool fits(const GroundInfo& info, NodeKey key, const Tile& tile) {
       }
     }
     const std::int64_t origin = std::int64_t{node_origin(info, tile.nodes[n], node).y} * kStepsPerVoxel;
-    if (place_at_size(high, key.size) * kVertexStep - origin > kMostFromOrigin ||
-        place_at_size(low, key.size) * kVertexStep - origin < -kMostFromOrigin)
+    if (place_at_size(high, info.page_size(key.size)) * kVertexStep - origin > kMostFromOrigin ||
+        place_at_size(low, info.page_size(key.size)) * kVertexStep - origin < -kMostFromOrigin)
       return false;
   }
   return true;

@@ -47,6 +47,7 @@ struct ViewInput {
   // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
   // terrain/nodes/family_row.h).
   std::span<const DrawItem> nodes;
+  std::span<const std::uint32_t> belts;  // of the region, between items and nodes (terrain/regions/belts.h)
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
   FrameSurroundings surroundings;
@@ -84,7 +85,7 @@ struct DrawTarget {
   bool depth_zero_to_one = false;
 };
 
-// What is drawn into a shadow map. foot, items, nodes, pages, index_table, max_level: as in ViewInput.
+// What is drawn into a shadow map. foot, items, nodes, belts, pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
   std::uint32_t first_morph_row = 0;
@@ -92,6 +93,7 @@ struct CascadeInput {
   std::int64_t foot = 0;
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
+  std::span<const std::uint32_t> belts;
   PageTable pages;
   std::span<const std::uint16_t> index_table;
   int max_level = kMaxLevel;

@@ -14,6 +14,7 @@ namespace {
 Status draw_levels(const GlDevice& device, const Programs& programs, const ViewInput& input,
                    ExpandIndices expand, FrameCounts& counts) {
   const std::span<const DrawItem> nodes = std::exchange(expand.nodes, {});
+  const std::span<const std::uint32_t> belts = std::exchange(expand.belts, {});
   for (std::size_t first = 0; first < input.items.size();) {
     const std::uint8_t level = input.items[first].level;
     std::size_t end = first + 1;
@@ -26,6 +27,7 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
   }
   expand.items = {};
   expand.nodes = nodes;
+  expand.belts = belts;
   return draw_items(device, expand, input.max_level, counts);
 }
 

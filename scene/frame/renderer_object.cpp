@@ -270,20 +270,21 @@ void RendererObject::count_views() {
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     views_[n].shading = 0;
-    for (const DrawItem& item : view.items()) {
+    const bool draws = ground_.draws_patches(n);
+    for (const DrawItem& item : draws ? view.items() : std::span<const DrawItem>()) {
       const unsigned own = shading[item.patch].needs;
       views_[n].shading |= own;
       costs.blend_skipped += (own & kShadeBlend) == 0;
       costs.cave_skipped += (own & kShadeCave) == 0;
     }
     const BuildDrawList::Result& list = view.selection().list;
-    costs.patches_drawn += list.drawn;
+    costs.patches_drawn += draws ? list.drawn : 0;
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
-    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    for (int level = 1; draws && level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
     const GroundFrame::Sum ground = ground_.sum(n);
     costs.nodes_drawn += ground.drawn;
     costs.culled_frustum += ground.culled;
@@ -299,8 +300,13 @@ void RendererObject::fill_result(FrameResult& result) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
-    result.triangles += view.selection().list.triangles;
+    if (ground_.draws_patches(n)) result.triangles += view.selection().list.triangles;
     const GroundFrame::Sum ground = ground_.sum(n);
+    if (!ground_.draws_patches(n) && view.selection().lod.missing == 0) {
+      // Nor need they be, or there are none.
+      result.error_px[n] = ground.bound_px;
+      result.lacking -= view.selection().lod.capped;
+    }
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
@@ -369,6 +375,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (inspection.wait_for_gpu) gl.finish();
   costs.shadow_ms = ms_since(shadows_start);
   if (status = work_.upload_morph_rows(costs); !status.ok()) return status;
+  for (std::uint32_t n = 0; n < view_count_; ++n) ground_.build_belts(n, world.terrain.views[n].levels());
   count_views();
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
@@ -397,7 +404,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.camera = views_[n].camera;
   input.light = light_;
   input.least_cos2 = view.error_scale().least_cos2;
-  input.items = view.items();
+  if (ground_.draws_patches(n)) input.items = view.items();
   input.shading = views_[n].shading;
   input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
                  inspection.skip_sun};
@@ -409,6 +416,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.first_morph_row = world.terrain.residency.first_morph_row(view);
   if (ground_.exists()) {
     input.nodes = ground_.nodes(n);
+    input.belts = ground_.belts(n);
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.pages.family_texels = world.terrain.ground.texels();

@@ -194,7 +194,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   }
   if (!status.ok()) return status;
   const double texel_steps = kErrorTexels * cascade.texel * kStepsPerVoxel;
-  const bool whole_ground = ground_->select_casters(view, cascade, texel_steps, input.wait, costs);
+  const bool whole_ground = ground_->select_casters(
+      view, cascade, texel_steps, !casters.items.empty() && !casters.holes, input.wait, costs);
   const std::uint64_t ground_hash = ground_->exists() ? ground_->casters_hash() : 0;
   map.complete = casters.lacking == 0 && whole_ground;
   map.thresholds = version(input);
@@ -208,14 +209,17 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   if (status = ground_->upload(costs); !status.ok()) return status;
   CascadeInput pass;
   pass.cascade = cascade;
-  pass.items = casters.items;
+  const std::size_t own_view = ground_->shadow_view();
+  if (ground_->draws_patches(own_view)) pass.items = casters.items;
   pass.pages = terrain_->residency.pages();
   pass.index_table = terrain_->world.index_table();
   pass.max_level = terrain_->world.info().level;
   pass.first_morph_row = terrain_->residency.first_morph_row(view);
   if (ground_->exists()) {
-    pass.nodes = ground_->nodes(ground_->shadow_view());
-    pass.first_family_row = ground_->first_row(ground_->shadow_view());
+    ground_->build_belts(own_view, casters.levels);
+    pass.nodes = ground_->nodes(own_view);
+    pass.belts = ground_->belts(own_view);
+    pass.first_family_row = ground_->first_row(own_view);
     pass.foot = ground_->foot();
     pass.pages.family_texels = terrain_->ground.texels();
   }

@@ -83,6 +83,7 @@ void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& co
   if (!world.ground.exists()) return;
   config.ground_tiles = kTiles;
   config.ground_families = kFamilies;
+  config.rim_edges = world.ground.rim_edges;
   if (needs.vertex_bytes > 0 && world.info.patches == 0) {
     config.ground_families = static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(needs.vertex_bytes / kFamilyBytes, kLeastFamilies, kMostFamilies - 1));
@@ -158,7 +159,7 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
   }
   renderer.extent = extent_of(world);
-  renderer.rim = info.patches > 0;
+  renderer.rim = info.patches > 0 && !world.ground.exists();
   renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
@@ -269,6 +270,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 2; ++axis) {
       out.ground_samples[axis] = ground.samples[axis];
       out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
+      out.region_first[axis] = ground.region.low[axis];
+      out.region_nodes[axis] = ground.region.high[axis] - ground.region.low[axis];
     }
     out.ground_low_m = info.origin_m[1] + double{kVertexStep} * ground.low * step_m;
     out.ground_high_m = info.origin_m[1] + double{kVertexStep} * ground.high * step_m;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "terrain/base/config.h"
 #include "terrain/file/world_layout.h"
 
 namespace karst::core::ground_section {
@@ -20,6 +21,10 @@ constexpr std::size_t kRootOffset = 40;
 constexpr std::size_t kRootBytes = 48;
 constexpr std::size_t kRootCrc = 52;
 constexpr std::size_t kReserved = 56;
+// In REGN.
+constexpr std::size_t kFirstNode = 0;  // two
+constexpr std::size_t kRimEdges = 8;
+constexpr std::size_t kRegionReserved = 12;
 
 }  // namespace
 
@@ -29,8 +34,8 @@ Fault check(const WorldGround& ground) {
     if (info.samples[axis] < 2 || info.samples[axis] > kMostSamples)
       return {"samples are outside 2..2^22 + 1", kSamples + axis * 8};
     // Written so that NaN fails.
-    if (!(info.steps[axis] >= kLeastSampleSteps && info.steps[axis] <= kMostSampleSteps))
-      return {"steps are outside 2..2048", kSteps + axis * 8};
+    if (!(info.steps[axis] >= kLeastSampleSteps && info.steps[axis] <= kMostRegionSteps))
+      return {"steps are outside 2..2048, or with a region 2^19", kSteps + axis * 8};
   }
   if (info.low < -kMostHeight || info.low > info.high) return {"low is below -2^26 or above high", kLow};
   if (info.high > kMostHeight) return {"high is above 2^26", kHigh};
@@ -70,6 +75,41 @@ void encode(const WorldGround& ground, std::span<std::byte, kBytes> out) {
   store(out, kRootOffset, ground.root.offset);
   store(out, kRootBytes, ground.root.bytes);
   store(out, kRootCrc, ground.root.crc);
+}
+
+Fault check_region(const WorldInfo& world, const GroundInfo& ground) {
+  if (!ground.region.exists()) {
+    if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
+    const bool finer = ground.steps[0] > kMostSampleSteps || ground.steps[1] > kMostSampleSteps;
+    return finer ? Fault{"steps are above 2048 without a region", kSteps} : Fault{};
+  }
+  if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
+  GroundInfo placed = ground;
+  if (!place_region(placed, world.extent.x, world.extent.z, ground.region.low[0], ground.region.low[1]) ||
+      placed.region != ground.region || placed.corner[0] != ground.corner[0] ||
+      placed.corner[1] != ground.corner[1])
+    return {"the voxels are no region of the ground", kFirstNode};
+  if (ground.rim_edges == 0 || ground.rim_edges > kMostRimEdges)
+    return {"rim_edges are outside 1..16384", kRimEdges};
+  return {};
+}
+
+Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground) {
+  if (!section.empty()) {
+    if (!world_layout::all_zero(section.subspan(kRegionReserved)))
+      return {"a reserved field is not 0", kRegionReserved};
+    if (!place_region(ground, world.extent.x, world.extent.z, load<std::int32_t>(section, kFirstNode),
+                      load<std::int32_t>(section, kFirstNode + 4)))
+      return {"the voxels are no region of the ground", kFirstNode};
+    ground.rim_edges = load<std::uint32_t>(section, kRimEdges);
+  }
+  return check_region(world, ground);
+}
+
+void encode_region(const GroundInfo& ground, std::span<std::byte> out) {
+  std::fill(out.begin(), out.end(), std::byte{0});
+  for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, ground.region.low[axis]);
+  store(out, kRimEdges, ground.rim_edges);
 }
 
 }  // namespace karst::core::ground_section

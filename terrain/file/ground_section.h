@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The section GRND of a world file: the ground, and where the tile of its root lies in TILE. For
-// world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
+// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; and REGN: where
+// the patches of a world with a ground stand in it. For world_reader.cpp, world_writer.cpp and
+// world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include <cstddef>
@@ -23,5 +24,15 @@ Fault check(const WorldGround& ground);
 // ground is untouched on a fault; its tile_crc always. tile_bytes: of TILE.
 Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground);
 void encode(const WorldGround& ground, std::span<std::byte, kBytes> out);
+
+// Of REGN, which is there where a world has a ground and patches.
+inline constexpr std::size_t kRegionBytes = 16;
+
+// After check(): steps that are those of no region, or patches that are none.
+Fault check_region(const WorldInfo& world, const GroundInfo& ground);
+// Places the region. ground: of GRND. section: empty where the world has no REGN.
+Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
+// out: kRegionBytes.
+void encode_region(const GroundInfo& ground, std::span<std::byte> out);
 
 }  // namespace karst::core::ground_section

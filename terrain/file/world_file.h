@@ -62,10 +62,11 @@ enum class WorldSection : std::uint8_t {
   surroundings,
   blend_map,
   ground,
-  tiles
+  tiles,
+  region
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 17;
+inline constexpr std::size_t kWorldSectionKinds = 18;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -101,7 +102,8 @@ struct WorldMaterials {
 };
 
 // The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
-// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m.
+// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m. With
+// patches they are its region: place_region() was called for the extent, and rim_edges are counted.
 struct WorldGround {
   GroundInfo info;  // does not exist: the world has no ground
   TilePlace root;   // offsets of places count from where the tiles begin

@@ -187,6 +187,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
     return bytes >= sizeof(Surroundings) &&
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
   if (section == WorldSection::ground) return bytes == ground_section::kBytes;
+  if (section == WorldSection::region) return bytes == ground_section::kRegionBytes;
   if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::blend_map) {
     const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
@@ -214,6 +215,7 @@ Status check_presence(const Table& table) {
   for (const WorldSection section : {WorldSection::ground, WorldSection::tiles}) {
     if (has_ground && !present(section)) return missing(section);
   }
+  if (present(WorldSection::region) && !has_ground) return missing(WorldSection::ground);
   return {};
 }
 
@@ -415,6 +417,7 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("BMAP"), "blend map", false, false, nullptr},
     {four_letters("GRND"), "ground", false, true, nullptr},
     {four_letters("TILE"), "tiles", false, true, nullptr},
+    {four_letters("REGN"), "region", false, true, nullptr},
 }};
 
 std::array<WorldSection, kWorldSectionKinds> writing_order() {
@@ -443,6 +446,7 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
                                  .present = materials.set.blend_map.exists()};
   of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
+  of(WorldSection::region) = {.bytes = ground_section::kRegionBytes, .present = ground.info.region.exists()};
   std::uint64_t end = kHeaderBytes;
   for (const WorldSection section : writing_order()) {
     SectionPlace& place = of(section);

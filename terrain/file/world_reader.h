@@ -111,6 +111,7 @@ class WorldReader {
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
   Status read_ground();
+  Status read_region(const WorldInfo& info);
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;

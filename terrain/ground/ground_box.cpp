@@ -8,10 +8,10 @@ namespace karst::core {
 
 NodeBox node_box(const GroundInfo& info, const NodeMeasure& measure, NodeKey node) {
   // A vertex of the parent's lattice is off by less than two of its steps, which are four of the node's.
-  const std::int64_t pad = std::int64_t{4} << node.size;
+  const std::int64_t pad = std::int64_t{4} << info.page_size(node.size);
   const auto at = [&](int axis, std::int64_t vertex) {
     const std::int64_t sample = sample_of(info.samples[axis], node.size, vertex);
-    return sample_place(info.steps[axis], sample) * kVertexStep;
+    return sample_place(info, axis, sample) * kVertexStep;
   };
   const std::int64_t west = std::int64_t{node.x} * kNodeQuads;
   const std::int64_t north = std::int64_t{node.z} * kNodeQuads;
@@ -27,9 +27,9 @@ LatticeBox ground_box(const GroundInfo& info) {
                                                               std::numeric_limits<std::int32_t>::min(),
                                                               std::numeric_limits<std::int32_t>::max()));
   };
-  return {{0, steps(info.low), 0},
-          {steps(sample_place(info.steps[0], info.samples[0] - 1)), steps(info.high),
-           steps(sample_place(info.steps[1], info.samples[1] - 1))}};
+  return {{steps(info.corner[0]), steps(info.low), steps(info.corner[1])},
+          {steps(sample_place(info, 0, info.samples[0] - 1)), steps(info.high),
+           steps(sample_place(info, 1, info.samples[1] - 1))}};
 }
 
 }  // namespace karst::core

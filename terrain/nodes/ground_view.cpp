@@ -41,10 +41,11 @@ constexpr int direction_of(Step step) {
 
 // No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
 // times error.
-float most_error(const NodeMeasure& measure, int size) {
+float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
   const std::uint16_t greatest = measure.thresholds[kDemands - 1];
   if (greatest >= kNeverMorphs) return kInfinite;
-  return threshold_steps(greatest) * std::ldexp(1.0f, size) / static_cast<float>(demand(kDemands - 1));
+  return threshold_steps(greatest) * std::ldexp(1.0f, info.page_size(size)) /
+         static_cast<float>(demand(kDemands - 1));
 }
 
 // Relative to the camera's voxel.
@@ -78,7 +79,7 @@ struct GroundView::Looks {
   glm::vec3 forward;
   DemandPlace demand{};
   bool is_finite = true;                     // the demand
-  double steps_away = 0;                     // sides_away, of a node of size 0
+  double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
 };
@@ -106,14 +107,14 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
   const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
-  looks.unit[0] = 1;
+  looks.unit[0] = std::ldexp(1.0, info.lattice_size);
   for (std::size_t size = 1; size < looks.unit.size(); ++size)
     looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
   const bool by_error = request.sides_away <= 0;
   looks.is_finite = !by_error || request.scale.steps_per_step < kInfinite;
-  looks.demand =
-      place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
-  looks.steps_away = std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]);
+  looks.demand = place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
+  looks.steps_away =
+      std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / looks.unit[0];
 
   Node& root = storage_.nodes[0];
   root = {};
@@ -140,6 +141,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     }
   }
   result_.visited = node_count_;
+  result_.region = request.has_region && leaves_region(looks);
   list(looks);
 }
 
@@ -167,6 +169,8 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
       if (inmost < 0) node.in_view = false;
     }
   }
+  // Belts are not in boxes of nodes, and need all nodes around the region.
+  if (looks.request.has_region && borders_region(looks.info, node.key)) node.in_view = true;
   low.y = lowest;
   // As least_apparent_distance(), in double but for what the GPU computes in float.
   const float least_cos2 = looks.request.scale.least_cos2;
@@ -202,7 +206,7 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
   if (node.key.size == 0) return;
   const bool is_near = node.least_apparent < node.threshold;
   if (!is_near && looks.steps_away == 0) return;
-  const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  const float error = most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
   if (!is_near) {
@@ -314,7 +318,7 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
 }
 
 std::uint64_t GroundView::hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325u;
+  std::uint64_t hash = result_.region ? 0xcbf29ce484222326u : 0xcbf29ce484222325u;
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (std::size_t n = 0; n < result_.drawn; ++n) {
     const DrawItem& item = storage_.items[n];
@@ -335,6 +339,14 @@ MorphRows GroundView::take_rows() {
   return rows;
 }
 
+// Whether no node that has the region in part is drawn.
+bool GroundView::leaves_region(const Looks& looks) const {
+  for (const Node& node : nodes()) {
+    if (node.in_view && !node.is_split() && in_region(looks.info, node.key) == InRegion::part) return false;
+  }
+  return true;
+}
+
 // From the root on, of four children the one that the eye stands over first.
 void GroundView::list(const Looks& looks) {
   result_.least_size = looks.top;
@@ -346,6 +358,7 @@ void GroundView::list(const Looks& looks) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
     if (!node.in_view) continue;
+    if (result_.region && in_region(looks.info, node.key) == InRegion::all) continue;
     if (!node.is_split()) {
       DrawItem item{};
       item.patch = 4 * node.parent_family + static_cast<std::uint32_t>(node.key.quadrant());
@@ -365,7 +378,7 @@ void GroundView::list(const Looks& looks) {
     const auto middle = [&](int axis, int index) {
       const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
       const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
-      return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
+      return static_cast<double>(sample_place(looks.info, axis, sample) * kVertexStep);
     };
     const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);

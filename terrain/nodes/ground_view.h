@@ -24,6 +24,14 @@
 //  - Error: as in morph.h, with one more case less: in a triangle two vertices move at most, by the same
 //    threshold or by that of a border.
 //
+// The region (ground.h). Thresholds of nodes that have it in part hold
+//   (3)  D(p) >= k error + G (reach + R(p) / G)
+// error being how far what is seen of the region is from the ground that stands for it, and reach the
+// diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
+// the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
+// that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
+// closed, and the region is not: it is within the bound of the ground, or the node counts as refused.
+//
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the
 // ground). One that should be and is not is *refused*: then its border has threshold 0 for all nodes that
@@ -59,11 +67,12 @@ struct GroundRequest {
   // distance / (width * detail * (1 + error)), but that the least demand's threshold is added for the error).
   // A sum of two thresholds that keep (2) below keeps it. Nothing is promised of the error then.
   double sides_away = 0;
-  bool culls = true;               // what is out of the frustum is not listed
+  bool culls = true;  // what is out of the frustum is not listed
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
-  int least_size = 0;  // no finer one is drawn
+  bool has_region = false;  // its patches are there to be drawn
+  int least_size = 0;       // no finer one is drawn
   float spared_error =
       0;  // lattice steps: nodes whose error is not above this are not split, whatever is asked
 };
@@ -116,6 +125,7 @@ class GroundView {
     std::uint32_t lacks_tile = 0;  // of them, for want of a tile
     std::uint32_t lacks_room = 0;  // for want of a family
     std::int32_t least_size = 0;   // of what is drawn
+    bool region = false;           // the region is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
     // a node was refused; infinite where one is as near as its error.
     float bound_px = 0;
@@ -154,6 +164,7 @@ class GroundView {
   void decide(const Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
+  bool leaves_region(const Looks& looks) const;
   void list(const Looks& looks);
 
   Storage storage_;

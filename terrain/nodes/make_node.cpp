@@ -33,7 +33,7 @@ class Grid {
 
   // kVertexStep of the lattice of `coarser` sizes more than the node's.
   glm::i64vec3 place_of(int i, int k, int coarser) const {
-    const int size = node_.size + coarser;
+    const int size = info_.page_size(node_.size) + coarser;
     return {place_at_size(x(i), size), place_at_size(height(i, k), size), place_at_size(z(k), size)};
   }
 
@@ -50,7 +50,7 @@ class Grid {
 
  private:
   std::int64_t place(int axis, std::int64_t index) const {
-    return sample_place(info_.steps[axis], sample_of(info_.samples[axis], node_.size, index));
+    return sample_place(info_, axis, sample_of(info_.samples[axis], node_.size, index));
   }
   std::int64_t x(int i) const { return x_[static_cast<std::size_t>(i + kTileRim)]; }
   std::int64_t z(int k) const { return z_[static_cast<std::size_t>(k + kTileRim)]; }
@@ -99,12 +99,13 @@ void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
 }  // namespace
 
 glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeKey node) {
+  const int size = info.page_size(node.size);
   const auto at = [&](int axis, int index) {
     const std::int64_t sample = sample_of(info.samples[axis], node.size, std::int64_t{index} * kNodeQuads);
-    return place_at_size(sample_place(info.steps[axis], sample), node.size) * kVertexStep;
+    return place_at_size(sample_place(info, axis, sample), size) * kVertexStep;
   };
   const std::int64_t middle = (std::int64_t{measure.low} + measure.high) >> 1;
-  const std::int64_t y = place_at_size(middle, node.size) * kVertexStep;
+  const std::int64_t y = place_at_size(middle, size) * kVertexStep;
   return {static_cast<int>(floor_voxel(at(0, node.x))), static_cast<int>(floor_voxel(y + kStepsPerHalfVoxel)),
           static_cast<int>(floor_voxel(at(1, node.z)))};
 }

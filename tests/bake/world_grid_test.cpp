@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where voxels lie, column tops, and the taking away of what is one voxel wide.
 #include "bake/elevation/elevation_solid.h"
-#include "bake/pipeline/settle_voxels.h"
+#include "bake/voxels/settle_voxels.h"
 #include "tests/bake/bake_jobs.h"
 
 #include <gtest/gtest.h>

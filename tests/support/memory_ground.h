@@ -11,10 +11,18 @@
 #include <vector>
 
 #include "terrain/ground/ground.h"
+#include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
 #include "terrain/ground/tile_source.h"
 
 namespace karst::test {
+
+// Voxels of an extent as its region, from node (x, z) on. extent_x 0: none.
+struct MemoryRegion {
+  int extent_x = 0, extent_z = 0;
+  int x = 0, z = 0;
+  core::RegionMeasure measure = {};
+};
 
 class MemoryGround {
  public:
@@ -23,9 +31,10 @@ class MemoryGround {
   using Errors = std::function<float(core::NodeKey)>;
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
-               const Errors& errors);
+               const Errors& errors, const MemoryRegion& region = {});
   // With what measure_ground.h measures.
-  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
+  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
+               const MemoryRegion& region = {});
 
   const core::GroundInfo& info() const { return info_; }
   core::NodeKey root() const { return {info_.top_size(), 0, 0}; }
@@ -49,13 +58,15 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
-  void make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
+  void make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
+                  const MemoryRegion& region);
   void make_tile(core::NodeKey key, const Heights& heights);
   void measure(const Errors& errors);
   void measure(const Heights& heights);
   core::NodeMeasure* measure_of(core::NodeKey node);
 
   core::GroundInfo info_;
+  core::RegionMeasure region_;
   std::map<Key, core::Tile> tiles_;
 };
 
