@@ -71,7 +71,9 @@ class GroundBaker {
         report_(report),
         progress_(progress),
         rows_(job_.read, job_.water_m),
-        region_(job_, progress) {}
+        region_(job_, progress),
+        images_(job.imagery),
+        imagery_(images_, job_.threads) {}
 
   Error run() {
     materials_.options = job_.materials;
@@ -88,6 +90,8 @@ class GroundBaker {
     report_.region = region_.report();
     if (Error error = write_tiles(); !error.ok()) return error;
     report_.seconds_tiles = seconds_since(start);
+    report_.bytes_tiles = report_.ground.tile_bytes;
+    if (Error error = write_imagery(); !error.ok()) return error;
     start = std::chrono::steady_clock::now();
     if (Error error = write_head(); !error.ok()) return error;
     report_.seconds_materials = seconds_since(start);
@@ -104,6 +108,7 @@ class GroundBaker {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
       if (Error error = check_memory(); !error.ok()) return error;
       if (Error error = outline(); !error.ok()) return error;
+      if (Error error = open_imagery(); !error.ok()) return error;
       if (Error error = file_.open(output_); !error.ok()) return error;
       Outcome outcome = Outcome::done;
       double offending_m = 0;
@@ -211,8 +216,39 @@ class GroundBaker {
     writer_.materials = outlined.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
+    return {};
+  }
+
+  Error open_imagery() {
+    if (!images_.files.empty()) {
+      const SamplePlace place = rows_.place();
+      const GroundGrid grid{{info_.samples[0], info_.samples[1]},
+                            place.known,
+                            place.west,
+                            place.north,
+                            place.step_x,
+                            place.step_z,
+                            place.crs};
+      if (Error error = imagery_.open(grid, info_, report_.imagery); !error.ok()) return error;
+      writer_.ground.imagery = report_.imagery.info;
+    }
     begin_ = writer_.tiles_begin();
     return {};
+  }
+
+  // Behind the tiles of the ground.
+  Error write_imagery() {
+    if (images_.files.empty()) return {};
+    Error unwritten;
+    WorldGround& ground = report_.ground;
+    const auto append = [&](std::span<const std::byte> bytes) {
+      unwritten = file_.write(begin_ + ground.tile_bytes, bytes);
+      return unwritten.ok();
+    };
+    if (Error error = imagery_.run(ground, append, progress_, report_.imagery); !error.ok()) return error;
+    const std::vector<std::string>& more = report_.imagery.warnings;
+    report_.warnings.insert(report_.warnings.end(), more.begin(), more.end());
+    return unwritten;
   }
 
   Surroundings surroundings() const {
@@ -355,6 +391,8 @@ class GroundBaker {
   GroundInfo info_;
   WorldWriter writer_;
   std::uint64_t begin_ = 0;  // of tiles in the file
+  const ImageryOptions& images_;
+  BakeImagery imagery_;
   app::AtomicFile file_;
 };
 
