@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include "terrain/base/check.h"
 #include "terrain/basis/sin_cos.h"
@@ -140,6 +141,55 @@ int cube_face(int cell_x, int cell_z) {
 void cube_cell(int face, int& cell_x, int& cell_z) {
   cell_x = kFaceCells[face][0];
   cell_z = kFaceCells[face][1];
+}
+
+bool fold_cube(std::int64_t half, int& face, std::int64_t& u, std::int64_t& v) {
+  const bool over_u = u < -half || u > half, over_v = v < -half || v > half;
+  if (over_u && over_v) return false;
+  if (!over_u && !over_v) return true;
+  const FaceAxes& axes = kFaces[face];
+  const std::int64_t past = over_u ? u : v;
+  const int over_axis = over_u ? axes.right : axes.down;
+  // Along the earth's axes: what is past the edge goes down the other face.
+  std::int64_t place[3] = {};
+  const auto set = [&](int axis, std::int64_t value) {
+    place[std::abs(axis) - 1] = axis < 0 ? -value : value;
+  };
+  set(axes.out, 2 * half - std::abs(past));
+  set(over_axis, past < 0 ? -half : half);
+  set(over_u ? axes.down : axes.right, over_u ? v : u);
+  const int out = past < 0 ? -over_axis : over_axis;
+  for (face = 0; kFaces[face].out != out;) ++face;
+  const auto part = [&](int axis) {
+    return axis < 0 ? -place[std::abs(axis) - 1] : place[std::abs(axis) - 1];
+  };
+  u = part(kFaces[face].right);
+  v = part(kFaces[face].down);
+  return true;
+}
+
+void cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k) {
+  int nearest = 0;
+  std::int64_t least = -1, from_u = 0, from_v = 0;
+  for (int face = 0; face < kCubeFaces; ++face) {
+    const std::int64_t u = 2 * (i - kFaceCells[face][0] * face_quads) - face_quads;
+    const std::int64_t v = 2 * (k - kFaceCells[face][1] * face_quads) - face_quads;
+    const std::int64_t over = std::max<std::int64_t>(std::abs(u) - face_quads, 0) +
+                              std::max<std::int64_t>(std::abs(v) - face_quads, 0);
+    if (least >= 0 && over >= least) continue;
+    least = over;
+    nearest = face;
+    from_u = u;
+    from_v = v;
+  }
+  // What is beyond two edges is nothing's copy: on one of them.
+  const std::int64_t most = 3 * face_quads;
+  from_u = std::clamp(from_u, -most, most);
+  from_v = std::clamp(from_v, -most, most);
+  if (std::abs(from_u) > face_quads) from_v = std::clamp(from_v, -face_quads, face_quads);
+  fold_cube(face_quads, nearest, from_u, from_v);
+  i = kFaceCells[nearest][0] * face_quads + (from_u + face_quads) / 2;
+  k = kFaceCells[nearest][1] * face_quads + (from_v + face_quads) / 2;
 }
 
 Status Basis::finish() {
@@ -337,6 +387,23 @@ bool grid_of(const Basis& basis, glm::dvec3 place, GridPlace& at) {
 glm::dvec3 up_of(const Basis& basis, glm::dvec3 place) {
   GridPlace at;
   return grid_of(basis, place, at) ? up_at(basis, at) : glm::dvec3(0.0, 1.0, 0.0);
+}
+
+bool level_shape(const Basis& basis, LevelShape& shape) {
+  shape = {};
+  if (basis.kind == BasisKind::cylinder) {
+    const double radius = std::abs(basis.radius_m);
+    shape.scale[0][0] = shape.scale[1][1] = 1.0 / radius;
+    shape.centre_m = {0.0, -basis.radius_m, 0.0};
+    shape.sign = basis.radius_m < 0 ? -1.0 : 1.0;
+    return true;
+  }
+  if (!basis.is_ellipsoid()) return false;
+  glm::dmat3 in_earth(1.0 / basis.radius_m);
+  in_earth[2][2] = 1.0 / basis.polar_radius_m();
+  shape.scale = basis.frame_from_earth * in_earth * glm::transpose(basis.frame_from_earth);
+  shape.centre_m = to_frame(basis, glm::dvec3(0.0));
+  return true;
 }
 
 bool geodetic_of(const Basis& basis, glm::dvec3 place, Geodetic& out) {

@@ -103,6 +103,15 @@ int cube_face(int cell_x, int cell_z);
 // The cell of a face.
 void cube_cell(int face, int& cell_x, int& cell_z);
 
+// Around a cube. u, v: on a face, from its middle, to the right and down, half to the edge; beyond one edge,
+// by at most twice half, they are folded over it onto the face that adjoins, which is then the face. False:
+// beyond two edges, where there is nothing.
+bool fold_cube(std::int64_t half, int& face, std::int64_t& u, std::int64_t& v);
+
+// The sample of a face that a sample of a cube's grid is, or is a copy of: in a cell beside faces what
+// adjoins the nearest of them.
+void cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k);
+
 // Of the number of a sample, which may be a fraction and may lie beyond the face. Precondition: not a plane.
 AxisPlace axis_place(const Basis& basis, int axis, int face, double index);
 // Metres, and unit length.
@@ -127,6 +136,16 @@ glm::dvec3 up_of(const Basis& basis, glm::dvec3 place_m);
 // Of an ellipsoid; a plane's and others' are not known: false, or the frame's origin.
 bool geodetic_of(const Basis& basis, glm::dvec3 place_m, Geodetic& out);
 glm::dvec3 place_of(const Basis& basis, const Geodetic& geodetic);
+
+// What is level there, as a quadric: a place p has q = scale (p - centre_m); |q| is 1 at height 0, up is
+// along the gradient of |q|, times sign, and so is the height, nearly: exactly on spheres and cylinders.
+struct LevelShape {
+  glm::dmat3 scale{0.0};  // 1/metres, symmetric
+  glm::dvec3 centre_m{0.0};
+  double sign = 1;  // -1: up is towards the centre
+};
+// Of a plane, or where a function says, there is none: false.
+bool level_shape(const Basis& basis, LevelShape& shape);
 
 // Metres that a surface through samples 2^size apart may be off the curved one, heights left out: E = sagitta
 // 4^size; and radians that up turns over a quad.

@@ -66,6 +66,53 @@ Frustum planes_at(const GroundRequest& request) {
   return make_frustum(camera);
 }
 
+// What the ellipsoid itself hides from an eye above it. All of the ground is above its lowest height, so what
+// lies behind the horizon of an ellipsoid at that is not seen. In the space in which the ellipsoid is the
+// unit sphere, which keeps lines, a place at distance r from the centre is seen if the angle between it and
+// the eye there is at most acos(low / eye) + acos(low / r).
+class Horizon {
+ public:
+  // None: nothing is hidden.
+  Horizon() = default;
+  Horizon(const GroundInfo& info, const glm::dvec3& eye_steps) : info_(&info) {
+    const Basis& basis = info.basis;
+    if (!basis.is_ellipsoid() || !level_shape(basis, shape_)) return;
+    polar_m_ = basis.polar_radius_m();
+    step_m_ = basis.height_unit_m / kVertexStep;
+    eye_ = shape_.scale * (eye_steps * step_m_ - shape_.centre_m);
+    const double distance = glm::length(eye_);
+    low_ = 1.0 + least(basis.height_m(info.low)) - kSlack;
+    if (!(distance > low_)) return;
+    eye_ /= distance;
+    eye_angle_ = std::acos(low_ / distance);
+    exists_ = true;
+  }
+
+  bool hides(const NodeMeasure& measure, const NodeBall& ball) const {
+    if (!exists_) return false;
+    const glm::dvec3 centre = shape_.scale * (ball.centre * step_m_ - shape_.centre_m);
+    const double distance = glm::length(centre);
+    const double reach = ball.radius * step_m_ / polar_m_;
+    if (!(reach < 0.9 * distance)) return false;
+    const double angle =
+        std::acos(std::clamp(glm::dot(eye_, centre) / distance, -1.0, 1.0)) - std::asin(reach / distance);
+    const double top = 1.0 + most(info_->basis.height_m(measure.high)) + kSlack;
+    return angle > eye_angle_ + std::acos(std::min(1.0, low_ / top)) + kSlack;
+  }
+
+ private:
+  static constexpr double kSlack = 1e-6;
+  double least(double height_m) const { return height_m / (height_m < 0 ? polar_m_ : info_->basis.radius_m); }
+  double most(double height_m) const { return height_m / (height_m > 0 ? polar_m_ : info_->basis.radius_m); }
+
+  const GroundInfo* info_ = nullptr;
+  LevelShape shape_;
+  double polar_m_ = 1, step_m_ = 1;
+  glm::dvec3 eye_{0.0};
+  double low_ = 0, eye_angle_ = 0;
+  bool exists_ = false;
+};
+
 }  // namespace
 
 struct GroundView::Looks {
@@ -80,6 +127,7 @@ struct GroundView::Looks {
   bool is_finite = true;                     // the demand
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
+  Horizon horizon{};
 };
 
 void GroundView::select(const GroundInfo& info, const GroundRequest& request, TileCache& tiles,
@@ -111,19 +159,12 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   looks.is_finite = request.scale.steps_per_step < kInfinite;
   looks.demand = place_of_demand(looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
 
-  Node& root = storage_.nodes[0];
-  root = {};
-  root.key = {looks.top, 0, 0};
-  for (std::int32_t& there : root.around) there = Node::kOutside;
-  root.tile = tiles.find(tile_of(root.key));
-  root.parent_family = pool.see(root.key.parent());
-  node_count_ = 1;
-  KARST_ASSERT(root.tile != nullptr);
-  if (root.parent_family == FamilyPool::kNone) return;
-  look_at(looks, root);
+  if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !camera.parallel)
+    looks.horizon = Horizon(info, looks.corner + looks.fine);
+  if (!add_roots(looks, pool)) return;
 
   std::uint32_t begin = 0;
-  for (std::uint32_t end = 1; begin < end; begin = end, end = node_count_) {
+  for (std::uint32_t end = node_count_; begin < end; begin = end, end = node_count_) {
     for (std::uint32_t n = begin; n < end; ++n) decide(looks, pool, storage_.nodes[n]);
     for (std::uint32_t n = begin; n < end; ++n) {
       if (storage_.nodes[n].family != FamilyPool::kNone) add_children(looks, static_cast<std::int32_t>(n));
@@ -139,8 +180,103 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   list(looks);
 }
 
-// Its box, whether that is in view, and how near it is.
+// The root, or a cube's six. False: there is no room.
+bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
+  const int wide = looks.info.is_cube() ? kCubeCells[0] : 1, deep = looks.info.is_cube() ? kCubeCells[1] : 1;
+  for (int z = 0; z < deep; ++z) {
+    for (int x = 0; x < wide; ++x) {
+      const NodeKey key{looks.top, x, z};
+      if (!node_exists(looks.info, key)) continue;
+      Node& root = storage_.nodes[node_count_];
+      root = {};
+      root.key = key;
+      for (std::int32_t& there : root.around) there = Node::kOutside;
+      root.tile = looks.tiles.find(tile_of(root.key));
+      root.parent_family = pool.see(root.key.parent());
+      KARST_ASSERT(root.tile != nullptr);
+      if (root.parent_family == FamilyPool::kNone) {
+        node_count_ = 0;
+        return false;
+      }
+      ++node_count_;
+      look_at(looks, root);
+    }
+  }
+  root_count_ = node_count_;
+  for (std::uint32_t n = 0; n < root_count_ && looks.info.is_cube(); ++n) {
+    Node& root = storage_.nodes[n];
+    for (int d = 0; d < 8; ++d) {
+      NodeKey key;
+      if (!neighbour_of(looks.info, root.key, kAround[d].east, kAround[d].south, key)) continue;
+      for (std::uint32_t other = 0; other < root_count_; ++other) {
+        const Node& there = storage_.nodes[other];
+        if (there.key == key)
+          root.around[d] = there.in_view ? static_cast<std::int32_t>(other) : Node::kOutOfView;
+      }
+    }
+  }
+  return true;
+}
+
+// Its ball, of a curved basis, as look_at() does with boxes.
+void GroundView::look_at_ball(const Looks& looks, Node& node) const {
+  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
+  const NodeBall ball = node_ball(looks.info, measure, node.key);
+  const glm::dvec3 centre = ball.centre - looks.corner;
+  node.in_view = true;
+  if (looks.request.culls) {
+    double reach = ball.radius;
+    // Walls are not in it.
+    if (node_walls(looks.info, node.key) != 0)
+      reach += (static_cast<double>(measure.low) - looks.info.low) * kVertexStep;
+    const glm::dvec3 farthest = glm::abs(centre) + reach;
+    const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
+    for (const Plane& plane : looks.frustum.planes) {
+      const glm::dvec3 normal(plane.normal);
+      if (double{plane.offset} + margin + glm::dot(normal, centre) + reach * glm::length(normal) < 0)
+        node.in_view = false;
+    }
+    if (node.in_view && looks.horizon.hides(measure, ball)) node.in_view = false;
+  }
+  node.least_apparent = least_apparent(looks, centre, ball.radius);
+}
+
+// As least_apparent_distance(), in double but for what the GPU computes in float. centre: from the camera's
+// voxel.
+float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) const {
+  const float least_cos2 = looks.request.scale.least_cos2;
+  if (least_cos2 < 0.0f) return -least_cos2;
+  const glm::dvec3 d = centre - looks.fine;
+  const double reach = kSteepest * radius;
+  const double r = glm::length(d);
+  const double ahead = std::max(0.0, glm::dot(d, glm::dvec3(looks.forward)));
+  const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
+  return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
+}
+
+// Whether it is in view, how near it is, and its threshold.
 void GroundView::look_at(const Looks& looks, Node& node) const {
+  if (looks.info.basis.is_curved()) {
+    look_at_ball(looks, node);
+  } else {
+    look_at_box(looks, node);
+  }
+  node.threshold = 0.0f;
+  if (node.key.size == 0) return;
+  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
+  double threshold = double{kInfinite};
+  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
+  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
+    const double at_n = double{threshold_steps(halves[0])};
+    const double after_n = double{threshold_steps(halves[1])};
+    threshold = (at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor *
+                looks.unit[static_cast<std::size_t>(node.key.size)];
+  }
+  node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
+}
+
+// Its box.
+void GroundView::look_at_box(const Looks& looks, Node& node) const {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const NodeBox box = node_box(looks.info, measure, node.key);
   glm::dvec3 low = box.low - looks.corner;
@@ -164,29 +300,7 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
     }
   }
   low.y = lowest;
-  // As least_apparent_distance(), in double but for what the GPU computes in float.
-  const float least_cos2 = looks.request.scale.least_cos2;
-  if (least_cos2 < 0.0f) {
-    node.least_apparent = -least_cos2;
-  } else {
-    const glm::dvec3 d = 0.5 * (low + high) - looks.fine;
-    const double reach = 0.5 * kSteepest * glm::length(high - low);
-    const double r = glm::length(d);
-    const double ahead = std::max(0.0, glm::dot(d, glm::dvec3(looks.forward)));
-    const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
-    node.least_apparent = static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
-  }
-  node.threshold = 0.0f;
-  if (node.key.size == 0) return;
-  double threshold = double{kInfinite};
-  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
-  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
-    const double at_n = double{threshold_steps(halves[0])};
-    const double after_n = double{threshold_steps(halves[1])};
-    threshold = (at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor *
-                looks.unit[static_cast<std::size_t>(node.key.size)];
-  }
-  node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
+  node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
 }
 
 // Whether a node is to be split: then it has a family. Its children are not there yet.
@@ -262,7 +376,16 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
       } else if (!other.is_split()) {
         child.around[d] = Node::kNotThere;
       } else {
-        const std::int32_t at = other.first_child + ((east & 1) | (south & 1) << 1);
+        std::int32_t at = other.first_child + ((east & 1) | (south & 1) << 1);
+        NodeKey over_edge;
+        if (looks.info.is_cube() && from != parent) {
+          // Faces may be turned.
+          if (!neighbour_of(looks.info, child.key, kAround[d].east, kAround[d].south, over_edge)) {
+            child.around[d] = Node::kOutside;
+            continue;
+          }
+          at = other.first_child + over_edge.quadrant();
+        }
         const bool exists = node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key);
         child.around[d] = exists ? at : Node::kOutside;
       }
@@ -328,9 +451,9 @@ MorphRows GroundView::take_rows() {
 // From the root on, of four children the one that the eye stands over first.
 void GroundView::list(const Looks& looks) {
   result_.least_size = looks.top;
-  std::array<std::int32_t, 4 * (kMostSize + 2)> stack;
+  std::array<std::int32_t, 4 * (kMostSize + 2) + kCubeFaces> stack;
   std::size_t depth = 0;
-  stack[depth++] = 0;
+  for (std::uint32_t n = root_count_; n > 0; --n) stack[depth++] = static_cast<std::int32_t>(n - 1);
   const glm::dvec3 eye = looks.corner + looks.fine;
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
@@ -357,7 +480,17 @@ void GroundView::list(const Looks& looks) {
       const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
       return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
     };
-    const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
+    int near = 0;
+    if (looks.info.basis.is_curved()) {
+      for (int child = 1; child < 4; ++child) {
+        const auto apparent = [&](int n) {
+          return storage_.nodes[static_cast<std::size_t>(node.first_child + n)].least_apparent;
+        };
+        if (apparent(child) < apparent(near)) near = child;
+      }
+    } else {
+      near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
+    }
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);
   }
 }

@@ -24,6 +24,10 @@
 //  - Error: as in morph.h, with one more case less: in a triangle two vertices move at most, by the same
 //    threshold or by that of a border.
 //
+// Of a curved basis the same holds with balls in the place of boxes (ground_box.h), R(q) being G times the
+// ball's diameter, and deviations in space (measure_ground.h). Around a cube's corners there are seven nodes.
+// What the ellipsoid's horizon hides counts as out of view.
+//
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the
 // ground). One that should be and is not is *refused*: then its border has threshold 0 for all nodes that
@@ -144,9 +148,13 @@ class GroundView {
  private:
   struct Looks;
 
+  bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
   void look_at(const Looks& looks, Node& node) const;
+  void look_at_box(const Looks& looks, Node& node) const;
+  void look_at_ball(const Looks& looks, Node& node) const;
+  float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) const;
   void decide(const Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
@@ -155,6 +163,7 @@ class GroundView {
   Storage storage_;
   Result result_;
   std::uint32_t node_count_ = 0;
+  std::uint32_t root_count_ = 0;
   std::uint32_t dirty_begin_ = 0;  // rows
   std::uint32_t dirty_end_ = 0;
   std::uint32_t known_rows_ = 0;  // 0: none was taken since reset()

@@ -24,11 +24,14 @@ class MemoryGround {
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
                const Errors& errors);
+  // Of any basis: samples, steps and basis of shape.
+  MemoryGround(const core::GroundInfo& shape, const Heights& heights, const Errors& errors);
+  MemoryGround(const core::GroundInfo& shape, const Heights& heights);
   // With what measure_ground.h measures.
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
 
   const core::GroundInfo& info() const { return info_; }
-  core::NodeKey root() const { return {info_.top_size(), 0, 0}; }
+  core::NodeKey root() const { return {info_.top_size(), 0, 0}; }  // of a cube, in its tile
   const core::Tile& tile(core::NodeKey key) const;
   std::size_t tile_count() const { return tiles_.size(); }
 
@@ -49,7 +52,9 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
-  void make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
+  void make_tiles(const Heights& heights);
+  // Of a size.
+  void for_each_node(int size, const std::function<void(core::NodeKey)>& take) const;
   void make_tile(core::NodeKey key, const Heights& heights);
   void measure(const Errors& errors);
   void measure(const Heights& heights);
