@@ -186,7 +186,8 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (section == WorldSection::surroundings)
     return bytes >= sizeof(Surroundings) &&
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
-  if (section == WorldSection::ground) return bytes == ground_section::kBytes;
+  if (section == WorldSection::ground)
+    return bytes == ground_section::kBytes || bytes == ground_section::kMostBytes;
   if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::blend_map) {
     const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
@@ -441,7 +442,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
                                     .present = materials.surroundings.has_water() || !materials.rim.empty()};
   of(WorldSection::blend_map) = {.bytes = material_section::blend_section_bytes(materials.set.blend_map),
                                  .present = materials.set.blend_map.exists()};
-  of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
+  of(WorldSection::ground) = {.bytes = ground_section::section_bytes(ground),
+                              .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
   std::uint64_t end = kHeaderBytes;
   for (const WorldSection section : writing_order()) {

@@ -176,11 +176,12 @@ Status WorldReader::read_surroundings(glm::ivec3 extent) {
 
 Status WorldReader::read_ground() {
   if (!place_of(WorldSection::ground).present) return {};
-  std::array<std::byte, ground_section::kBytes> bytes;
+  std::array<std::byte, ground_section::kMostBytes> room;
+  const auto bytes = std::span(room).first(static_cast<std::size_t>(place_of(WorldSection::ground).bytes));
   if (const Status status = read_section(WorldSection::ground, bytes); !status.ok()) return status;
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   ground_.tile_crc = tiles.crc;
-  const auto fault = ground_section::decode(bytes, tiles.bytes, ground_);
+  const auto fault = ground_section::decode(bytes, tiles.bytes, info_.voxel_size_m, ground_);
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::ground, fault.what, fault.offset);
 }
 

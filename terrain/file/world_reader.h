@@ -40,6 +40,7 @@ class WorldReader {
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
   const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
+  const Georeference& earth() const { return ground_.earth; }
   const TilePlace& root_tile() const { return ground_.root; }
   std::uint64_t tile_bytes() const { return ground_.tile_bytes; }
 

@@ -208,11 +208,14 @@ void check_edges(const MemoryGround& ground, const GroundRequest& request, const
     // Behind the horizon nothing is drawn.
     bool hidden = false;
     if (request.culls && info.is_cube()) {
-      const glm::dvec3 eye = (corner + glm::dvec3(camera.fine)) * step_m;
-      const double low = info.basis.polar_radius_m() + info.basis.height_m(info.low);
-      const glm::dvec3 way = a - eye;
+      // Where the ellipsoid is the unit sphere.
+      const glm::dvec3 scale(1 / info.basis.radius_m, 1 / info.basis.polar_radius_m(),
+                             1 / info.basis.radius_m);
+      const glm::dvec3 eye = (corner + glm::dvec3(camera.fine)) * step_m * scale;
+      const double low = 1 + info.basis.height_m(info.low) / info.basis.polar_radius_m();
+      const glm::dvec3 way = a * scale - eye;
       const double along = std::clamp(-glm::dot(eye, way) / glm::dot(way, way), 0.0, 1.0);
-      hidden = glm::length(eye + along * way) < low * 0.999999 && along < 1.0;
+      hidden = glm::length(eye + along * way) < low && along < 1.0;
     }
     totals.rim += 1;
     ASSERT_TRUE(out_of_view || at_rim || hidden)
