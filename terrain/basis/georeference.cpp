@@ -125,15 +125,15 @@ bool to_geodetic(const Basis& basis, const Georeference& earth, glm::dvec3 place
   coordinates(earth, place_m, x, y);
   out.altitude_m = place_m.y;
   switch (earth.projection) {
-    case Projection::degrees:
+    case MapProjection::degrees:
       out.longitude_deg = std::remainder(x, 360.0);
       out.latitude_deg = y;
       return true;
-    case Projection::transverse_mercator:
+    case MapProjection::transverse_mercator:
       geodetic_from_mercator(basis, earth, x, y, out.longitude_deg, out.latitude_deg);
       return true;
-    case Projection::none:
-    case Projection::other:
+    case MapProjection::none:
+    case MapProjection::other:
       break;
   }
   return false;
@@ -148,16 +148,16 @@ bool from_geodetic(const Basis& basis, const Georeference& earth, const Geodetic
   if (basis.is_curved()) return false;
   double x = 0, y = 0;
   switch (earth.projection) {
-    case Projection::degrees:
+    case MapProjection::degrees:
       // The turn nearest to the world's origin.
       x = earth.origin[0] + std::remainder(geodetic.longitude_deg - earth.origin[0], 360.0);
       y = geodetic.latitude_deg;
       break;
-    case Projection::transverse_mercator:
+    case MapProjection::transverse_mercator:
       mercator_from_geodetic(basis, earth, geodetic.longitude_deg, geodetic.latitude_deg, x, y);
       break;
-    case Projection::none:
-    case Projection::other:
+    case MapProjection::none:
+    case MapProjection::other:
       return false;
   }
   place_m = place(earth, x, y, geodetic.altitude_m);

@@ -11,7 +11,7 @@
 
 namespace karst::core {
 
-enum class Projection : std::uint8_t {
+enum class MapProjection : std::uint8_t {
   none,                 // nothing is known of where a plane lies
   degrees,              // its coordinates are longitude and latitude
   transverse_mercator,  // they are a projection's that is known here
@@ -19,7 +19,7 @@ enum class Projection : std::uint8_t {
 };
 
 struct Georeference {
-  Projection projection = Projection::none;
+  MapProjection projection = MapProjection::none;
   std::uint32_t epsg = 0;  // code of the coordinate reference system; 0: not known
   // Coordinates of the frame's origin, and how much they change a metre to the east and to the north.
   double origin[2] = {};
@@ -30,7 +30,7 @@ struct Georeference {
   double false_east_m = 0, false_north_m = 0;
   double unit_m = 1;  // of its coordinates
 
-  bool exists() const { return projection != Projection::none; }
+  bool exists() const { return projection != MapProjection::none; }
 };
 
 // Altitudes are metres, as heights of the world are. False: not known. Places are metres in the frame; a

@@ -60,7 +60,7 @@ Fault check_basis(const GroundInfo& info) {
 
 Fault check_earth(const WorldGround& ground) {
   const Georeference& earth = ground.earth;
-  if (earth.projection > Projection::other) return {"a projection of unknown kind", kBytes + kProjection};
+  if (earth.projection > MapProjection::other) return {"a projection of unknown kind", kBytes + kProjection};
   for (const double value : {earth.origin[0], earth.origin[1], earth.false_east_m, earth.false_north_m}) {
     if (!(std::abs(value) <= 1e12)) return {"coordinates are not within +-1e12", kBytes + kOrigin};
   }
@@ -93,7 +93,7 @@ void load_earth(std::span<const std::byte> in, WorldGround& ground) {
   basis.base_m = load<double>(in, kBase);
   basis.face_quads = load<std::int32_t>(in, kFaceQuads);
   earth.projection =
-      static_cast<Projection>(std::min<std::uint32_t>(load<std::uint32_t>(in, kProjection), 255));
+      static_cast<MapProjection>(std::min<std::uint32_t>(load<std::uint32_t>(in, kProjection), 255));
   earth.epsg = load<std::uint32_t>(in, kEpsg);
   earth.scale = load<double>(in, kScale);
   earth.latitude_deg = load<double>(in, kLatitude);

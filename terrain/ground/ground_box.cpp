@@ -9,6 +9,10 @@
 
 namespace karst::core {
 
+// At corners of a cube's faces the grid's lines meet at 60 degrees, so that one diagonal of a quad is
+// sqrt(8/3) of its sides at the face's middle, where the two are apart the most.
+constexpr double kCubeSkew = 1.1548;
+
 double height_stretch(const GroundInfo& info, std::int32_t low, std::int32_t high) {
   const Basis& basis = info.basis;
   if (basis.kind == BasisKind::function) {
@@ -18,7 +22,7 @@ double height_stretch(const GroundInfo& info, std::int32_t low, std::int32_t hig
                      spacing_m;
   }
   const double most_m = std::max(std::abs(basis.height_m(low)), std::abs(basis.height_m(high)));
-  return 1.0 + most_m / (0.98 * std::abs(basis.radius_m));
+  return (info.is_cube() ? kCubeSkew : 1.0) + most_m / (0.98 * std::abs(basis.radius_m));
 }
 
 double node_radius(const GroundInfo& info, std::int32_t low, std::int32_t high, int size) {

@@ -25,7 +25,7 @@ NodeBall node_ball(const GroundInfo& info, const NodeMeasure& measure, NodeKey n
 // Its radius; low, high: heights in the node.
 double node_radius(const GroundInfo& info, std::int32_t low, std::int32_t high, int size);
 
-// How much longer what spans a quad at height 0 may be at a node's height.
+// How much longer what spans a quad, as steps[] say it, may be at a node's height.
 double height_stretch(const GroundInfo& info, std::int32_t low, std::int32_t high);
 
 // Of all samples; at most what 31 bits hold.

@@ -207,13 +207,12 @@ void check_edges(const MemoryGround& ground, const GroundRequest& request, const
     }
     // Behind the horizon nothing is drawn.
     bool hidden = false;
-    if (request.culls && info.is_cube()) {
+    LevelShape shape;
+    if (request.culls && info.basis.is_ellipsoid() && level_shape(info.basis, shape)) {
       // Where the ellipsoid is the unit sphere.
-      const glm::dvec3 scale(1 / info.basis.radius_m, 1 / info.basis.polar_radius_m(),
-                             1 / info.basis.radius_m);
-      const glm::dvec3 eye = (corner + glm::dvec3(camera.fine)) * step_m * scale;
+      const glm::dvec3 eye = shape.scale * ((corner + glm::dvec3(camera.fine)) * step_m - shape.centre_m);
       const double low = 1 + info.basis.height_m(info.low) / info.basis.polar_radius_m();
-      const glm::dvec3 way = a * scale - eye;
+      const glm::dvec3 way = shape.scale * (a - shape.centre_m) - eye;
       const double along = std::clamp(-glm::dot(eye, way) / glm::dot(way, way), 0.0, 1.0);
       hidden = glm::length(eye + along * way) < low && along < 1.0;
     }
