@@ -168,7 +168,7 @@ bool fold_cube(std::int64_t half, int& face, std::int64_t& u, std::int64_t& v) {
   return true;
 }
 
-void cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k) {
+int cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k) {
   int nearest = 0;
   std::int64_t least = -1, from_u = 0, from_v = 0;
   for (int face = 0; face < kCubeFaces; ++face) {
@@ -190,6 +190,7 @@ void cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k) {
   fold_cube(face_quads, nearest, from_u, from_v);
   i = kFaceCells[nearest][0] * face_quads + (from_u + face_quads) / 2;
   k = kFaceCells[nearest][1] * face_quads + (from_v + face_quads) / 2;
+  return nearest;
 }
 
 Status Basis::finish() {

@@ -109,8 +109,8 @@ void cube_cell(int face, int& cell_x, int& cell_z);
 bool fold_cube(std::int64_t half, int& face, std::int64_t& u, std::int64_t& v);
 
 // The sample of a face that a sample of a cube's grid is, or is a copy of: in a cell beside faces what
-// adjoins the nearest of them.
-void cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k);
+// adjoins the nearest of them. Returns the face.
+int cube_home(std::int64_t face_quads, std::int64_t& i, std::int64_t& k);
 
 // Of the number of a sample, which may be a fraction and may lie beyond the face. Precondition: not a plane.
 AxisPlace axis_place(const Basis& basis, int axis, int face, double index);

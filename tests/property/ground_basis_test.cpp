@@ -124,15 +124,7 @@ MemoryGround::Heights noise_over(const GroundInfo& info, double rough) {
   return [info, rough](std::int64_t i, std::int64_t k) {
     int face = 0;
     if (info.is_cube()) {
-      const std::int64_t quads = info.basis.face_quads;
-      cube_home(quads, i, k);
-      for (std::int64_t back = 0; back < 4; ++back) {
-        // An edge's samples are in two cells.
-        face = cube_face(static_cast<int>((i - (back & 1)) / quads),
-                         static_cast<int>((k - (back >> 1)) / quads));
-        if (face >= 0) break;
-      }
-      EXPECT_GE(face, 0);
+      face = cube_home(info.basis.face_quads, i, k);
     }
     const glm::i64vec3 place = vertex_place(info.basis, face, axis_place(info.basis, 0, face, double(i)),
                                             axis_place(info.basis, 1, face, double(k)), 0.0);
@@ -399,13 +391,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
     const auto heights = [&shape, tall, length_m](std::int64_t i, std::int64_t k) {
       int face = 0;
       if (shape.is_cube()) {
-        const std::int64_t quads = shape.basis.face_quads;
-        cube_home(quads, i, k);
-        for (std::int64_t back = 0; back < 4; ++back) {
-          face = cube_face(static_cast<int>((i - (back & 1)) / quads),
-                           static_cast<int>((k - (back >> 1)) / quads));
-          if (face >= 0) break;
-        }
+        face = cube_home(shape.basis.face_quads, i, k);
       }
       const glm::dvec3 p = place_m(shape.basis, {double(i), double(k), 0, face}) * (6.28 / length_m);
       return static_cast<std::int32_t>(tall * (std::sin(p.x) + std::sin(p.y + 1) + std::sin(p.z + 2)));
