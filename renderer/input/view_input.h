@@ -50,6 +50,7 @@ struct ViewInput {
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
   FrameSurroundings surroundings;
+  FrameLevel level;                            // where the settings say that the basis is curved
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables(); with nodes up to kNodeLevel at least
@@ -90,6 +91,7 @@ struct CascadeInput {
   std::uint32_t first_morph_row = 0;
   std::uint32_t first_family_row = 0;
   std::int64_t foot = 0;
+  LevelView level;  // of cascade.eye, where the settings say that the basis is curved
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
   PageTable pages;

@@ -17,6 +17,9 @@ constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 const double kVisibilityPerHaze = std::log(20.0);
 // Without a visibility: haze takes 63 % of the light at so many times the world's width.
 constexpr double kHazeWidths = 6.0;
+// On a curved basis, whose width says nothing: metres.
+constexpr double kCurvedHazeM = 60'000;
+constexpr double kWhiteSunDeg = 45;
 
 Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
@@ -61,6 +64,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.desktop = options.desktop;
   settings.detail = options.detail;
   settings.water = world.terrain.world.surroundings().has_water();
+  settings.curved = world.terrain.world.ground().basis.is_curved();
   settings.precision = options.precision;
   settings.anisotropy = static_cast<int>(std::min(options.anisotropy, 255u));
   settings.shading = options.shading;
@@ -147,7 +151,8 @@ Status RendererObject::surround() {
   if (ground.exists()) {
     // Its walls end where it is lowest.
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
-    surroundings_.has_plain = true;
+    // Of a curved basis the background has a plain of its own (FrameLevel).
+    surroundings_.has_plain = !ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
@@ -197,16 +202,27 @@ Status RendererObject::take_views(const FrameInput& input) {
   return {};
 }
 
-Status RendererObject::take_light(const Sun& sun) {
+Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   const glm::dvec3 towards = world.placement.world_direction(sun.towards);
   const double length = glm::length(towards);
   if (!std::isfinite(length) || !(length > 0)) return refuse("no direction", "towards");
   light_.sun_elevation_deg = std::asin(std::clamp(towards.y / length, -1.0, 1.0)) * kDegreesPerRadian;
   light_.sun_azimuth_deg = std::atan2(towards.x, -towards.z) * kDegreesPerRadian;
+  light_.towards = glm::dvec3(0.0);
+  const bool curved = world.terrain.world.ground().basis.is_curved();
+  if (curved) {
+    light_.towards = towards / length;
+    const FrameLevel level = ground_.level(views_[shadow_view].camera);
+    const double sine = glm::dot(light_.towards, glm::dvec3(level.up));
+    // From above the air the sun is white and never sets.
+    const double seen = std::asin(std::clamp(sine, -1.0, 1.0)) * kDegreesPerRadian;
+    light_.sun_elevation_deg = kWhiteSunDeg + double{level.sky} * (seen - kWhiteSunDeg);
+  }
   if (!(sun.visibility_m >= 0)) return refuse("must not be negative", "visibility_m");
   const LatticeBox box = world.terrain.world.box();
   const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
-  const double standard = std::max(1.0, kHazeWidths * std::max(size.x, size.z));
+  const double standard = curved ? kCurvedHazeM / world.shown.voxel_size_m
+                                 : std::max(1.0, kHazeWidths * std::max(size.x, size.z));
   light_.haze_voxels =
       sun.visibility_m == 0 ? standard : sun.visibility_m / world.shown.voxel_size_m / kVisibilityPerHaze;
   if (!light_.validate().ok()) return refuse("beyond its range", "visibility_m");
@@ -327,7 +343,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   costs = {};
   limits_ = 0;
   if (const Status status = take_views(input); !status.ok()) return status;
-  if (const Status status = take_light(input.sun); !status.ok()) return status;
+  if (const Status status = take_light(input.sun, input.shadow_view); !status.ok()) return status;
   Residency& residency = world.terrain.residency;
   ShadingSkips skips;
   skips.material = inspection.skip_material;
@@ -411,6 +427,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.nodes = ground_.nodes(n);
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
+    input.level = ground_.level(input.camera);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   input.light_space = shadows_.light_space();

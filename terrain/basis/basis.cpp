@@ -390,6 +390,18 @@ glm::dvec3 up_of(const Basis& basis, glm::dvec3 place) {
   return grid_of(basis, place, at) ? up_at(basis, at) : glm::dvec3(0.0, 1.0, 0.0);
 }
 
+glm::dmat3 axes_of(const Basis& basis, glm::dvec3 place) {
+  if (!basis.is_curved()) return glm::dmat3(1.0);
+  const glm::dvec3 up = up_of(basis, place);
+  // North is the pole's direction, or along the axis.
+  const glm::dvec3 pole = basis.is_ellipsoid() ? basis.frame_from_earth[2] : glm::dvec3(0.0, 0.0, -1.0);
+  glm::dvec3 east = glm::cross(pole, up);
+  if (!(glm::length(east) > 1e-9)) east = glm::cross(glm::dvec3(0.0, 0.0, 1.0), up);
+  if (!(glm::length(east) > 1e-9)) east = glm::dvec3(1.0, 0.0, 0.0);
+  east = glm::normalize(east);
+  return {east, up, glm::cross(east, up)};
+}
+
 bool level_shape(const Basis& basis, LevelShape& shape) {
   shape = {};
   if (basis.kind == BasisKind::cylinder) {

@@ -133,6 +133,9 @@ bool grid_of(const Basis& basis, glm::dvec3 place_m, GridPlace& at);
 // Up at any place; the frame's y where it has none.
 glm::dvec3 up_of(const Basis& basis, glm::dvec3 place_m);
 
+// East, up and south at any place, as columns: at a pole of the ellipsoid any.
+glm::dmat3 axes_of(const Basis& basis, glm::dvec3 place_m);
+
 // Of an ellipsoid; a plane's and others' are not known: false, or the frame's origin.
 bool geodetic_of(const Basis& basis, glm::dvec3 place_m, Geodetic& out);
 glm::dvec3 place_of(const Basis& basis, const Geodetic& geodetic);

@@ -106,6 +106,12 @@ void geodetic_from_mercator(const Basis& ellipsoid, const Georeference& projecti
 }
 
 bool to_projected(const Basis& basis, const Georeference& earth, glm::dvec3 place_m, glm::dvec3& out) {
+  if (basis.kind == BasisKind::cylinder) {
+    GridPlace at;
+    if (!grid_of(basis, place_m, at)) return false;
+    out = {basis.first[0] + basis.step[0] * at.i, -(basis.first[1] + basis.step[1] * at.k), at.height_m};
+    return true;
+  }
   if (basis.is_curved() || !earth.exists()) return false;
   coordinates(earth, place_m, out.x, out.y);
   out.z = place_m.y;
@@ -114,6 +120,11 @@ bool to_projected(const Basis& basis, const Georeference& earth, glm::dvec3 plac
 
 bool from_projected(const Basis& basis, const Georeference& earth, glm::dvec3 projected,
                     glm::dvec3& place_m) {
+  if (basis.kind == BasisKind::cylinder) {
+    place_m = core::place_m(basis, {(projected.x - basis.first[0]) / basis.step[0],
+                                    (-projected.y - basis.first[1]) / basis.step[1], projected.z, 0});
+    return true;
+  }
   if (basis.is_curved() || !earth.exists()) return false;
   place_m = place(earth, projected.x, projected.y, projected.z);
   return true;

@@ -39,8 +39,8 @@ bool to_geodetic(const Basis& basis, const Georeference& earth, glm::dvec3 place
 bool from_geodetic(const Basis& basis, const Georeference& earth, const Geodetic& geodetic,
                    glm::dvec3& place_m);
 
-// Coordinates of a plane's reference system: x to the east, y to the north, z the height in metres. False: it
-// has none.
+// Coordinates of a plane's reference system: x to the east, y to the north, z the height in metres; of a
+// cylinder metres along its circle and against its axis. False: it has none.
 bool to_projected(const Basis& basis, const Georeference& earth, glm::dvec3 place_m, glm::dvec3& out);
 bool from_projected(const Basis& basis, const Georeference& earth, glm::dvec3 projected, glm::dvec3& place_m);
 

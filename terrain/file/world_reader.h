@@ -111,7 +111,7 @@ class WorldReader {
   Status read_blend_map();
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
-  Status read_ground();
+  Status read_ground(double voxel_m);
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;
