@@ -62,7 +62,7 @@ vec3 open_sky(vec3 direction) {
   vec3 light = sky_colour(direction) * air;
   light += sun_light.rgb * (6.0 * smoothstep(kDiscOuter, kDiscInner, dot(direction, sun_direction.xyz)));
   float dark = max(sky_zenith.w * min(4.0 * max(dot(direction, level_top.xyz) + level_top.w, 0.0), 1.0),
-                   1.0 - air);
+                   clamp(1.0 - 5.0 * air, 0.0, 1.0));
   return dark > 0.0 ? light + dark * stars(direction) : light;
 }
 

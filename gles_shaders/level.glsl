@@ -30,5 +30,9 @@ float level_haze(float height) {
 }
 
 // Whether the sun, or the moon, is above the horizon of a place with this up: 1 by its day, 0 by its night.
-float level_day(vec3 up) { return smoothstep(-0.17, 0.05, dot(up, sun_direction.xyz)); }
+// Where air does not thin there is no planet that would be in the way.
+float level_day(vec3 up) {
+  if (level_air.y <= 0.0) return 1.0;
+  return smoothstep(-0.17, 0.05, dot(up, sun_direction.xyz));
+}
 #endif

@@ -149,6 +149,16 @@ CameraPlace overview(const WorldInfo& world, double fov_y_deg) {
     place.pitch_deg = -90;
     return place;
   }
+  if (world.basis == Basis::cylinder) {
+    // Along it: from above its south end, or from inside it there.
+    CameraPlace place;
+    const bool inside = world.radius_m < 0;
+    const double radius_m = std::abs(world.radius_m);
+    place.position_m = {0.0, inside ? 0.6 * radius_m : 1.5 * radius_m, vec(world.high_m).z};
+    if (inside) place.position_m.z -= 0.1 * (world.high_m.z - world.low_m.z);
+    place.pitch_deg = inside ? -5 : -35;
+    return place;
+  }
   const glm::dvec3 low = (vec(world.low_m) - origin) / world.voxel_size_m;
   const glm::dvec3 high = (vec(world.high_m) - origin) / world.voxel_size_m;
   const double diagonal = std::hypot(high.x - low.x, high.z - low.z);
