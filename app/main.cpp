@@ -70,6 +70,7 @@ int run(std::span<const char* const> words) {
 
 int main(int argc, char** argv) {
   using namespace karst::app;
+  keep_standard_files();
   karst::keep_freed_memory();
   try {
     const std::span<char* const> all(argv, static_cast<std::size_t>(argc));

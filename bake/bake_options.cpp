@@ -74,7 +74,7 @@ Error store_crop(void* options, const OptionValue& value) {
   if (Error error = parse_numbers(value.text, value.what, ',', numbers); !error.ok()) return error;
   for (int k = 0; k < 4; ++k) {
     const double v = numbers[k];
-    if (!(v >= (k < 2 ? 0 : 2) && v <= kMaxElevationSide) || v != static_cast<int>(v)) {
+    if (!(v >= (k < 2 ? 0 : 2) && v <= double{ElevationRows::kMostSide}) || v != static_cast<int>(v)) {
       return wrong(value, "not four whole numbers X,Z,W,H with W and H of 2 or more");
     }
     bake_of(options).job.read.crop[k] = static_cast<int>(v);
@@ -278,7 +278,7 @@ constexpr OptionRow kDemRows[] = {
      .value = "N",
      .initial = "524288 and 4 for each byte of the files",
      .min = 4,
-     .max = static_cast<double>(kMaxElevationSamples),
+     .max = static_cast<double>(ElevationRows::kMostSamples),
      .help = "takes so many samples of what is compressed to next to nothing, a sea or a bomb",
      .store = put<&BakeOptions::job, &Bake::read, &ReadElevation::max_samples>},
     {.name = "accept-fit",

@@ -126,6 +126,7 @@ int run_main(std::span<const char* const> words) {
 }  // namespace karst::bake
 
 int main(int count, char** words) {
+  karst::app::keep_standard_files();
   const std::span<char* const> all(words, static_cast<std::size_t>(count));
   if (const std::optional<int> code = karst::bake::serve_as_child(all, karst::bake::child_tasks()))
     return *code;

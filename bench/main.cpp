@@ -9,6 +9,7 @@
 
 int main(int argc, char** argv) {
   using namespace karst;
+  app::keep_standard_files();
   keep_freed_memory();
   try {
     const std::span<char* const> all(argv, static_cast<std::size_t>(argc));

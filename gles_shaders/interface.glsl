@@ -120,7 +120,7 @@
 // terrain/lod/morph.h: in lattice steps; the share of a threshold over which a vertex moves.
 #define KARST_THRESHOLD_UNIT 524288.0
 #define KARST_MORPH_SHARE 0.3
-#define KARST_NODE_MORPH_SHARE 0.2  // terrain/ground/demand.h
+#define KARST_NODE_MORPH_SHARE 0.1  // terrain/ground/demand.h
 
 #ifdef GL_ES
 #define KARST_BLOCK(name) layout(std140) uniform name
@@ -180,8 +180,8 @@ KARST_BLOCK(FrameBlock) {
   vec4 level_z;
   vec4 level_eye;  // x: |q|^2 - 1 of the eye; y: sign; z: height at which walls end; w: of the eye
   vec4 level_top;  // xyz: up at the eye; w: the sine by which the horizon is lower than level
-  // x: the sky's brightness at the eye; y: 1 / height in which air thins by e, 1/voxels, or 0; z: |q|^2 - 1 of
-  // the plain beyond the ground, w: 1 where there is one, or 0
+  // x: the sky's brightness at the eye; y: 1 / height in which air thins by e, 1/voxels, or 0
+  // z: |q|^2 - 1 of the plain beyond the ground; w: 1 where there is one, or 0
   vec4 level_air;
   // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
   // plane, y: the second material, z: the near scale, w: looking at the sun.

@@ -25,8 +25,9 @@ float level_haze(float height) {
   float eye = max(level_eye.w, 0.0) * level_air.y;
   float there = max(height, 0.0) * level_air.y;
   float apart = eye - there;
-  float mean = abs(apart) < 1e-3 ? 1.0 - 0.5 * apart : (1.0 - exp(-apart)) / apart;
-  return apart > 0.0 ? exp(-there) * mean : exp(-eye) * (abs(apart) < 1e-3 ? 1.0 : (exp(apart) - 1.0) / apart);
+  // From the lower end up, where air is densest.
+  float rise = abs(apart);
+  return exp(-min(eye, there)) * (rise < 1e-3 ? 1.0 - 0.5 * rise : (1.0 - exp(-rise)) / rise);
 }
 
 // Whether the sun, or the moon, is above the horizon of a place with this up: 1 by its day, 0 by its night.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/common/arguments.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -103,6 +106,14 @@ Error flush_output() {
   // The flag remembers what an earlier flush lost.
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return {};
   return "standard output: cannot write";
+}
+
+void keep_standard_files() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) >= 0) continue;
+    // The lowest number that is free: this one. For the other direction, so that its use fails.
+    [[maybe_unused]] const int same = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
 }
 
 void print_error(std::string_view program, std::string_view message) {

@@ -38,6 +38,10 @@ Error parse_size(std::string_view text, std::string_view what, int max, int& wid
 // closed pipe) is a failure: programs ask before they end.
 Error flush_output();
 
+// The first call in main(): where standard input, output or error is closed, no file that is opened later
+// takes its number, and so what is printed; reading or writing them goes on failing.
+void keep_standard_files();
+
 // Shortest text that reads back as the same number.
 std::string number_text(double number);
 

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <span>
 
@@ -11,8 +12,20 @@
 namespace karst::app {
 namespace {
 
+std::atomic<bool> stopped = false;
+std::atomic<int> readers = 0;
+
+struct Reader {
+  Reader() { ++readers; }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ~Reader() { --readers; }
+};
+
 bool read_all(int file, std::uint64_t offset, std::span<std::byte> out) {
+  const Reader counted;
   while (!out.empty()) {
+    if (stopped) return false;
     const ssize_t got = pread(file, out.data(), out.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
@@ -42,6 +55,18 @@ Source FileSource::source() {
             return read_all(static_cast<const FileSource*>(user)->file_, offset, {out, count});
           },
           this};
+}
+
+void FileSource::stop_reading() {
+  stopped = true;
+}
+
+bool FileSource::is_stopped() {
+  return stopped;
+}
+
+bool FileSource::is_reading() {
+  return readers > 0;
 }
 
 }  // namespace karst::app

@@ -20,8 +20,14 @@ class FileSource {
   // can be opened.
   Error open(const std::string& path);
 
-  // Borrows this object. Reading fails where the file has become shorter.
+  // Borrows this object. Reading fails where the file has become shorter, and after stop_reading().
   Source source();
+
+  // Of all sources of the program, from any thread: reads that begin from now on fail at once.
+  static void stop_reading();
+  static bool is_stopped();
+  // Whether some thread is in a read.
+  static bool is_reading();
 
  private:
   int file_ = -1;

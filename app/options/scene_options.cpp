@@ -192,9 +192,8 @@ constexpr OptionRow kLevelRows[] = {
      .value = "NAME",
      .initial = "error",
      .words = "error distance full",
-     .help =
-         "error: the coarsest levels within --error-px; distance: by distance alone, nothing morphs; full: "
-         "the finest level everywhere",
+     .help = "error: the coarsest levels within --error-px; distance: by distance alone, and levels of "
+             "voxels do not morph; full: the finest level everywhere",
      .store = put<&SceneArguments::lod>},
     {.name = "error-px",
      .kind = Kind::number,

@@ -16,10 +16,12 @@
 #include "app/common/json_writer.h"
 #include "app/common/messages.h"
 #include "app/files/atomic_file.h"
+#include "app/files/file_source.h"
 #include "app/files/output_place.h"
 #include "app/stage/camera_view.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
+#include "app/view/end_watch.h"
 #include "app/view/frame_scheduler.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
@@ -55,17 +57,20 @@ void say(const std::string& line) {
 // program before the console is given back.
 class Signals {
  public:
-  Signals() {
+  // may_exit: as EndWatch has it.
+  explicit Signals(bool may_exit) {
     sigset_t awaited;
     sigemptyset(&awaited);
     for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&awaited, number);
     sigprocmask(SIG_BLOCK, &awaited, nullptr);
     fd_ = signalfd(-1, &awaited, SFD_CLOEXEC | SFD_NONBLOCK);
     signal(SIGPIPE, SIG_IGN);
+    watch_.emplace(fd_, may_exit);
   }
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
   ~Signals() {
+    watch_.reset();
     if (fd_ >= 0) close(fd_);
   }
   int fd() const { return fd_; }
@@ -75,24 +80,30 @@ class Signals {
   };
   // What came since the last call. Each signal is there once at most, however often it was sent, and one read
   // takes them all: whoever sends without end is not waited for.
-  Taken take() const {
+  Taken take() {
     std::array<signalfd_siginfo, 4> infos{};
     const ssize_t got = read(fd_, infos.data(), sizeof infos);
     Taken taken;
     for (std::size_t n = 0; got > 0 && n < static_cast<std::size_t>(got) / sizeof infos[0]; ++n) {
       (infos[n].ssi_signo == SIGHUP ? taken.statistics : taken.end) = true;
     }
+    if (taken.end) watch_->told();
     return taken;
   }
 
  private:
   int fd_ = -1;
+  std::optional<EndWatch> watch_;
 };
 
 class View {
  public:
   View(ViewOptions options, ConsoleState& console)
-      : options_(std::move(options)), console_(console), camera_(options_, messages()), scheduler_(clock()) {}
+      : options_(std::move(options)),
+        console_(console),
+        signals_(options_.output != ViewOptions::Output::kms || options_.supervise),
+        camera_(options_, messages()),
+        scheduler_(clock()) {}
   View(const View&) = delete;
   View& operator=(const View&) = delete;
   ~View() { detach(); }
@@ -101,11 +112,11 @@ class View {
   Error run() {
     began_ = now_ns();
     if (Error error = check_output(); !error.ok()) return error;
-    if (Error error = camera_.open(); !error.ok()) return error;
-    if (Error error = load_world(); !error.ok()) return error;
-    if (Error error = open_display(); !error.ok()) return error;
-    if (Error error = open_inputs(); !error.ok()) return error;
-    Error error = loop();
+    Error error = prepare();
+    if (error.ok()) error = loop();
+    // After it, files cannot be read.
+    if (!error.ok() && (quit_ || signals_.take().end)) error = {};
+    if (display_ == nullptr) return error;
     if (Error written = write_statistics(); error.ok()) error = std::move(written);
     return error;
   }
@@ -113,6 +124,7 @@ class View {
  private:
   FrameScheduler::Settings clock() const { return {.fixed = options_.fixed_clock}; }
   Error check_output() const;
+  Error prepare();
   Error load_world();
   Error open_display();
   Error open_inputs();
@@ -157,6 +169,13 @@ Error View::check_output() const {
   const auto inputs = files_read(options_.world, options_.scene, options_.camera);
   if (Error error = check_outputs_apart({&output, 1}, inputs); !error.ok()) return error;
   return check_writable(options_.stats);
+}
+
+Error View::prepare() {
+  if (Error error = camera_.open(); !error.ok()) return error;
+  if (Error error = load_world(); !error.ok()) return error;
+  if (Error error = open_display(); !error.ok()) return error;
+  return open_inputs();
 }
 
 Error View::load_world() {
@@ -334,6 +353,7 @@ Error View::draw_scene() {
   const Error error = stage_.draw(view_, record);
   vertices_lost_ = record.costs.vertices_lost;
   const bool unread = (record.result.limits & kLimitFile) != 0;
+  if (unread && FileSource::is_stopped()) return error;
   if (unread && !unread_) say(options_.world + ": heights cannot be read; drawn coarser, and tried again");
   if (!unread && unread_) say(options_.world + ": heights can be read again");
   unread_ = unread;

@@ -64,9 +64,9 @@ struct ReadElevation {
   double pixel_size_m = 0;          // > 0 overrides what the file says; 0: the file must say
   std::optional<double> z_scale{};  // heights are multiplied by this after nodata is taken out
   bool allow_8bit = false;
-  int band = 0;         // from 1; 0: the only one
-  int max_samples = 0;  // taken even of files that are too short to hold so many heights
-  std::string crs{};    // EPSG:CODE; overrides what the file says; empty: the file's
+  int band = 0;                  // from 1; 0: the only one
+  std::int64_t max_samples = 0;  // taken even of files that are too short to hold so many heights
+  std::string crs{};             // EPSG:CODE; overrides what the file says; empty: the file's
   std::optional<std::array<double, 4>> bounds{};  // west, south, east, north of the image's edges; overrides
   std::vector<double> nodata{};                   // values that mark voids, besides those the file names
   int crop[4] = {0, 0, 0, 0};  // first column, first row, columns, rows; all 0: the whole image

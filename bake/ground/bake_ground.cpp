@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "app/files/atomic_file.h"
@@ -24,6 +25,8 @@ constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleS
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
+// Steps of heights that are told of: of all heights together, and of the way between samples.
+constexpr double kMostOfRelief = 0.01, kMostOfSpacing = 0.05;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -126,6 +129,10 @@ class GroundBaker {
     if (is_curved()) {
       Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m, warnings_);
       if (!error.ok()) return error;
+    } else {
+      // Of the georeference.
+      ground.basis.radius_m = facts.earth.radius_m;
+      ground.basis.flattening = facts.earth.flattening;
     }
     report_.spacing_x_m = spacing_m[0];
     report_.spacing_z_m = spacing_m[1];
@@ -213,6 +220,7 @@ class GroundBaker {
       return unwritten.ok();
     });
     std::vector<std::int32_t> row(static_cast<std::size_t>(info_.samples[0]));
+    float lowest_m = std::numeric_limits<float>::infinity(), highest_m = -lowest_m;
     int count = 0;
     auto step = GroundPyramid::Outcome::ok;
     const auto take = [&](std::span<const float> heights_m) {
@@ -224,6 +232,8 @@ class GroundBaker {
           return false;
         }
         row[n] = static_cast<std::int32_t>(height);
+        lowest_m = std::min(lowest_m, heights_m[n]);
+        highest_m = std::max(highest_m, heights_m[n]);
       }
       step = pyramid.push(row);
       if (++count % kProgressRows == 0 && progress_)
@@ -251,9 +261,26 @@ class GroundBaker {
       report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
     }
-    report_.lowest_m = base_m + vertex_m * report_.ground.info.low;
-    report_.highest_m = base_m + vertex_m * report_.ground.info.high;
+    report_.lowest_m = double{lowest_m};
+    report_.highest_m = double{highest_m};
+    warn_of_steps(vertex_m);
     return {};
+  }
+
+  // Heights are whole numbers of steps that samples far apart, or far above each other, make long.
+  void warn_of_steps(double vertex_m) {
+    const double relief_m = report_.highest_m - report_.lowest_m;
+    const double spacing_m = std::max(report_.spacing_x_m, report_.spacing_z_m);
+    const bool is_much_of_relief = relief_m > 0 && vertex_m > kMostOfRelief * relief_m;
+    if (!is_much_of_relief && !(vertex_m > kMostOfSpacing * spacing_m)) return;
+    char text[160];
+    std::snprintf(text, sizeof text, ": heights are rounded to steps of %.3g m, where all lie within %.4g m",
+                  vertex_m, relief_m);
+    report_.warnings.push_back(
+        job_.read.path + text +
+        (is_much_of_relief ? "; worlds of voxels have finer ones: leave --ground away"
+                           : " and neighbours are steep; try --nodata V for voids, --z-scale for heights "
+                             "that are not metres"));
   }
 
   Error write_head() {

@@ -20,6 +20,7 @@
 #include "terrain/surface/bezier/extract_surface.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -39,6 +40,10 @@ constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's
 constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
 // rms of the fit, from where it is told, and from where there is no world.
 constexpr double kWarnRmsVoxels = 0.1, kMostRmsVoxels = 1;
+// One chunk in so many is fitted and measured before the others: where it misses by so much more than what is
+// taken, the others need not be tried.
+constexpr std::size_t kTriedChunks = 16;
+constexpr double kHopelessRmsVoxels = 2 * kMostRmsVoxels;
 constexpr const char* kSmoother =
     "try a larger --voxel, --nodata V for voids, --z-scale for heights that are not metres";
 constexpr double kNearHoleVoxels = 2;  // patches bend towards a hole's side within this distance
@@ -100,9 +105,9 @@ class Baker {
     if (Error error = make_voxels(); !error.ok()) return error;
     if (Error error = extract(); !error.ok()) return error;
     report_.seconds_voxels = watch.lap();
-    fit();
+    if (Error error = fit(); !error.ok()) return error;
     report_.seconds_fit = watch.lap();
-    measure();
+    if (ground_ != nullptr) report_.fit = fit_measure().run();
     if (Error error = judge_fit(); !error.ok()) return error;
     report_.seconds_measure = watch.lap();
     Error error = write(file);
@@ -288,7 +293,25 @@ class Baker {
     return c.solid->value_m(c.grid->to_m(position));
   }
 
-  void fit() {
+  // Chunks of patches whose number is a multiple of kTriedChunks, or all others.
+  void fit_chunks(const FitHeights& fit, bool tried) {
+    std::vector<FitHeights::Result> results(static_cast<std::size_t>(job_.threads));
+    const std::size_t count = patches_.size(), chunks = (count + kFitChunk - 1) / kFitChunk;
+    parallel_chunks(chunks, 1, job_.threads, [&](std::size_t chunk, std::size_t, int worker) {
+      if ((chunk % kTriedChunks == 0) != tried) return;
+      const std::size_t first = chunk * kFitChunk, last = std::min(first + kFitChunk, count);
+      fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
+              results[static_cast<std::size_t>(worker)]);
+      const std::uint64_t now = fitted_ += last - first;
+      if (worker == 0 && progress_) progress_("heights", now, count);
+    });
+    for (const FitHeights::Result& r : results) {
+      report_.vertices += r.vertices;
+      report_.misses += r.misses;
+    }
+  }
+
+  Error fit() {
     const FieldContext context{&solid(), &grid_};
     FitHeights fit;
     fit.surface = {volumes_, patches_};
@@ -296,19 +319,20 @@ class Baker {
     fit.level = level_;
     fit.heights = heights_;
     KARST_ASSERT(fit.validate().ok());
-    std::vector<FitHeights::Result> results(static_cast<std::size_t>(job_.threads));
-    std::atomic<std::uint64_t> done = 0;
-    parallel_chunks(patches_.size(), kFitChunk, job_.threads,
-                    [&](std::size_t first, std::size_t last, int worker) {
-                      fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
-                              results[static_cast<std::size_t>(worker)]);
-                      const std::uint64_t now = done += last - first;
-                      if (worker == 0 && progress_) progress_("heights", now, patches_.size());
-                    });
-    for (const FitHeights::Result& r : results) {
-      report_.vertices += r.vertices;
-      report_.misses += r.misses;
+    fit_chunks(fit, true);
+    if (ground_ != nullptr && !job_.accept_fit) {
+      MeasureFit measure = fit_measure();
+      measure.chunk = kFitChunk;
+      measure.every = kTriedChunks;
+      const double rms_m = measure.run().rms_m;
+      if (rms_m > kHopelessRmsVoxels * grid_.voxel_m) return refused_fit(rms_m);
     }
+    fit_chunks(fit, false);
+    repair(fit);
+    return {};
+  }
+
+  void repair(const FitHeights& fit) {
     RepairFolds repair;
     repair.surface = fit.surface;
     repair.level = level_;
@@ -353,8 +377,7 @@ class Baker {
            static_cast<std::size_t>(x);
   }
 
-  void measure() {
-    if (ground_ == nullptr) return;
+  MeasureFit fit_measure() {
     MeasureFit measure;
     measure.solid = ground_;
     measure.spacing_x_m = elevation_.spacing_x_m;
@@ -366,7 +389,7 @@ class Baker {
     if (has_holes()) near_holes = columns_near_holes();
     report_.fit_is_partial = has_holes() || carved_ != nullptr;
     if (report_.fit_is_partial) {
-      measure.excluded = [&](double x_m, double z_m) {
+      measure.excluded = [this, near_holes = std::move(near_holes)](double x_m, double z_m) {
         if (carved_ != nullptr && carved_->touches(x_m, z_m)) return true;
         if (near_holes.empty()) return false;
         const double x = std::floor((x_m - grid_.origin_m.x) / grid_.voxel_m);
@@ -375,7 +398,18 @@ class Baker {
                                        static_cast<int>(std::clamp(z, 0.0, grid_.extent.z - 1.0)))] != 0;
       };
     }
-    report_.fit = measure.run();
+    return measure;
+  }
+
+  std::string missed_by(double rms_m) const {
+    char line[128];
+    std::snprintf(line, sizeof line, "the ground misses the elevation by %.3g m rms, %.2g voxels; ", rms_m,
+                  rms_m / grid_.voxel_m);
+    return line + std::string(kSmoother);
+  }
+
+  Error refused_fit(double rms_m) const {
+    return job_.read.path + ": " + missed_by(rms_m) + ", --accept-fit writes it all the same";
   }
 
   // Tells where the ground is not that of the image.
@@ -387,13 +421,8 @@ class Baker {
     if (!report_.fit) return {};
     const double rms_voxels = report_.fit->rms_m / grid_.voxel_m;
     if (rms_voxels <= kWarnRmsVoxels) return {};
-    char line[128];
-    std::snprintf(line, sizeof line, "the ground misses the elevation by %.3g m rms, %.2g voxels; ",
-                  report_.fit->rms_m, rms_voxels);
-    if (rms_voxels > kMostRmsVoxels && !job_.accept_fit) {
-      return job_.read.path + ": " + line + kSmoother + ", --accept-fit writes it all the same";
-    }
-    report_.warnings.push_back(line + std::string(kSmoother));
+    if (rms_voxels > kMostRmsVoxels && !job_.accept_fit) return refused_fit(report_.fit->rms_m);
+    report_.warnings.push_back(missed_by(report_.fit->rms_m));
     return {};
   }
 
@@ -527,6 +556,7 @@ class Baker {
   std::vector<Volume> volumes_;
   std::vector<Patch> patches_;
   std::vector<std::int16_t> heights_;
+  std::atomic<std::uint64_t> fitted_ = 0;  // patches, for progress
 };
 
 }  // namespace

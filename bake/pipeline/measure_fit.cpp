@@ -165,6 +165,7 @@ MeasureFit::Result MeasureFit::run() const {
   std::vector<glm::ivec3> positions(grid_of.size());
   Raster raster(*this);
   for (PatchId patch = 0; patch < surface.patches.size(); ++patch) {
+    if (patch / chunk % every != 0) continue;
     displaced_positions(surface, heights, level, patch, positions);
     const glm::i64vec3 origin(patch_origin(surface.volume_of(patch)));
     const auto vertex = [&](std::uint32_t index) {

@@ -27,6 +27,9 @@ struct MeasureFit {
   Heights heights;
   // Places (world metres) that are no height field: near holes and carved shapes. May be empty.
   std::function<bool(double x_m, double z_m)> excluded;
+  // One run of `chunk` patches in `every` is measured: what they cover, so that holes mean nothing if it is
+  // not 1.
+  std::size_t chunk = 1, every = 1;
 
   struct Result {
     double rms_m = 0, p999_m = 0, max_m = 0;  // vertical distance at the points

@@ -65,17 +65,23 @@ class Meadow {
   float size_;
 };
 
-PaintedTexel soil(glm::vec2 p) {
-  const float clods = tile_fbm(p, 26, 5, 111, 0.6f);
-  const float patches = tile_fbm(p, 4, 4, 112);
-  const TileCell pebble = tile_cell(p, {44, 44}, 1, 113);
+struct Soil {
+  TileFbm clods{26, 5, 111, 0.6f}, patches{4, 4, 112};
+  TileCells pebbles{{44, 44}, 1, 113};
+
+  PaintedTexel at(glm::vec2 p) const;
+};
+
+PaintedTexel Soil::at(glm::vec2 p) const {
+  const float clod = clods.at(p);
+  const TileCells::Nearest pebble = pebbles.nearest(p);
   PaintedTexel texel;
-  texel.height = 0.16f + 0.10f * clods;
+  texel.height = 0.16f + 0.10f * clod;
   glm::vec3 colour = blend(glm::vec3(0.070f, 0.053f, 0.028f), glm::vec3(0.112f, 0.092f, 0.048f),
-                           smooth(-0.5f, 0.5f, patches));
-  colour *= 1 + 0.4f * clods;
-  if (pebble.id % 9 == 0 && pebble.nearest < 0.3f) {
-    texel.height += 0.08f * (1 - pebble.nearest / 0.3f);
+                           smooth(-0.5f, 0.5f, patches.at(p)));
+  colour *= 1 + 0.4f * clod;
+  if (pebble.id % 9 == 0 && pebble.distance < 0.3f) {
+    texel.height += 0.08f * (1 - pebble.distance / 0.3f);
     colour = glm::vec3(0.15f, 0.135f, 0.115f) * (0.7f + 0.5f * unit_of(pebble.id));
   }
   texel.albedo = colour;
@@ -91,15 +97,21 @@ struct Tuft {
   float hue = 0;
 };
 
-Tuft tuft_at(int number) {
+struct Tufts {
+  TileFbm lush{7, 3, 122}, dry{7, 3, 123};
+  TileNoise wind_x{{3, 3}, 124}, wind_y{{3, 3}, 125};
+
+  Tuft at(int number) const;
+};
+
+Tuft Tufts::at(int number) const {
   const std::uint32_t hash = hash_cell(number % kTufts, number / kTufts, 0, 121);
   Tuft tuft;
   tuft.middle = {(static_cast<float>(number % kTufts) + unit_of(hash)) / kTufts,
                  (static_cast<float>(number / kTufts) + unit_of(mix_bits(hash))) / kTufts};
-  tuft.lush =
-      smooth(-0.6f, 0.3f, tile_fbm(tuft.middle, 7, 3, 122)) * (0.55f + 0.45f * unit_of(mix_bits(hash + 5)));
-  tuft.dry = 0.25f + 0.35f * tile_fbm(tuft.middle, 7, 3, 123) + 0.4f * (unit_of(mix_bits(hash + 6)) - 0.5f);
-  tuft.wind = {0.5f * tile_noise(tuft.middle, 3, 124), 0.5f * tile_noise(tuft.middle, 3, 125)};
+  tuft.lush = smooth(-0.6f, 0.3f, lush.at(tuft.middle)) * (0.55f + 0.45f * unit_of(mix_bits(hash + 5)));
+  tuft.dry = 0.25f + 0.35f * dry.at(tuft.middle) + 0.4f * (unit_of(mix_bits(hash + 6)) - 0.5f);
+  tuft.wind = {0.5f * wind_x.at(tuft.middle), 0.5f * wind_y.at(tuft.middle)};
   tuft.stand = tuft.lush * (0.4f + 0.6f * unit_of(mix_bits(hash + 7)));
   tuft.hue = unit_of(mix_bits(hash + 8));
   return tuft;
@@ -145,12 +157,14 @@ Blade make_blade(const Tuft& tuft, BladeRandom& random) {
 }  // namespace
 
 void paint_grass(MaterialImage& image) {
-  paint(image, soil);
+  const Soil soil;
+  paint(image, [&](glm::vec2 p) { return soil.at(p); });
+  const Tufts tufts;
   Meadow meadow(image);
   // Four blades a tuft at a time, so that no tuft lies wholly above its neighbour.
   for (int round = 0; round < kRounds; ++round) {
     for (int number = 0; number < kTufts * kTufts; ++number) {
-      const Tuft tuft = tuft_at(number);
+      const Tuft tuft = tufts.at(number);
       for (int k = 0; k < kBladesARound; ++k) {
         BladeRandom random(hash_cell(number, round * kBladesARound + k, 0, 126));
         if (random.next() <= 0.15f + 0.85f * tuft.lush) meadow.draw(make_blade(tuft, random));

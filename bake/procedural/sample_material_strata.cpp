@@ -68,32 +68,36 @@ float hardness_of(std::uint32_t id) {
 
 void paint_strata(MaterialImage& image) {
   const Beds thick(11, 772), thin(46, 773);
+  const TileFbm sagging({2, 3}, 3, 81), ragging({12, 16}, 5, 82, 0.6f), wearing({5, 14}, 4, 83, 0.55f),
+      chipping({16, 30}, 4, 89, 0.55f), bending({7, 9}, 4, 84), opening({6, 9}, 3, 91),
+      laminating({3, 72}, 3, 85, 0.65f), crumbling({26, 34}, 5, 86, 0.65f), roughening({9, 13}, 6, 87, 0.6f),
+      streaks({24, 3}, 5, 88, 0.6f);
+  const TileCells cells({8, 5}, 1, 90), shards({21, 30}, 1, 92);
   paint(image, [&](glm::vec2 p) {
     // Beds swell and sag a little, and their borders are ragged.
-    const float sag = 0.011f * tile_fbm(p, {2, 3}, 3, 81);
-    const float ragged = 0.0045f * tile_fbm(p, {12, 16}, 5, 82, 0.6f);
+    const float sag = 0.011f * sagging.at(p);
+    const float ragged = 0.0045f * ragging.at(p);
     const Bed major = thick.at(p.y + 0.03f + sag + ragged);
     const Bed minor = thin.at(p.y + 0.57f + 1.2f * sag + 0.8f * ragged);
     // How far a ledge stands out changes along it.
-    const float worn = tile_fbm({p.x, p.y + sag}, {5, 14}, 4, 83, 0.55f);
-    const float chipped = tile_fbm({p.x, p.y + sag}, {16, 30}, 4, 89, 0.55f);
+    const float worn = wearing.at({p.x, p.y + sag});
+    const float chipped = chipping.at({p.x, p.y + sag});
     const float hard =
         clamp01(0.62f * hardness_of(major.id) + 0.48f * hardness_of(minor.id) - 0.05f + 0.22f * worn);
 
     // Cracks: borders of tall cells, in hard beds, bent, and each bed's own.
     const float shift = unit_of(mix_bits(major.id + 6));
-    const glm::vec2 bent(p.x + shift + 0.022f * tile_fbm(p, {7, 9}, 4, 84), p.y + 0.02f * chipped);
-    const TileCell cell = tile_cell(bent, {8, 5}, 1, 90);
-    const TileCell shard = tile_cell({p.x + 0.012f * chipped, p.y + 0.012f * worn}, {21, 30}, 1, 92);
+    const glm::vec2 bent(p.x + shift + 0.022f * bending.at(p), p.y + 0.02f * chipped);
+    const TileCells::Nearest cell = cells.nearest(bent);
+    const TileCells::Nearest shard = shards.nearest({p.x + 0.012f * chipped, p.y + 0.012f * worn});
     const float upright =
         smooth(0.5f, 0.85f, std::abs(cell.to.x) / (std::abs(cell.to.x) + std::abs(cell.to.y) + 1e-3f));
-    const float open =
-        smooth(0.35f, 0.65f, hard) * smooth(-0.15f, 0.3f, tile_fbm(p, {6, 9}, 3, 91)) * upright;
-    const float gap = open * (1 - smooth(0.0f, 0.035f, cell.border));
+    const float open = smooth(0.35f, 0.65f, hard) * smooth(-0.15f, 0.3f, opening.at(p)) * upright;
+    const float gap = open == 0 ? 0.0f : open * (1 - smooth(0.0f, 0.035f, cells.border(bent, cell)));
 
-    const float laminae = tile_fbm({p.x, p.y + 2 * sag + ragged}, {3, 72}, 3, 85, 0.65f);
-    const float crumbs = tile_fbm(p, {26, 34}, 5, 86, 0.65f);
-    const float rough = tile_fbm(p, {9, 13}, 6, 87, 0.6f);
+    const float laminae = laminating.at({p.x, p.y + 2 * sag + ragged});
+    const float crumbs = crumbling.at(p);
+    const float rough = roughening.at(p);
     const float facet = unit_of(shard.id) - 0.5f;
     const float block = (unit_of(mix_bits(cell.id ^ major.id)) - 0.5f) * smooth(0.3f, 0.7f, hard);
 
@@ -111,7 +115,7 @@ void paint_strata(MaterialImage& image) {
     // Shade and dirt in the hollows, dust on the ledges.
     colour *= 0.70f + 0.46f * smooth(0.15f, 0.65f, texel.height);
     // Water runs down and leaves dark and pale streaks.
-    colour *= 1 + 0.20f * tile_fbm(p, {24, 3}, 5, 88, 0.6f);
+    colour *= 1 + 0.20f * streaks.at(p);
     texel.albedo = colour;
     texel.roughness = 0.86f + 0.06f * crumbs + 0.05f * gap - 0.05f * hard;
     return texel;

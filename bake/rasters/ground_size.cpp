@@ -54,14 +54,20 @@ Ellipsoid ellipsoid_of(OGRSpatialReferenceH srs) {
   return {axis, inverse == 0 ? 0 : 1 / inverse};
 }
 
-// Does a raster without a CRS fit on a globe, in steps that only degrees are made of?
-bool looks_like_degrees(GDALDatasetH file, const GeoTransform& t) {
+// Would the corners of a raster be on a globe, if they were in degrees?
+bool fits_a_globe(GDALDatasetH file, const GeoTransform& t) {
   const double width = GDALGetRasterXSize(file), height = GDALGetRasterYSize(file);
   for (const auto& [column, row] : {std::pair{0.0, 0.0}, {width, height}}) {
     const Point p = place(t, column, row);
     if (!(std::abs(p.x) <= 361 && std::abs(p.y) <= 91)) return false;
   }
-  return std::abs(t[1]) < kFinestDegrees || std::abs(t[1]) * width > 180;
+  return true;
+}
+
+// Does one without a CRS have steps that only degrees are made of?
+bool looks_like_degrees(GDALDatasetH file, const GeoTransform& t) {
+  return fits_a_globe(file, t) &&
+         (std::abs(t[1]) < kFinestDegrees || std::abs(t[1]) * GDALGetRasterXSize(file) > 180);
 }
 
 // Warns where sizes at two ends of the image are far apart.
@@ -287,6 +293,11 @@ Error GroundSize::read(GDALDatasetH file, OGRSpatialReferenceH srs, const Placem
       return sizing.in_degrees(1, {});
     }
     note = "no CRS: metres assumed";
+    if (placed && fits_a_globe(file, t)) {
+      warnings.push_back("no coordinate reference system: samples of " + number(std::abs(t[1])) + " x " +
+                         number(std::abs(t[5])) +
+                         " are taken for metres; if they are degrees, gdal_translate -a_srs EPSG:4326");
+    }
     return sizing.in_units(1);
   }
   if (OSRIsGeocentric(srs) != 0) return "geocentric coordinates are no map; use --pixel-size M";

@@ -2,6 +2,9 @@
 // Elevation through GDAL: all kinds of raster of a list that is stated here, and no other.
 #include "bake/rasters/elevation_file.h"
 
+#include "bake/rasters/checks/file_check.h"
+#include "bake/rasters/checks/height_unit.h"
+#include "bake/rasters/checks/mosaic_parts.h"
 #include "bake/rasters/ground_size.h"
 #include "bake/rasters/mosaic_check.h"
 #include "bake/rasters/sample_sink.h"
@@ -65,6 +68,7 @@ void prepare_gdal() {
   CPLSetConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE");  // asks for neighbours by name
   CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");
   CPLSetConfigOption("GDAL_PAM_ENABLED", "YES");
+  CPLSetConfigOption("GTIFF_REPORT_COMPD_CS", "YES");  // the vertical part of all GeoTIFFs, not of 1.1 alone
   OSRSetPROJEnableNetwork(0);
   CPLHTTPSetFetchCallback(fetch_nothing, nullptr);
 }
@@ -138,47 +142,6 @@ std::string number(double value) {
   return text;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
-// Of a unit of heights, by the names that drivers give it; 0: not known.
-double metres_of(std::string_view name) {
-  const std::string unit = lower(name);
-  static constexpr struct {
-    std::string_view name;
-    double metres;
-  } kUnits[] = {{"m", 1},
-                {"metre", 1},
-                {"metres", 1},
-                {"meter", 1},
-                {"meters", 1},
-                {"ft", 0.3048},
-                {"foot", 0.3048},
-                {"feet", 0.3048},
-                {"us survey foot", 1200.0 / 3937},
-                {"us survey feet", 1200.0 / 3937},
-                {"foot_us", 1200.0 / 3937},
-                {"us-ft", 1200.0 / 3937},
-                {"ftus", 1200.0 / 3937},
-                {"cm", 0.01},
-                {"centimetre", 0.01},
-                {"centimeter", 0.01},
-                {"dm", 0.1},
-                {"decimetre", 0.1},
-                {"decimeter", 0.1},
-                {"km", 1000},
-                {"kilometre", 1000},
-                {"kilometer", 1000}};
-  for (const auto& known : kUnits) {
-    if (known.name == unit) return known.metres;
-  }
-  return 0;
-}
-
 // An open raster, and the band of it that holds the heights.
 class Raster {
  public:
@@ -200,7 +163,7 @@ class Raster {
     }
     if (Error error = choose_band(); !error.ok()) return error;
     if (Error error = read_format(); !error.ok()) return error;
-    if (Error error = check_raw_file(); !error.ok()) return error;
+    if (Error error = check_raw(); !error.ok()) return error;
     if (Error error = choose_crs(); !error.ok()) return error;
     const Error turned = placement_.read(file_.get());
     if (!turned.ok()) return failure(turned.text());
@@ -209,6 +172,13 @@ class Raster {
         return failure(error.text());
     }
     return check_messages();
+  }
+
+  // After open(): what takes a look at all of the file, or at files that it names.
+  Error check_contents() const {
+    const CheckedRaster checked = {file_.get(), band_, path_};
+    if (is_driver("AAIGrid") || is_driver("GRASSASCIIGrid")) return check_text_grid(checked);
+    return is_driver("VRT") ? check_mosaic_parts(checked) : Error();
   }
 
   Error describe(ElevationGrid& grid) {
@@ -241,7 +211,9 @@ class Raster {
     if (Error error = read_height_unit(size); !error.ok()) return error;
     result.spacing_x_m = size.x_m;
     result.spacing_z_m = size.z_m;
-    for (const std::string& warning : size.warnings) result.warnings.push_back(path_ + ": " + warning);
+    for (const std::vector<std::string>* list : {&warnings_, &size.warnings}) {
+      for (const std::string& warning : *list) result.warnings.push_back(path_ + ": " + warning);
+    }
     if (GDALGetMetadata(file_.get(), "SUBDATASETS") != nullptr) {
       result.warnings.push_back(
           path_ + ": the file holds several rasters, and the first is taken; gdalinfo names them");
@@ -298,58 +270,9 @@ class Raster {
     return {};
   }
 
-  // Raw samples with a header beside them. What is behind the file's end GDAL reads as 0, and it takes the
-  // first meaning for what a header leaves open.
-  Error check_raw_file() const {
-    GDALDataset::RawBinaryLayout layout;
-    GDALDataset* const file = GDALDataset::FromHandle(file_.get());
-    if (!file->GetRawBinaryLayout(layout)) return {};
-    const GDALDataType type = GDALGetRasterDataType(band_);
-    const auto last = [](int count, GIntBig step) {
-      return static_cast<double>(count - 1) * static_cast<double>(step);
-    };
-    const double end =
-        static_cast<double>(layout.nImageOffset) + last(GDALGetRasterCount(file_.get()), layout.nBandOffset) +
-        last(GDALGetRasterYSize(file_.get()), layout.nLineOffset) +
-        last(GDALGetRasterXSize(file_.get()), layout.nPixelOffset) + GDALGetDataTypeSizeBytes(type);
-    std::error_code failed;
-    const auto bytes = static_cast<double>(
-        std::filesystem::file_size(layout.osRawFilename.empty() ? path_ : layout.osRawFilename, failed));
-    if (failed || end > bytes) {
-      return failure("truncated: its header says " + number(end) + " bytes, and it has " + number(bytes));
-    }
-    const auto envi = [&](const char* key) {
-      const char* const text = GDALGetMetadataItem(file_.get(), key, "ENVI");
-      return std::string(text == nullptr ? "" : text);
-    };
-    if (!is_driver("ENVI")) return {};
-    const std::string offset = envi("header_offset");
-    if (!offset.empty() && offset != std::to_string(layout.nImageOffset))
-      return failure("header offset: '" + offset + "' is not a number of bytes in the file");
-    if (type != GDT_Byte && envi("byte_order") != "0" && envi("byte_order") != "1")
-      return failure("byte order: its header says neither 0 (the lower byte first) nor 1");
-    return settings_.pixel_size_m > 0 ? Error() : check_envi_unit();
-  }
-
-  // GDAL takes units that it does not know for metres, and does not tell.
-  Error check_envi_unit() const {
-    char** const files = GDALGetFileList(file_.get());
-    std::string text(kEnviHeaderBytes, '\0');
-    for (char** name = files; name != nullptr && *name != nullptr; ++name) {
-      if (!std::string_view(*name).ends_with(".hdr") && !std::string_view(*name).ends_with(".HDR")) continue;
-      std::ifstream(*name, std::ios::binary).read(text.data(), static_cast<std::streamsize>(text.size()));
-    }
-    CSLDestroy(files);
-    text = lower(text.c_str());
-    const std::size_t map = text.find("map info"), end = text.find('}', map);
-    if (map == std::string::npos) return {};
-    const std::size_t at = text.substr(0, end).find("units=", map);
-    if (at == std::string::npos) return {};
-    const std::string unit = text.substr(at + 6, text.find_first_of(",}\r\n", at) - at - 6);
-    static constexpr std::string_view kKnown[] = {"meters",  "feet",    "yards",   "miles", "nautical miles",
-                                                  "degrees", "minutes", "seconds", "km",    "radians"};
-    if (std::find(std::begin(kKnown), std::end(kKnown), unit) != std::end(kKnown)) return {};
-    return failure("map info: units '" + unit + "' are not known; give --pixel-size M");
+  Error check_raw() {
+    const CheckedRaster checked = {file_.get(), band_, path_};
+    return check_raw_file(checked, settings_.pixel_size_m > 0, warnings_);
   }
 
   Error choose_band() {
@@ -415,24 +338,20 @@ class Raster {
     return {};
   }
 
-  // What the band says, else what the vertical part of its CRS does.
   Error read_height_unit(GroundSize& size) {
-    std::string unit = GDALGetRasterUnitType(band_);
-    double metres = metres_of(unit);
-    bool said = !unit.empty();
-    const OGRSpatialReferenceH srs = srs_;
-    if (!said && srs != nullptr && OSRGetAttrValue(srs, "VERT_CS", 0) != nullptr) {
-      char* name = nullptr;
-      metres = OSRGetTargetLinearUnits(srs, "VERT_CS", &name);
-      unit = name == nullptr ? "" : name;
-      said = true;
-    }
-    if (said && !(metres > 0) && !settings_.z_scale) {
-      return failure("heights: their unit '" + unit +
+    const HeightUnit unit = height_unit({file_.get(), band_, path_}, srs_);
+    if (unit.is_said && !(unit.metres > 0) && !settings_.z_scale) {
+      return failure("heights: their unit '" + unit.name +
                      "' is not known; give --z-scale S, the metres of a unit");
     }
-    format_.metres_per_unit = metres > 0 ? metres : 1;
-    if (!said && size.in_feet && !settings_.z_scale) {
+    format_.metres_per_unit = unit.metres > 0 ? unit.metres : 1;
+    format_.is_unit_said = unit.is_said;
+    if (unit.is_depth) {
+      format_.metres_per_unit *= -1;
+      warnings_.emplace_back(
+          "its vertical coordinate system counts depths: taken as heights below 0; --z-scale -1 turns them");
+    }
+    if (!unit.is_said && size.in_feet && !settings_.z_scale) {
       size.warnings.emplace_back(
           "its axes are in feet and nothing says what heights are in: taken as metres; --z-scale 0.3048 "
           "takes "
@@ -563,6 +482,7 @@ class Raster {
   Placement placement_;
   std::unique_ptr<void, DestroySrs> given_srs_;
   OGRSpatialReferenceH srs_ = nullptr;  // null: none
+  std::vector<std::string> warnings_;   // without the file's name
 };
 
 }  // namespace
@@ -570,6 +490,7 @@ class Raster {
 Error describe_raster(const ReadElevation& settings, const std::string& path, ElevationGrid& grid) {
   Raster raster(settings, path);
   if (Error error = raster.open(); !error.ok()) return error;
+  if (Error error = raster.check_contents(); !error.ok()) return error;
   return raster.describe(grid);
 }
 

@@ -169,7 +169,7 @@ class Reader {
     }
     if (Error error = check_size(settings_.path, limits_, width, height); !error.ok()) return error;
     const auto samples = static_cast<std::uint64_t>(width * height);
-    const auto allowed = static_cast<std::uint64_t>(std::max(settings_.max_samples, 0));
+    const auto allowed = static_cast<std::uint64_t>(std::max<std::int64_t>(settings_.max_samples, 0));
     if (samples > std::max(allowed, kFreeSamples + kSamplesAByte * bytes_)) {
       return failure(settings_.path, "size: " + std::to_string(width) + " x " + std::to_string(height) +
                                          " samples in " + std::to_string(bytes_) +
@@ -275,7 +275,9 @@ Error ElevationRows::open(const ReadElevation& settings) {
   state_ = std::make_unique<State>(settings);
   if (Error error = state_->reader.open(); !error.ok()) return error;
   std::vector<float> row(static_cast<std::size_t>(width()) * 2);
-  return read(0, 2, row);
+  Error error = read(0, 2, row);
+  state_->facts.warnings.clear();  // of two rows, as if they were all
+  return error;
 }
 
 Error ElevationRows::read(int first, int count, std::span<float> out) {

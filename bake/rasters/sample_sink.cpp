@@ -11,6 +11,9 @@ namespace karst::bake {
 namespace {
 
 constexpr double kMostRelief = 30'000;  // metres; of Mars, the most of all that is mapped
+constexpr double kFarM = 1'000;         // that an extreme of any value is apart from all other heights
+constexpr double kSeaCliffM = 100;      // the same where it is 0
+constexpr double kShades = 0.5;         // of 1, that a picture has at least
 constexpr double kUsualVoids[] = {999, 9'999, 99'999, 32'767, 32'768, 65'535};  // with either sign
 constexpr double kSrtmVoid = -32'768;  // SRTM marks voids so, and seldom says it in a tag
 
@@ -63,14 +66,30 @@ Error SampleSink::finish() {
   const double unit = std::abs(format_.scale * format_.metres_per_unit * settings_.z_scale.value_or(1));
   const double offset = format_.offset / format_.scale;
   if (format_.is_whole && offset == std::floor(offset)) part_.unit_m = unit;
-  // The finer end of 16-bit height maps: counts of a range that only their author knows.
-  const bool is_counts = format_.is_unsigned && !settings_.z_scale && format_.scale == 1;
-  if (is_counts && (high_ - low_) * format_.metres_per_unit > kMostRelief) {
-    return path_ + ": heights from " + number(low_) + " to " + number(high_) +
-           " would be more relief than any planet has; give --z-scale S, the metres of a count (1: they are "
-           "metres)";
-  }
+  const std::size_t before = part_.warnings.size();
   for (const bool at_low : {true, false}) warn_of_void(at_low);
+  const bool has_voids = part_.warnings.size() > before;
+  const double relief = (high_ - low_) * unit;
+  const bool is_count = format_.scale == 1 && !settings_.z_scale;
+  if (!settings_.z_scale && relief > kMostRelief) {
+    // The finer end of 16-bit height maps: counts of a range that only their author knows.
+    if (format_.is_unsigned && is_count) {
+      return path_ + ": heights from " + number(low_) + " to " + number(high_) +
+             " would be more relief than any planet has; give --z-scale S, the metres of a count (1: they "
+             "are metres), or --nodata V where one of them marks voids";
+    }
+    if (!has_voids) {
+      part_.warnings.push_back(path_ +
+                               ": more relief than any planet has; --z-scale S says the metres of a unit");
+    }
+  }
+  // Of pictures: black to white.
+  const bool is_shade = !format_.is_whole && is_count && !format_.is_unit_said;
+  if (is_shade && low_ >= 0 && high_ <= 1 && relief > kShades) {
+    part_.warnings.push_back(path_ +
+                             ": heights within 0 to 1 look like shades of a picture; --z-scale S says the "
+                             "metres from 0 to 1");
+  }
   return {};
 }
 
@@ -88,14 +107,18 @@ void SampleSink::note_extreme(double raw) {
   }
 }
 
-// An extreme that is far from all other heights, and is a value that voids are often marked with.
+// An extreme that is further from all other heights than these are from each other, and is a value that
+// voids are often marked with, or very far.
 void SampleSink::warn_of_void(bool at_low) {
   const double value = at_low ? low_ : high_;
-  if (std::find(std::begin(kUsualVoids), std::end(kUsualVoids), std::abs(value)) == std::end(kUsualVoids))
-    return;
   const double gap = at_low ? next_low_ - low_ : high_ - next_high_;
   const double rest = at_low ? high_ - next_low_ : next_high_ - low_;
   if (!std::isfinite(gap) || !(gap > rest)) return;
+  const double gap_m =
+      gap * std::abs(format_.scale * format_.metres_per_unit * settings_.z_scale.value_or(1));
+  const bool is_usual =
+      std::find(std::begin(kUsualVoids), std::end(kUsualVoids), std::abs(value)) != std::end(kUsualVoids);
+  if (!is_usual && !(gap_m > (value == 0 ? kSeaCliffM : kFarM))) return;
   part_.warnings.push_back(path_ + ": heights of " + number(value) +
                            " are far from all others and may mark voids: --nodata " + number(value));
 }

@@ -21,8 +21,9 @@ struct SampleFormat {
   bool is_float = false;     // of 32 bits or fewer
   bool is_unsigned = false;  // and whole, of more than 8 bits
   bool is_whole = false;
+  bool is_unit_said = false;  // of heights
   double scale = 1, offset = 0;
-  double metres_per_unit = 1;
+  double metres_per_unit = 1;  // below 0: depths
   std::optional<double> nodata;
 };
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace karst::bake {
 using namespace etc2;
@@ -88,8 +89,8 @@ float span_of(std::vector<float>& values) {
 }
 
 // Of slopes: a small span cuts steep ones off, a large one is coarse. The mean square of the sine by which
-// angles are off, for a code's rounding being spread evenly.
-float slope_loss(const Level& level, float span, const NearCodes& codes) {
+// angles are off, for a code's rounding being spread evenly; or something above `most`, if it is.
+float slope_loss(const Level& level, float span, const NearCodes& codes, float most) {
   const double step = double{span} / codes.steps, rounding = step * step / 12;
   double sum = 0;
   for (const Texel& texel : level.texels) {
@@ -97,6 +98,7 @@ float slope_loss(const Level& level, float span, const NearCodes& codes) {
       const double is = slope, held = std::clamp(slope, -span, span), steep = 1 + held * held;
       sum += (is - held) * (is - held) / ((1 + is * is) * steep) + rounding / (steep * steep);
     }
+    if (sum > double{most}) break;
   }
   return static_cast<float>(sum);
 }
@@ -105,9 +107,9 @@ float slope_span_of(const Level& level, const NearCodes& codes) {
   float most = kLeastSpan;
   for (const Texel& texel : level.texels)
     most = std::max({most, std::abs(texel.slope.x), std::abs(texel.slope.y)});
-  float best = most, least = slope_loss(level, most, codes);
+  float best = most, least = slope_loss(level, most, codes, std::numeric_limits<float>::max());
   for (float span = 0.875f * most; span >= kLeastSpan; span *= 0.875f) {
-    const float loss = slope_loss(level, span, codes);
+    const float loss = slope_loss(level, span, codes, least);
     if (loss < least) {
       least = loss;
       best = span;

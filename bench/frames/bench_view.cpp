@@ -7,10 +7,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <optional>
 
+#include "app/stage/camera_ground.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
 
@@ -18,6 +21,8 @@ namespace karst::bench {
 using namespace app;
 namespace {
 
+// Heights of a ground that are asked for, along its longer side.
+constexpr int kAskedAcross = 512;
 // Flights keep away from the ground.
 constexpr double kFree = std::numeric_limits<double>::infinity();
 
@@ -131,11 +136,33 @@ Error BenchView::read(std::vector<std::uint8_t>& rgba, std::vector<float>& depth
   return Error("picture", status);
 }
 
-GroundHeights BenchView::ground() {
+const GroundHeights& BenchView::ground() {
+  if (ground_) return *ground_;
   const core::World& world = terrain();
-  GroundHeights ground({world.info().extent.x, world.info().extent.z});
+  const glm::ivec3 extent = glm::max(world.info().extent, world.box().max / core::kStepsPerVoxel);
+  GroundHeights& ground = ground_.emplace(glm::ivec2(extent.x, extent.z));
   for (core::PatchId patch = 0; patch < world.patch_count(); ++patch) {
     ground.add(core::patch_box(world.surface(), world.bounds(), patch));
+  }
+  // load() has asked for the query, so that there is one.
+  CameraGround heights;
+  if (stage_.world().info().ground_samples[0] == 0 || !heights.open(stage_.world()).ok()) return ground;
+  // The corners of squares, each on the squares around it.
+  const int side = std::max({1, (extent.x - 1) / kAskedAcross + 1, (extent.z - 1) / kAskedAcross + 1});
+  const core::WorldFrame& frame = placement().world();
+  for (int z = 0; z <= extent.z; z += side) {
+    for (int x = 0; x <= extent.x; x += side) {
+      glm::dvec3 above = frame.origin_m + glm::dvec3(x, 0, z) * frame.voxel_size_m;
+      above.y = stage_.world().info().high_m.y + frame.voxel_size_m;
+      const std::optional<double> height_m = heights.below_m(above, 0);
+      if (!height_m) continue;
+      const double height = (*height_m - frame.origin_m.y) / frame.voxel_size_m;
+      const glm::ivec3 low(std::max(x - side, 0), 0, std::max(z - side, 0));
+      const glm::ivec3 high(std::min(x + side, extent.x) - 1, 0, std::min(z + side, extent.z) - 1);
+      core::LatticeBox box{low * core::kStepsPerVoxel, high * core::kStepsPerVoxel};
+      box.max.y = static_cast<int>(std::ceil(height * core::kStepsPerVoxel));
+      ground.add(box);
+    }
   }
   return ground;
 }

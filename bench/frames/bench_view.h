@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -56,7 +57,8 @@ class BenchView {
   // A view as the options have it; its camera is left open.
   const StageView& look() const { return look_; }
   LevelChoice levels() const;
-  GroundHeights ground();
+  // Found out once, by asking it.
+  const GroundHeights& ground();
   // A flight over this world as path files have it: of kStandardPaths, or "default", the place from which
   // programs show the whole world, in every frame.
   std::vector<CameraPlace> flight(std::string_view name, int frames);
@@ -75,6 +77,7 @@ class BenchView {
   Stage stage_;
   StageView look_;
   PictureShape shape_;
+  std::optional<GroundHeights> ground_;
   double first_frame_ms_ = 0;
 };
 

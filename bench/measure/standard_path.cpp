@@ -118,13 +118,17 @@ std::vector<CameraSettings> teleport_path(const GroundHeights& ground, const Pla
 
 }  // namespace
 
-GroundHeights::GroundHeights(glm::ivec2 extent)
-    : extent_(extent), heights_(static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.y)) {}
+GroundHeights::GroundHeights(glm::ivec2 extent) {
+  const auto columns = [](int voxels, int shift) { return ((std::max(voxels, 1) - 1) >> shift) + 1; };
+  while (std::int64_t{columns(extent.x, shift_)} * columns(extent.y, shift_) > kMostColumns) ++shift_;
+  extent_ = {columns(extent.x, shift_), columns(extent.y, shift_)};
+  heights_.resize(static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y));
+}
 
 void GroundHeights::add(const LatticeBox& box) {
-  const auto columns = [](std::int32_t low, std::int32_t high, int extent) {
-    return glm::ivec2(std::clamp(low / kStepsPerVoxel, 0, extent - 1),
-                      std::clamp(high / kStepsPerVoxel, 0, extent - 1));
+  const auto columns = [this](std::int32_t low, std::int32_t high, int extent) {
+    return glm::ivec2(std::clamp(low / kStepsPerVoxel >> shift_, 0, extent - 1),
+                      std::clamp(high / kStepsPerVoxel >> shift_, 0, extent - 1));
   };
   const glm::ivec2 x = columns(box.min.x, box.max.x, extent_.x);
   const glm::ivec2 z = columns(box.min.z, box.max.z, extent_.y);
@@ -138,10 +142,12 @@ void GroundHeights::add(const LatticeBox& box) {
 }
 
 double GroundHeights::highest(double x, double z, int reach) const {
-  const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(z));
+  const auto column = [this](double at, int way) {
+    return (static_cast<int>(std::floor(at)) + way) >> shift_;
+  };
   float best = 0;
-  for (int j = std::max(row - reach, 0); j <= std::min(row + reach, extent_.y - 1); ++j) {
-    for (int i = std::max(column - reach, 0); i <= std::min(column + reach, extent_.x - 1); ++i) {
+  for (int j = std::max(column(z, -reach), 0); j <= std::min(column(z, reach), extent_.y - 1); ++j) {
+    for (int i = std::max(column(x, -reach), 0); i <= std::min(column(x, reach), extent_.x - 1); ++i) {
       best = std::max(best, heights_[static_cast<std::size_t>(j * extent_.x + i)]);
     }
   }

@@ -21,18 +21,23 @@ namespace karst::bench {
 using core::CameraSettings;
 using core::LatticeBox;
 
-// Height of the ground by column of voxels, in voxels: what boxes of patches reach up to.
+// Height of the ground by column of voxels, in voxels: what boxes of patches reach up to. Of large worlds
+// columns are squares of 2^shift voxels a side.
 class GroundHeights {
  public:
-  // extent: columns along x and z.
+  static constexpr int kMostColumns = 1 << 22;
+
+  // extent: voxels along x and z.
   explicit GroundHeights(glm::ivec2 extent);
+  int shift() const { return shift_; }
   // Raises the columns under a box, which is in lattice steps.
   void add(const LatticeBox& box);
-  // The greatest height within so many columns of a place; 0 where nothing was added.
+  // The greatest height within so many voxels of a place; 0 where nothing was added.
   double highest(double x, double z, int reach) const;
 
  private:
-  glm::ivec2 extent_;
+  int shift_ = 0;
+  glm::ivec2 extent_;  // columns
   std::vector<float> heights_;
 };
 

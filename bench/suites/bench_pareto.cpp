@@ -79,7 +79,7 @@ Error file_flight(BenchView& view, const std::string& path, std::vector<Flight>&
 
 Error make_flights(BenchView& view, const ParetoOptions& options, std::vector<Flight>& flights) {
   if (!options.path_file.empty()) return file_flight(view, options.path_file, flights);
-  const GroundHeights ground = view.ground();
+  const GroundHeights& ground = view.ground();
   for (const std::string_view name : kStandardPaths) {
     Flight& flight = flights.emplace_back();
     flight.name = name;

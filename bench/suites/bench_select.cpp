@@ -318,7 +318,7 @@ Error measure(const SelectSuiteOptions& options) {
   look.work_ms = options.look.generate_ms >= 0 ? options.look.generate_ms : kGenerateMs;
   look.view.width_px = static_cast<std::uint32_t>(options.look.width);
   look.view.height_px = static_cast<std::uint32_t>(options.look.height);
-  const GroundHeights ground = view.ground();
+  const GroundHeights& ground = view.ground();
   Flight flight(world.terrain, look);
   for (const std::string_view name : {"low", "oblique", "still"}) {
     const bool still = name == "still";

@@ -89,7 +89,7 @@ class Suite {
   }
 
   Error place_cameras() {
-    const GroundHeights ground = main_.view->ground();
+    const GroundHeights& ground = main_.view->ground();
     for (const std::string_view flight : kFlights) {
       const auto path = make_standard_path(flight, ground, main_.view->terrain().box(), options_.frames);
       std::vector<ViewState> cameras;

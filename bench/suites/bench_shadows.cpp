@@ -73,7 +73,7 @@ Error fly(BenchView& view, const char* name, const std::vector<CameraSettings>& 
 Error measure(const ShadowSuiteOptions& options) {
   BenchView view;
   if (Error error = view.open(options.world, options.look); !error.ok()) return error;
-  const GroundHeights ground = view.ground();
+  const GroundHeights& ground = view.ground();
   const core::LatticeBox box = view.terrain().box();
   const int maps = options.look.shadows;
   std::printf("a frame    maps drawn  triangles in maps          ms, median             ms, mean\n");

@@ -12,7 +12,7 @@ namespace karst {
 
 enum class LodMode : std::uint8_t {
   error,     // the coarsest levels that keep the view's error_px
-  distance,  // K equation 4.13; nothing morphs
+  distance,  // patches: K equation 4.13, nothing morphs; nodes: distance over side (S), which morph
   full       // every patch at its finest level
 };
 

@@ -59,7 +59,10 @@ void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewR
     request.camera = requests[v].camera;
     request.scale = views[v].error_scale();
     request.error_px = views[v].settings().error_px;
-    request.morphing = views[v].settings().mode == LodMode::error;
+    const LodSettings& lod = views[v].settings();
+    request.morphing = lod.mode != LodMode::full;
+    // As K's patches: one whose side is a node's is at the node's level from half of that distance on.
+    if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
   }
   complete(0, views.size(), wait);
@@ -76,7 +79,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   request.scale = view.error_scale();
   request.scale.least_cos2 = cascade.least_cos2;
   request.error_px = view.settings().error_px;
-  request.morphing = view.settings().mode == LodMode::error;
+  request.morphing = view.settings().mode != LodMode::full;
   request.frustum = &cascade.frustum;
   request.spared_error = static_cast<float>(texel);
   complete(shadow_view(), shadow_view() + 1, wait);

@@ -11,8 +11,8 @@ namespace karst::core {
 
 // The last share of a threshold's distance in which a node's vertices morph. A larger one moves them slower
 // and takes more triangles: what is kept from size to size grows by 1 / (1 - sigma). At 0.3, that of patches,
-// ground takes a fifth more.
-inline constexpr float kNodeMorphShare = 0.2f;
+// ground takes a fourth more triangles than at this, at 0.2 a twenty-fifth.
+inline constexpr float kNodeMorphShare = 0.1f;
 
 // At k = kLeastDemand * 2^n.
 inline constexpr int kDemands = 12;

@@ -11,6 +11,7 @@ void FamilyPool::reset() {
   std::fill(storage_.families.begin(), storage_.families.end(), Family{});
   std::fill(storage_.chains.begin(), storage_.chains.end(), kNone);
   hand_ = 0;
+  has_room_ = true;
 }
 
 std::uint32_t& FamilyPool::chain_of(NodeKey key) {
@@ -37,6 +38,8 @@ std::uint32_t FamilyPool::see(NodeKey parent) {
 
 // A clock's hand: the first from where it stands that was unseen for eight frames, else the longest unseen.
 std::uint32_t FamilyPool::make_room() {
+  // What a frame has seen it goes on seeing.
+  if (!has_room_) return kNone;
   constexpr std::uint32_t kLongUnseen = 8;
   const std::uint32_t all = count();
   std::uint32_t best = kNone;
@@ -50,6 +53,7 @@ std::uint32_t FamilyPool::make_room() {
     best = at;
     if (unseen >= kLongUnseen) break;
   }
+  has_room_ = best != kNone;
   if (best == kNone) return kNone;
   hand_ = best + 1 < all ? best + 1 : 0;
   Family& gone = storage_.families[best];

@@ -43,7 +43,10 @@ class FamilyPool {
   // Forgets all.
   void reset();
 
-  void begin_frame() { ++frame_; }
+  void begin_frame() {
+    ++frame_;
+    has_room_ = true;
+  }
   // The family of a node, which the frame sees; a new one where there is none. kNone: there is no room.
   std::uint32_t see(NodeKey parent);
 
@@ -65,6 +68,7 @@ class FamilyPool {
   Storage storage_;
   std::uint32_t frame_ = 0;
   std::uint32_t hand_ = 0;  // where looking for room goes on
+  bool has_room_ = true;    // as far as the frame knows
 };
 
 }  // namespace karst::core

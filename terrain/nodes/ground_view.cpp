@@ -125,6 +125,7 @@ struct GroundView::Looks {
   glm::vec3 forward;
   DemandPlace demand{};
   bool is_finite = true;                     // the demand
+  double steps_away = 0;                     // sides_away, of a node of size 0
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
   Horizon horizon{};
@@ -134,7 +135,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
                         FamilyPool& pool) {
   KARST_ASSERT(info.exists() && request.camera != nullptr);
   result_ = {};
-  result_.bound_px = static_cast<float>(request.error_px);
+  result_.bound_px = request.sides_away > 0 ? 0.0f : static_cast<float>(request.error_px);
   node_count_ = 0;
   if (known_rows_ == 0) {
     known_rows_ = static_cast<std::uint32_t>(storage_.rows.size()) / kMorphRow;
@@ -156,8 +157,10 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   looks.unit[0] = 1;
   for (std::size_t size = 1; size < looks.unit.size(); ++size)
     looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
-  looks.is_finite = request.scale.steps_per_step < kInfinite;
-  looks.demand = place_of_demand(looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
+  const bool by_error = request.sides_away <= 0;
+  looks.is_finite = !by_error || request.scale.steps_per_step < kInfinite;
+  looks.demand = place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
+  looks.steps_away = std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]);
 
   if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !camera.parallel)
     looks.horizon = Horizon(info, looks.corner + looks.fine);
@@ -269,7 +272,7 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
   if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
     const double at_n = double{threshold_steps(halves[0])};
     const double after_n = double{threshold_steps(halves[1])};
-    threshold = (at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor *
+    threshold = ((at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor + looks.steps_away) *
                 looks.unit[static_cast<std::size_t>(node.key.size)];
   }
   node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
@@ -309,10 +312,16 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     ++result_.culled;
     return;
   }
-  if (node.key.size == 0 || !(node.least_apparent < node.threshold)) return;
+  if (node.key.size == 0) return;
+  const bool is_near = node.least_apparent < node.threshold;
+  if (!is_near && looks.steps_away == 0) return;
   const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
+  if (!is_near) {
+    result_.bound_px = std::max(result_.bound_px, px);
+    return;
+  }
   if (node.key.size <= looks.request.least_size || error <= looks.request.spared_error) {
     node.refused = true;
     result_.bound_px = std::max(result_.bound_px, px);

@@ -59,6 +59,10 @@ struct GroundRequest {
   ErrorScale scale;                // make_error_scale's, for it
   double error_px = 4;             // that scale was made for
   bool morphing = true;            // false: nothing moves; neighbours of two sizes do not meet exactly
+  // Not 0: nodes are split by their distance over their side, from so many sides on (S's split value,
+  // distance / (width * detail * (1 + error)), but that the least demand's threshold is added for the error).
+  // A sum of two thresholds that keep (2) below keeps it. Nothing is promised of the error then.
+  double sides_away = 0;
   bool culls = true;               // what is out of the frustum is not listed
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.

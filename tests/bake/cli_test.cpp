@@ -133,6 +133,22 @@ TEST_F(BakeCli, WhatDoesNotReachStandardOutputIsAFailure) {
   }
 }
 
+// Its report went into the file that had taken the number of standard output, and the exit code was 0.
+TEST_F(BakeCli, ClosedStandardFilesAreNoneOfItsOwn) {
+  for (const char* closed : {">&-", "2>&-", "<&- >&- 2>&-"}) {
+    for (const char* more : {"", " --ground"}) {
+      const std::string words =
+          " " + dem_ + " -o " + world_ + " --materials none --stats " + folder_.path("s.json") + more + " ";
+      const auto result = test::run_process("/bin/sh", {"-c", KARST_BAKE_PATH + words + closed});
+      const bool has_output = std::string(closed) == "2>&-";
+      EXPECT_EQ(result.code, has_output ? 0 : 1) << closed << more << result.err;
+      EXPECT_EQ(test::run_process(KARST_APP_PATH, {"info", world_}).code, 0) << closed << more;
+      const std::string stats = test::read_text(folder_.path("s.json"));
+      EXPECT_TRUE(stats.starts_with("{") && stats.ends_with("}\n")) << closed << more;
+    }
+  }
+}
+
 TEST_F(BakeCli, HelpNamesEveryOptionAndSample) {
   const auto result = run({"--help"});
   EXPECT_EQ(result.code, 0);

@@ -307,6 +307,28 @@ TEST_F(Mosaic, PartsThatLieOverEachOtherAreRefused) {
   EXPECT_GT(elevation_of({.path = over(17, small)}).voids, 0u);
 }
 
+// A part's file is decoded in whole blocks, however little is shown of it.
+TEST_F(Mosaic, PartsThatTakeMoreToDecodeThanTheyShowAreRefused) {
+  Source sea(GDT_Byte, 2'000, 2'000);
+  GDALFillRaster(sea.band(), 7, 0);
+  const auto parts = [&](int count, const std::string& from) {
+    std::string text;
+    for (int k = 0; k < count; ++k) {
+      const std::string name = "sea" + std::to_string(k) + ".tif";
+      sea.save(GDALRegister_GTiff, "GTiff", folder_.path(name), {"COMPRESS=DEFLATE", "BLOCKYSIZE=2000"});
+      text += "<SimpleSource><SourceFilename relativeToVRT=\"1\">" + name +
+              "</SourceFilename><SourceBand>1</SourceBand>" + from +
+              R"(<DstRect xOff="0" yOff="0" xSize="6" ySize="5"/></SimpleSource>)";
+    }
+    return vrt("<NoDataValue>-5</NoDataValue>" + text, "tile.tif");
+  };
+  const std::string little = R"(<SrcRect xOff="0" yOff="0" xSize="6" ySize="5"/>)";
+  EXPECT_EQ(elevation_of({.path = parts(1, little)}).voids, 20u);
+  for (const std::string& from :
+       {little, std::string(), std::string(R"(<SrcRect xSize="1e9" ySize="1e9"/>)")})
+    expect_error({.path = parts(3, from)}, "decoded to much more");
+}
+
 TEST_F(Mosaic, ABillionSamplesOfNothingAreRefused) {
   const std::string path = vrt("", "tile.tif", "", R"(rasterXSize="32768" rasterYSize="32768")");
   expect_error({.path = path}, "size");

@@ -18,21 +18,24 @@ namespace {
 constexpr const char* kNames[] = {"grass", "rock", "strata", "sand", "snow", "ceiling"};
 
 TEST(TileNoise, Repeats) {
+  const TileNoise noise({8, 8}, 3);
+  const TileFbm fbm({4, 16}, 3, 3);
+  const TileCells cells({8, 4}, 0.9f, 3);
   for (int k = 0; k < 200; ++k) {
     // Multiples of 1/1024, so that adding 1 is exact.
     const glm::vec2 p(static_cast<float>(k * 37 % 1024) / 1024, static_cast<float>(k * 101 % 1024) / 1024);
     const glm::vec2 q(p.x + 1, p.y - 2);
-    EXPECT_EQ(tile_noise(p, 8, 3), tile_noise(q, 8, 3));
-    EXPECT_EQ(tile_fbm(p, {4, 16}, 3, 3), tile_fbm(q, {4, 16}, 3, 3));
-    const TileCell a = tile_cell(p, {8, 4}, 0.9f, 3), b = tile_cell(q, {8, 4}, 0.9f, 3);
+    EXPECT_EQ(noise.at(p), noise.at(q));
+    EXPECT_EQ(fbm.at(p), fbm.at(q));
+    const TileCells::Nearest a = cells.nearest(p), b = cells.nearest(q);
     EXPECT_EQ(a.id, b.id);
-    EXPECT_NEAR(a.nearest, b.nearest, 1e-5);
-    EXPECT_NEAR(a.border, b.border, 1e-5);
-    EXPECT_LE(std::abs(tile_noise(p, 8, 3)), 1.1f);
-    EXPECT_GE(a.border, 0);
-    EXPECT_LE(a.nearest, 1.5f);
+    EXPECT_NEAR(a.distance, b.distance, 1e-5);
+    EXPECT_NEAR(cells.border(p, a), cells.border(q, b), 1e-5);
+    EXPECT_LE(std::abs(noise.at(p)), 1.1f);
+    EXPECT_GE(cells.border(p, a), 0);
+    EXPECT_LE(a.distance, 1.5f);
   }
-  EXPECT_EQ(tile_noise({0.25f, 0.5f}, 8, 3), 0);
+  EXPECT_EQ(noise.at({0.25f, 0.5f}), 0);
 }
 
 // Mean differences between neighbours, inside and across the border.

@@ -29,6 +29,7 @@ with.
   SHADOWS="0 2"       shadow maps
   PEERS=build/peers   folder of `peers.sh build`, for drape
   DATA=../shared/data folder of bigtujunga.tif
+  GROUND=1            the newer karst draws elevation models as grounds of tiles, not as voxels; 0: as voxels
   PICTURES=1          the first picture of each case by both, OUT/CASE-MAPS-{old,new}.png; 0: none
 END
 }
@@ -69,16 +70,29 @@ prepare_world() {
   local world=$1 words
   mapfile -t words < <(world_bake "$world")
   "$old_bake" "${words[@]}" -o "$world-old.karst" --quiet
+  if [[ $world != drape ]]; then "$new_bake" "${words[@]}" -o "$world-voxels.karst" --quiet; fi
+  if [[ ${GROUND:-1} != 0 && $world != canyon ]]; then mapfile -t words < <(as_ground "${words[@]}"); fi
   "$new_bake" "${words[@]}" -o "$world-new.karst" --quiet
 }
+# karst-bake's arguments without those of voxels.
+as_ground() {
+  while [[ $# -gt 0 ]]; do
+    case $1 in
+      --voxel | --levels) shift 2 ;;
+      *) printf '%s\n' "$1"; shift ;;
+    esac
+  done
+  printf '%s\n' --ground
+}
 
-# The flight of a case, CASE.txt. Its pixels of terrain are counted in pictures of a sixteenth of the size.
+# The flight of a case, CASE.txt, over what voxels make of the world. Its pixels of terrain are counted in
+# pictures of a sixteenth of the size.
 prepare_flight() {
-  local world=${1%-*} kind=${1#*-} count=(--suite flight --size 320x180 --shadows 0)
+  local world=${1%-*}-voxels kind=${1#*-} count=(--suite flight --size 320x180 --shadows 0)
   case $kind in
-    default) "$new_bench" "$world-new.karst" "${count[@]}" --frames 12 >"$1.txt" ;;
+    default) "$new_bench" "$world.karst" "${count[@]}" --frames 12 >"$1.txt" ;;
     low)
-      "$new_bench" "$world-new.karst" "${count[@]}" --flight low --frames 120 |
+      "$new_bench" "$world.karst" "${count[@]}" --flight low --frames 120 |
         awk '/^#/ { print; next } n++ % 40 < 4' >"$1.txt"
       ;;
     drape) scene_path | awk 'n++ % 60 < 3' >"$1.txt" ;;

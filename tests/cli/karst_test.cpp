@@ -113,6 +113,21 @@ TEST_F(Karst, WhatDoesNotReachStandardOutputIsAFailure) {
   }
 }
 
+// What is printed goes to no file that was opened in the place of a closed one.
+TEST_F(Karst, ClosedStandardFilesAreNoneOfItsOwn) {
+  const std::string before = read_text(world_);
+  for (const std::string& words : {"render " + world_ + " --size 16x16 -o " + file("a.png") + " --stats -",
+                                   "info " + world_, std::string("--help")}) {
+    for (const char* closed : {">&-", "<&- >&- 2>&-"}) {
+      const auto result =
+          test::run_process("/bin/sh", {"-c", std::string(KARST_APP_PATH) + " " + words + " " + closed});
+      EXPECT_EQ(result.code, 1) << words << closed;
+    }
+  }
+  EXPECT_EQ(read_text(world_), before);
+  EXPECT_EQ(png_size(file("a.png")).width, 16u);
+}
+
 TEST_F(Karst, HelpAndVersion) {
   for (const Names& words : {Names{"--help"}, Names{"-h"}, Names{"render", "--help"}, Names{"info", "-h"},
                              Names{"budget", "--help"}, Names{"bench", "--help"}}) {

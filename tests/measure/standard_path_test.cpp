@@ -32,6 +32,17 @@ TEST(GroundHeights, HighestAround) {
   EXPECT_EQ(world.ground.highest(-100, 5, 2), 0);
 }
 
+// Where there are more voxels than columns, a column is a square of them.
+TEST(GroundHeights, OfALargeWorld) {
+  GroundHeights ground({1 << 15, 1 << 14});
+  EXPECT_EQ(ground.shift(), 4);
+  const int far = 30'000 * kStepsPerVoxel;
+  ground.add({{far, 0, 0}, {far, 5 * kStepsPerVoxel, 0}});
+  EXPECT_EQ(ground.highest(30'002.5, 3, 0), 5);
+  EXPECT_EQ(ground.highest(30'020, 3, 2), 0);
+  EXPECT_EQ(ground.highest(30'020, 3, 14), 5);
+}
+
 TEST(StandardPath, EveryFlightHasItsFramesAndValidCameras) {
   const World world;
   for (const auto name : kStandardPaths) {

@@ -13,8 +13,8 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/draw/index_batches.h"
-#include "tests/property/morph_scene.h"
 #include "tests/support/any_camera.h"
+#include "tests/support/morph_scene.h"
 
 namespace karst::core {
 namespace {

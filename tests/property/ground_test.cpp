@@ -150,6 +150,7 @@ TEST(Ground, EveryInnerEdgeIsUsedOnceByEachSide) {
       request.error_px = std::exp2(test::between(random, -2, 5));
       request.scale = make_error_scale(camera, 640, 360, request.error_px);
       request.culls = random.next() % 2 == 0;
+      if (random.next() % 4 == 0) request.sides_away = std::exp2(test::between(random, -2, 7));
       const std::uint64_t before = test::heap_calls();
       parts.tiles.begin_frame();
       parts.pool.begin_frame();

@@ -14,7 +14,7 @@
 
 #include "terrain/draw/index_batches.h"
 #include "terrain/patch/displacement.h"
-#include "tests/property/morph_scene.h"
+#include "tests/support/morph_scene.h"
 
 namespace karst::core {
 namespace {

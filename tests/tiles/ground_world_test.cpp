@@ -25,7 +25,9 @@ using namespace core;
 using test::Folder;
 
 // ESRI's raw raster of whole metres.
-void write_dem(const std::string& name, int wide, int deep, const std::function<int(int, int)>& height) {
+// west: of its first column, from that of others beside it, in samples of 10 m.
+void write_dem(const std::string& name, int wide, int deep, const std::function<int(int, int)>& height,
+               int west = 0) {
   std::ofstream samples(name + ".bil", std::ios::binary);
   for (int k = 0; k < deep; ++k) {
     for (int i = 0; i < wide; ++i) {
@@ -34,7 +36,8 @@ void write_dem(const std::string& name, int wide, int deep, const std::function<
     }
   }
   std::ofstream(name + ".hdr") << "ncols " << wide << "\nnrows " << deep
-                               << "\nnbits 16\npixeltype signedint\nbyteorder I\nnodata -9999\n";
+                               << "\nnbits 16\npixeltype signedint\nbyteorder I\nnodata -9999\nulxmap "
+                               << 10 * west << "\nulymap 0\nxdim 10\nydim 10\n";
 }
 
 int hills(int i, int k) {
@@ -110,6 +113,28 @@ TEST(GroundWorld, HoldsTheSamplesOfTheDem) {
   EXPECT_LE(most_off, 0.5 * kVertexStep * step_m * 1.001);
 }
 
+// Wider than elevation that is held in memory may be.
+TEST(GroundWorld, PartsAndCropsOfALongDemAreTheSameWorld) {
+  constexpr int kWide = 40'000, kDeep = 9, kFirst = 39'900, kTaken = 100;
+  const Folder whole, alone, parts;
+  write_dem(whole.path("dem"), kWide, kDeep, hills);
+  write_dem(alone.path("dem"), kTaken, kDeep, [](int i, int k) { return hills(i + kFirst, k); });
+  const auto made = [](const Folder& folder, std::vector<std::string> words) {
+    words.insert(words.end(), {"--ground", "--pixel-size", "10", "--materials", "none", "-o",
+                               folder.path("w"), "--quiet"});
+    bake(words);
+    return read_all(folder.path("w"));
+  };
+  const std::vector<std::byte> cropped =
+      made(whole, {whole.path("dem.bil"), "--crop", "39900,0,100,9", "--max-samples", "1000000000000"});
+  EXPECT_EQ(cropped, made(alone, {alone.path("dem.bil")}));
+  write_dem(parts.path("dem"), 30'000, kDeep, hills);
+  write_dem(
+      parts.path("east"), 10'000, kDeep, [](int i, int k) { return hills(i + 30'000, k); }, 30'000);
+  EXPECT_EQ(made(parts, {parts.path("dem.bil"), parts.path("east.bil")}),
+            made(whole, {whole.path("dem.bil")}));
+}
+
 TEST(GroundWorld, IsTheSameWithAnyNumberOfThreads) {
   const Folder folder;
   write_dem(folder.path("dem"), 300, 170, hills);
@@ -134,6 +159,34 @@ TEST(GroundWorld, ASteepDemHasShorterStepsBetweenSamples) {
   // Half of the cliff lies below and above the middle, at most four voxels.
   EXPECT_LE(450 * steps, 4 * kStepsPerVoxel);
   EXPECT_GT(2 * 450 * steps, 3 * kStepsPerVoxel);
+}
+
+// Not what the lattice makes of them.
+TEST(GroundWorld, TheHeightsOfTheDemAreReported) {
+  const Folder folder;
+  write_dem(folder.path("dem"), 60, 50, [](int i, int k) { return i == 7 && k == 9 ? 1449 : 571 + i % 5; });
+  const std::string report = bake({folder.path("dem.bil"), "--ground", "--pixel-size", "10000", "--materials",
+                                   "none", "-o", folder.path("w")});
+  EXPECT_NE(report.find("heights       571 to 1449 m"), std::string::npos) << report;
+}
+
+TEST(GroundWorld, LongStepsOfHeightsAreTold) {
+  const Folder folder;
+  const auto warning = [&](const char* pixel_size) {
+    const test::ProcessResult result =
+        test::run_process(KARST_BAKE_PATH, {folder.path("dem.bil"), "--ground", "--pixel-size", pixel_size,
+                                            "--materials", "none", "-o", folder.path("w"), "--quiet"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.err;
+  };
+  write_dem(folder.path("dem"), 80, 70, [](int i, int) { return i < 40 ? i : 900 + i; });
+  EXPECT_EQ(warning("30"), "");
+  EXPECT_NE(warning("0.2").find("neighbours are steep"), std::string::npos);
+  write_dem(folder.path("dem"), 30, 30, [](int i, int k) { return 500 + (i + k) % 7; });
+  EXPECT_EQ(warning("30"), "");
+  EXPECT_NE(warning("30000").find("leave --ground away"), std::string::npos);
+  write_dem(folder.path("dem"), 30, 30, [](int, int) { return 500; });
+  EXPECT_EQ(warning("30000"), "");
 }
 
 TEST(GroundWorld, VoidsAreFilled) {

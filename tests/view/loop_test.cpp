@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -138,6 +140,38 @@ TEST(Loop, AnswersUnderFloodsOfSignals) {
   const double asked = seconds_now();
   screen.send(SIGTERM);
   EXPECT_TRUE(screen.ends_within(answer_s())) << seconds_now() - asked;
+}
+
+// A world of tiles.
+void make_ground(const FakeScreen& screen) {
+  std::vector<std::int16_t> samples;
+  for (int k = 0; k < 600 * 600; ++k) samples.push_back(static_cast<std::int16_t>(k % 600 / 3 + k % 7));
+  const std::string dem = screen.folder().write("dem.bil", std::as_bytes(std::span(samples)));
+  screen.folder().write("dem.hdr", std::string("ncols 600\nnrows 600\nnbits 16\npixeltype signedint\n"
+                                               "byteorder I\n"));
+  const ProcessResult baked = run_process(
+      KARST_BAKE_PATH,
+      {dem, "--ground", "--pixel-size", "10", "--material-side", "16", "-o", screen.world(), "--quiet"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+}
+
+// Whatever it reads at that time: the world, tiles for the camera's height, or tiles for a frame.
+TEST(Loop, AnswersWhileTheDiskIsSlow) {
+  for (const char* read_ms : {"100", "30000"}) {
+    for (const useconds_t after_us : {50'000u, 300'000u, 2'500'000u}) {
+      FakeScreen screen;
+      make_ground(screen);
+      setenv("KARST_FAKE_READ_MS", read_ms, 1);
+      screen.start(viewer(screen, {"--camera", "0,~2,0,0,-10"}));
+      unsetenv("KARST_FAKE_READ_MS");
+      ASSERT_TRUE(screen.listens());
+      usleep(after_us);
+      const double asked = seconds_now();
+      EXPECT_EQ(screen.stop(SIGTERM), 0) << screen.messages();
+      EXPECT_LT(seconds_now() - asked, answer_s()) << read_ms << " ms a read, after " << after_us << " us";
+      EXPECT_EQ(screen.messages(), "");
+    }
+  }
 }
 
 // Checked before the first frame, as karst render does.

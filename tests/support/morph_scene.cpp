@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tests/property/morph_scene.h"
+#include "tests/support/morph_scene.h"
 
 #include <algorithm>
 #include <cmath>
