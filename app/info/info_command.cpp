@@ -22,6 +22,8 @@ struct InfoOptions {
 constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store = put<&InfoOptions::json>}};
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
+// In the order of Basis.
+constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder"};
 
 void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;

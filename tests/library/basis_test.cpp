@@ -82,8 +82,9 @@ class WorldsOnBases : public test::HostTest {
     EXPECT_TRUE(renderer_->end_frame().ok());
     const Pixels pixels = picture_.read();
     std::size_t count = 0;
-    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4)
-      count += pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255 ? 1 : 0;
+    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4) {
+      if (pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255) ++count;
+    }
     return count;
   }
 };
@@ -114,12 +115,13 @@ TEST_F(WorldsOnBases, APlanetIsClosedFromSpaceAndFromTwoMetres) {
       view.eye = along(hit.place, axes.up, height_m);
       const double turn = between(0, 6.28);
       const Vec3 ahead = mixed(axes.east, std::cos(turn), axes.north, std::sin(turn), axes.up, 0);
+      // While it is coarse the ground may be higher than the eye, which then waits.
       // From space its middle, which fills the picture; else down in front of the feet.
       const Vec3 look = from_space ? mixed(axes.up, -1, ahead, 0.05, axes.up, 0)
                                    : mixed(axes.up, -1.2, ahead, 1, axes.up, 0);
       ASSERT_TRUE(look_at(view, along(view.eye, look, 1), ahead));
       ASSERT_EQ(holes(view, from_space ? 1e7 : 0.1, from_space ? 4e7 : 1e6, from_space ? 12 : 40,
-                      n % 3 == 0 ? 0 : 0.05),
+                      from_space && n % 3 != 0 ? 0.05 : 0),
                 0u)
           << n << ' ' << at.longitude_deg << ' ' << at.latitude_deg << ' ' << deferred;
     }
@@ -152,7 +154,7 @@ TEST_F(WorldsOnBases, ACylindersInsideIsClosed) {
     ASSERT_TRUE(look_at(view, along(view.eye, mixed(axes.up, -1.5, ahead, 1, axes.up, 0), 1), ahead));
     ASSERT_EQ(holes(view, 0.5, 5000, 40, n % 2 == 0 ? 0 : 0.05), 0u) << n;
     // The axis is above everywhere.
-    const Vec3 axis = along(place, world().axes_at(place).up, radius_m);
+    const Vec3 axis = world().to_world(along(place, world().axes_at(place).up, radius_m));
     EXPECT_NEAR(axis.x, 0, 1e-6);
     EXPECT_NEAR(std::abs(axis.y), radius_m, 1e-6);
   }

@@ -45,7 +45,7 @@ inline GroundInfo region(std::int64_t wide, std::int64_t deep, double west, doub
   GroundInfo info;
   info.samples[0] = wide;
   info.samples[1] = deep;
-  Basis& basis = info.basis;
+  auto& basis = info.basis;
   basis.kind = BasisKind::geographic;
   basis.first[0] = west;
   basis.first[1] = north;
@@ -70,7 +70,7 @@ inline GroundInfo tube(std::int64_t wide, std::int64_t deep, double radius_m, do
   info.samples[0] = wide;
   info.samples[1] = deep;
   info.steps[0] = info.steps[1] = kMostSampleSteps;
-  Basis& basis = info.basis;
+  auto& basis = info.basis;
   basis.kind = BasisKind::cylinder;
   basis.radius_m = radius_m;
   basis.step[0] = basis.step[1] = spacing_m;
