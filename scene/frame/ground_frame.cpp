@@ -140,6 +140,11 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
   return level;
 }
 
+glm::dmat3 GroundFrame::axes(const Camera& camera) const {
+  const Basis& basis = terrain_->ground.info().basis;
+  return axes_of(basis, eye_lattice(camera) * (basis.height_unit_m / kVertexStep));
+}
+
 GroundFrame::Sum GroundFrame::sum(std::size_t view) const {
   if (!exists()) return {};
   const GroundView::Result& result = terrain_->ground.view(view).result();

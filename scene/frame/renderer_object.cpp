@@ -5,6 +5,9 @@
 #include <cmath>
 #include <new>
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
 
@@ -387,8 +390,17 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (status = work_.upload_morph_rows(costs); !status.ok()) return status;
   count_views();
   for (std::uint32_t n = 0; n < view_count_; ++n) {
-    const glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
-    if (status = gl.set_air(n, make_air_block(block_of(n), glm::mat4(glm::mat3(axes)))); !status.ok())
+    glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
+    shader::FrameBlock block = block_of(n);
+    if (ground_.is_curved()) {
+      // The host's shaders take y for up: theirs are the axes at the eye.
+      const glm::dmat3 here = ground_.axes(views_[n].camera);
+      axes = glm::transpose(here) * axes;
+      for (glm::vec4* v :
+           {&block.sun_direction, &block.ray_forward, &block.shadow_x, &block.shadow_y, &block.shadow_z})
+        *v = glm::vec4(glm::vec3(glm::transpose(here) * glm::dvec3(*v)), v->w);
+    }
+    if (status = gl.set_air(n, make_air_block(block, glm::mat4(glm::mat3(axes)))); !status.ok())
       return status;
   }
   fill_result(result);

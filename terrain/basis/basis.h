@@ -88,6 +88,9 @@ struct Basis {
   // Limits, as BasisFunction has them.
   double turn_rad = 0;
   double sagitta_m = 0;
+  // Quads that bend by more are not drawn, however far away: a pixel's height, by which it gets its material,
+  // is that of a chord.
+  double most_bend_m = 0;
 
   // Checks the fields above and makes those below. invalid_argument naming the field.
   Status finish();

@@ -12,6 +12,7 @@
 namespace karst::core {
 namespace {
 
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kNodeMorphShare;
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
@@ -315,6 +316,7 @@ void MeasureNodes::run() const {
     if (curved) {
       stretch = height_stretch(*info, own->low[x], own->high[x]);
       pad = 16 * unit;
+      if (bend_m(info->basis, size) > info->basis.most_bend_m) error = kInfinite;
       error += curved_error(*info, size, own->low[x], own->high[x], stretch) * steps_per_m / kKept;
     }
     const double reach = length(quad[0] * stretch, double{own->tall[x]}, quad[1] * stretch) + pad;
