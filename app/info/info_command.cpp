@@ -54,7 +54,15 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
     json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes);
     json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
-    json.field("geodetic", info.is_geodetic).end_object();
+    json.field("geodetic", info.is_geodetic);
+    if (info.region_nodes[0] > 0) {
+      json.key("region").begin_object().key("first_node").begin_array();
+      json.value(info.region_first[0]).value(info.region_first[1]).end_array().key("nodes").begin_array();
+      json.value(info.region_nodes[0]).value(info.region_nodes[1]).end_array().end_object();
+    } else {
+      json.key("region").null();
+    }
+    json.end_object();
   } else {
     json.key("ground").null();
   }
@@ -79,6 +87,10 @@ void print_ground(const WorldInfo& info) {
   std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
               static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
               8 * static_cast<double>(info.tile_bytes) / (wide * deep));
+  if (info.region_nodes[0] > 0) {
+    std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
+                info.region_nodes[0], info.region_nodes[1], info.region_first[0], info.region_first[1]);
+  }
 }
 
 void print_text(const WorldInfo& info, std::uint64_t file_bytes) {

@@ -13,10 +13,12 @@
 #include "bake/ground/ground_basis.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
+#include "bake/ground/region_baker.h"
 #include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/world_writer.h"
+#include "terrain/regions/region_rim.h"
 
 namespace karst::bake {
 namespace {
@@ -25,6 +27,9 @@ constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleS
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
+// Of rows in memory: whatever the files' length, and for each of their bytes.
+constexpr std::uint64_t kFreeBytes = 96u << 20;
+constexpr std::uint64_t kBytesAByte = 64;
 // Steps of heights that are told of: of all heights together, and of the way between samples.
 constexpr double kMostOfRelief = 0.01, kMostOfSpacing = 0.05;
 
@@ -66,7 +71,10 @@ class GroundBaker {
         output_(job.output),
         report_(report),
         progress_(progress),
-        rows_(job_.read, job_.water_m) {}
+        rows_(job_.read, job_.water_m),
+        region_(job_, progress),
+        images_(job.imagery),
+        imagery_(images_, job_.threads) {}
 
   Error run() {
     materials_.options = job_.materials;
@@ -78,10 +86,15 @@ class GroundBaker {
     }
     if (is_curved() && job_.water_m)
       return "--water: stands on a plane alone; leave --basis away, or --water";
+    if (Error error = region_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;
+    if (Error error = region_.run(rows_); !error.ok()) return error;
+    report_.region = region_.report();
     if (Error error = write_tiles(); !error.ok()) return error;
     report_.seconds_tiles = seconds_since(start);
+    report_.bytes_tiles = report_.ground.tile_bytes;
+    if (Error error = write_imagery(); !error.ok()) return error;
     start = std::chrono::steady_clock::now();
     if (Error error = write_head(); !error.ok()) return error;
     report_.seconds_materials = seconds_since(start);
@@ -95,16 +108,22 @@ class GroundBaker {
 
   Error write_tiles() {
     int halvings = 0;
-    double base_m = 0;
+    double base_m = region_.exists() ? region_.grid().origin_m.y : 0;
     for (;;) {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
+      if (Error error = check_memory(); !error.ok()) return error;
       if (Error error = outline(); !error.ok()) return error;
+      if (Error error = open_imagery(); !error.ok()) return error;
       if (Error error = file_.open(output_); !error.ok()) return error;
       Outcome outcome = Outcome::done;
       double offending_m = 0;
       if (Error error = try_tiles(base_m, outcome, offending_m); !error.ok()) return error;
       if (outcome == Outcome::done) return {};
       ++report_.attempts;
+      if (region_.exists()) {
+        return job_.read.path +
+               ": too steep, or heights that differ too much, for voxels so fine; try a larger --voxel";
+      }
       if (outcome == Outcome::out_of_range) {
         if (base_m != 0)
           return job_.read.path + ": heights differ too much for so fine samples; try a larger --pixel-size";
@@ -137,7 +156,8 @@ class GroundBaker {
     report_.spacing_x_m = spacing_m[0];
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
-    const double step_m = longer / std::ldexp(kMostSampleSteps, -halvings);
+    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
+                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {
@@ -169,6 +189,16 @@ class GroundBaker {
     world.extent = {2, 1, 2};
     world.depth = 1;
     world.level = 1;
+    if (region_.exists()) {
+      ground.steps[0] = ground.steps[1] = region_.sample_steps();
+      region_.surface().tell(world);
+      for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = region_.grid().origin_m[axis];
+      const bool placed =
+          place_region(ground, world.extent.x, world.extent.z, region_.first_node(0), region_.first_node(1));
+      if (!placed) return job_.read.path + ": too many samples for voxels so fine; try a larger --voxel";
+      ground.rim_edges = RegionRim::count(region_.surface().surface());
+      if (Error error = check_rim(); !error.ok()) return error;
+    }
     const std::string name = job_.read.path.substr(job_.read.path.find_last_of('/') + 1);
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
       world.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
@@ -177,6 +207,33 @@ class GroundBaker {
     materials_.grid.extent = world.extent;
     materials_.grid.depth = world.depth;
     return {};
+  }
+
+  // That the region's sides are what the ground meets, as whoever loads the world will find.
+  Error check_rim() const {
+    std::vector<RegionRim::Edge> edges(info_.rim_edges);
+    std::vector<std::uint32_t> marks(info_.rim_edges);
+    RegionRim rim;
+    rim.create({edges, marks});
+    const Status status = rim.build(info_, region_.surface().surface());
+    if (status.ok()) return {};
+    return std::string("--carve: the region cannot be joined to the ground: ") + status.what() +
+           "; try a smaller --voxel";
+  }
+
+  // Some rows of all sizes are in memory. Of a file that is much shorter they are of one height, or made to
+  // take memory.
+  Error check_memory() const {
+    const std::uint64_t bytes = GroundPyramid::bytes_for(info_);
+    const std::uint64_t samples =
+        static_cast<std::uint64_t>(info_.samples[0]) * static_cast<std::uint64_t>(info_.samples[1]);
+    const bool is_allowed =
+        job_.read.max_samples > 0 && samples <= static_cast<std::uint64_t>(job_.read.max_samples);
+    if (is_allowed || bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes())) return {};
+    return job_.read.path + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
+           std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
+           std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
+           std::to_string(samples) + " all of them";
   }
 
   // Which sections there will be.
@@ -189,6 +246,22 @@ class GroundBaker {
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
     writer_.ground.earth = earth();
+    return {};
+  }
+
+  Error open_imagery() {
+    if (!images_.files.empty()) {
+      const SamplePlace place = rows_.place();
+      const GroundGrid grid{{info_.samples[0], info_.samples[1]},
+                            place.known,
+                            place.west,
+                            place.north,
+                            place.step_x,
+                            place.step_z,
+                            place.crs};
+      if (Error error = imagery_.open(grid, info_, report_.imagery); !error.ok()) return error;
+      writer_.ground.imagery = report_.imagery.info;
+    }
     begin_ = writer_.tiles_begin();
     return {};
   }
@@ -198,6 +271,21 @@ class GroundBaker {
     Georeference earth;
     earth.epsg = rows_.facts().earth.epsg;
     return earth;
+  }
+
+  // Behind the tiles of the ground.
+  Error write_imagery() {
+    if (images_.files.empty()) return {};
+    Error unwritten;
+    WorldGround& ground = report_.ground;
+    const auto append = [&](std::span<const std::byte> bytes) {
+      unwritten = file_.write(begin_ + ground.tile_bytes, bytes);
+      return unwritten.ok();
+    };
+    if (Error error = imagery_.run(ground, append, progress_, report_.imagery); !error.ok()) return error;
+    const std::vector<std::string>& more = report_.imagery.warnings;
+    report_.warnings.insert(report_.warnings.end(), more.begin(), more.end());
+    return unwritten;
   }
 
   Surroundings surroundings() const {
@@ -214,11 +302,12 @@ class GroundBaker {
     const Scale scale(vertex_m, base_m, info_.is_cube() ? 0.0 : rows_.unit_m());
     Error unwritten;
     std::uint64_t end = 0;
-    GroundPyramid pyramid(info_, scale.quantum(), job_.threads, [&](std::span<const std::byte> bytes) {
-      unwritten = file_.write(begin_ + end, bytes);
-      end += bytes.size();
-      return unwritten.ok();
-    });
+    GroundPyramid pyramid(info_, region_.measure(), scale.quantum(), job_.threads,
+                          [&](std::span<const std::byte> bytes) {
+                            unwritten = file_.write(begin_ + end, bytes);
+                            end += bytes.size();
+                            return unwritten.ok();
+                          });
     std::vector<std::int32_t> row(static_cast<std::size_t>(info_.samples[0]));
     float lowest_m = std::numeric_limits<float>::infinity(), highest_m = -lowest_m;
     int count = 0;
@@ -299,8 +388,16 @@ class GroundBaker {
     std::align(Arena::kAlignment, Octree::bytes_for(1), aligned, space);
     Arena arena({static_cast<std::byte*>(aligned), space});
     Octree octree;
-    Status status = octree.create(arena, report_.info.depth, 1);
-    writer_.octree = &octree;
+    Status status = octree.create(arena, 1, 1);
+    writer_.octree = region_.exists() ? &region_.surface().octree() : &octree;
+    const std::vector<PatchKey> keys = region_.surface().keys();
+    const std::vector<std::byte> mask = region_.surface().mask();
+    if (region_.exists()) {
+      const VoxelSurface::Measures& m = region_.measures();
+      writer_.patches = {keys,           mask,     region_.surface().heights().samples,
+                         m.level_errors, m.bounds, m.cones,
+                         m.shading_cones};
+    }
     writer_.materials = report_.materials.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground = report_.ground;
@@ -318,6 +415,14 @@ class GroundBaker {
     KARST_ASSERT(head.size() == begin_);
     if (Error error = file_.write(begin_ + report_.ground.tile_bytes, tail); !error.ok()) return error;
     report_.bytes = writer_.file_bytes();
+    if (region_.exists()) {
+      WorldWriter without{report_.info, &octree, {}};
+      without.info.octets = without.info.volumes = without.info.patches = without.info.height_blocks = 0;
+      without.materials = writer_.materials;
+      without.ground = report_.ground;
+      without.ground.info.region = {};
+      report_.region_bytes = report_.bytes - without.file_bytes();
+    }
     return file_.write(0, head);
   }
 
@@ -329,10 +434,13 @@ class GroundBaker {
   CubeRows cube_;
   bool has_cube_ = false;
   std::vector<std::string> warnings_;  // of the basis
+  RegionBaker region_;
   BakeMaterials materials_;
   GroundInfo info_;
   WorldWriter writer_;
   std::uint64_t begin_ = 0;  // of tiles in the file
+  const ImageryOptions& images_;
+  BakeImagery imagery_;
   app::AtomicFile file_;
 };
 

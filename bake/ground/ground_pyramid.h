@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "terrain/file/world_file.h"
+#include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
 
 namespace karst::bake {
@@ -20,11 +21,15 @@ class GroundPyramid {
   // Takes the bytes of a tile, in the order in which they lie in TILE. False: it cannot.
   using Write = std::function<bool(std::span<const std::byte>)>;
 
-  // info: samples and steps. quantum: of heights, as TileEncoder has it.
-  GroundPyramid(const GroundInfo& info, double quantum, int threads, Write write);
+  // info: samples, steps and region. region: of it. quantum: of heights, as TileEncoder has it.
+  GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
+                Write write);
   GroundPyramid(const GroundPyramid&) = delete;
   GroundPyramid& operator=(const GroundPyramid&) = delete;
   ~GroundPyramid();
+
+  // That it takes for rows, without what threads take.
+  static std::uint64_t bytes_for(const GroundInfo& info);
 
   enum class Outcome : std::uint8_t {
     ok,
@@ -50,6 +55,7 @@ class GroundPyramid {
   void fill_tile(NodeKey key, Tile& tile) const;
 
   WorldGround ground_;
+  RegionMeasure region_;
   double quantum_;
   int threads_;
   Write write_;

@@ -4,23 +4,14 @@
 #include "bake/base/parallel.h"
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation_solid.h"
-#include "bake/pipeline/repair_folds.h"
-#include "bake/pipeline/settle_voxels.h"
 #include "bake/samples/samples.h"
 #include "bake/surroundings/sink_sea.h"
 #include "bake/surroundings/trace_rim.h"
+#include "bake/voxels/voxel_surface.h"
 #include "platform/base/text.h"
-#include "terrain/base/check.h"
-#include "terrain/base/config.h"
-#include "terrain/field/voxelize.h"
 #include "terrain/file/world_writer.h"
-#include "terrain/measure/measure_patches.h"
-#include "terrain/patch/fit_heights.h"
-#include "terrain/patch/generate_vertices.h"
-#include "terrain/surface/bezier/extract_surface.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -36,13 +27,10 @@ constexpr double kVoxelsAcross = 128;  // of the longer side, by default: as det
 // Distance of vertices by default, in samples: above 1 the fit loses detail, below 1/2 heights are
 // interpolated ones.
 constexpr double kSamplesPerVertex = 0.75;
-constexpr std::size_t kMaxHeightBytes = 4ull << 30;  // of all patches: a host's memory
-constexpr std::size_t kFitChunk = 32;                // patches a thread takes at a time
 // rms of the fit, from where it is told, and from where there is no world.
 constexpr double kWarnRmsVoxels = 0.1, kMostRmsVoxels = 1;
-// One chunk in so many is fitted and measured before the others: where it misses by so much more than what is
-// taken, the others need not be tried.
-constexpr std::size_t kTriedChunks = 16;
+// Where the part that is fitted first misses by so much more than what is taken, the others need not be
+// tried.
 constexpr double kHopelessRmsVoxels = 2 * kMostRmsVoxels;
 constexpr const char* kSmoother =
     "try a larger --voxel, --nodata V for voids, --z-scale for heights that are not metres";
@@ -59,39 +47,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Error failure(const Status& status, const char* stage) {
-  if (status.ok()) return {};
-  return std::string(stage) + ": " + status.field() + ": " + status.what();
-}
-
 // Two significant digits, so that the default voxel size is a number one can say.
 double round_to_two_digits(double x) {
   const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
   return std::round(x / unit) * unit;
 }
-
-// Pages of vertices that a patch takes on the GPU: the default level lets a GPU hold all of a world.
-std::uint32_t pages_of(int level) {
-  return (static_cast<std::uint32_t>(patch_vertices(level)) + kPageVertices - 1) / kPageVertices;
-}
-
-// The octree and the memory of its pool.
-struct Voxels {
-  std::unique_ptr<std::byte[]> memory;
-  Octree octree;
-
-  Error create(int depth, std::uint32_t max_octets) {
-    // Uninitialised: pages are touched as octets are used.
-    const std::size_t bytes = Octree::bytes_for(max_octets) + Arena::kAlignment;
-    memory.reset(new std::byte[bytes]);
-    void* aligned = memory.get();
-    std::size_t space = bytes;
-    std::align(Arena::kAlignment, bytes - Arena::kAlignment, aligned, space);
-    Arena arena({static_cast<std::byte*>(aligned), bytes - Arena::kAlignment});
-    octree = Octree();
-    return failure(octree.create(arena, depth, max_octets), "octree");
-  }
-};
 
 class Baker {
  public:
@@ -103,7 +63,9 @@ class Baker {
     if (Error error = read(); !error.ok()) return error;
     report_.seconds_read = watch.lap();
     if (Error error = make_voxels(); !error.ok()) return error;
-    if (Error error = extract(); !error.ok()) return error;
+    report_.voxels_settled = surface_.settled();
+    report_.filled_voxels = surface_.octree().count_filled();
+    if (Error error = surface_.extract(level_, job_.level <= 0); !error.ok()) return error;
     report_.seconds_voxels = watch.lap();
     if (Error error = fit(); !error.ok()) return error;
     report_.seconds_fit = watch.lap();
@@ -207,141 +169,34 @@ class Baker {
   bool has_holes() const { return job_.leave_holes && elevation_.voids > 0; }
 
   Error make_voxels() {
-    if (ground_ == nullptr) return fill_by(solid());
+    surface_.create(grid_, job_.threads, false, progress_);
+    if (ground_ == nullptr) return surface_.fill(solid());
     tops_ = column_tops(*ground_, elevation_, grid_, job_.threads);
     if (carved_ != nullptr) {
       const ColumnSolid columns(tops_, grid_);
       CarvedSolid carved(columns, shapes_, grid_);
       if (Error error = carved.build(most_carved()); !error.ok()) return error;
-      return fill_by(carved);
+      return surface_.fill(carved);
     }
-    const VoxelizeHeights voxelize{grid_.extent, tops_};
-    Error error = voxels_.create(grid_.depth, std::max(1u, voxelize.count_octets(grid_.depth)));
-    return error.ok() ? failure(voxelize.run(voxels_.octree), "voxels") : error;
-  }
-
-  // Voxels whose centre is in the solid, settled. The topmost layer stays air.
-  Error fill_by(const Solid& solid) {
-    const glm::ivec3 extent = grid_.extent;
-    const auto row = static_cast<std::size_t>(extent.x), slice = row * static_cast<std::size_t>(extent.y);
-    std::vector<float> values(slice * static_cast<std::size_t>(extent.z), -1.0f);
-    parallel_chunks(static_cast<std::size_t>(extent.z), 1, job_.threads,
-                    [&](std::size_t z, std::size_t, int) {
-                      for (std::size_t k = 0; k < slice - row; ++k) {
-                        const glm::dvec3 corner(static_cast<double>(k % row), static_cast<double>(k / row),
-                                                static_cast<double>(z));
-                        values[z * slice + k] = static_cast<float>(solid.value_m(grid_.to_m(corner + 0.5)));
-                      }
-                    });
-    report_.voxels_settled = SettleVoxels{extent, values}.run();
-    const auto is_filled = [&](glm::ivec3 v, bool) {
-      return values[static_cast<std::size_t>(v.z) * slice + static_cast<std::size_t>(v.y) * row +
-                    static_cast<std::size_t>(v.x)] > 0;
-    };
-    const VoxelizePredicate voxelize{extent, VoxelFunction(is_filled)};
-    const std::uint32_t full_tree = ((1u << (3 * grid_.depth)) - 1) / 7;
-    for (std::uint32_t octets = std::min(1u << 16, full_tree);; octets = std::min(4 * octets, full_tree)) {
-      if (Error error = voxels_.create(grid_.depth, octets); !error.ok()) return error;
-      const Status status = voxelize.run(voxels_.octree);
-      if (status.code() == StatusCode::limit_reached && octets < full_tree) continue;
-      return failure(status, "voxels");
-    }
-  }
-
-  // What leaves a world of so many patches within the limits.
-  static std::string fewer(std::size_t patches) {
-    int level = kMaxLevel;
-    const auto bytes = [&] { return patches * static_cast<std::size_t>(patch_vertices(level)) * 2; };
-    while (level > 0 && bytes() > kMaxHeightBytes) --level;
-    return patches <= kMostPatches && level > 0 ? "try --levels " + std::to_string(level)
-                                                : std::string("use a larger --voxel");
-  }
-
-  Error extract() {
-    report_.filled_voxels = voxels_.octree.count_filled();
-    ExtractSurface extract;
-    extract.octree = &voxels_.octree;
-    extract.extent = grid_.extent;
-    ExtractSurface::Result counts;
-    if (Error error = failure(extract.count(counts), "surface"); !error.ok()) return error;
-    if (counts.patches == 0) return "the world has no surface: nothing, or everything, is filled";
-    while (job_.level <= 0 && level_ > 1 && counts.patches > kMostPages / pages_of(level_)) --level_;
-    const std::size_t samples = counts.patches * static_cast<std::size_t>(patch_vertices(level_));
-    if (counts.patches > kMostPatches || samples * sizeof(std::int16_t) > kMaxHeightBytes) {
-      return "--levels: " + std::to_string(counts.patches) + " patches at level " + std::to_string(level_) +
-             " are more than a world holds, " + std::to_string(kMostPatches) + " and 4 GiB of heights; " +
-             fewer(counts.patches);
-    }
-    volumes_.resize(counts.volumes);
-    patches_.resize(counts.patches);
-    std::vector<std::uint32_t> scratch(ExtractSurface::scratch_size(counts.volumes));
-    extract.volumes = volumes_;
-    extract.patches = patches_;
-    extract.scratch = scratch;
-    if (Error error = failure(extract.run(counts), "surface"); !error.ok()) return error;
-    for (std::uint32_t p = 0; p < patches_.size(); ++p) patches_[p].height_block = p;
-    heights_.resize(samples);
-    return {};
-  }
-
-  struct FieldContext {
-    const Solid* solid;
-    const WorldGrid* grid;
-  };
-  static double field_value(const void* context, glm::dvec3 position) {
-    const auto& c = *static_cast<const FieldContext*>(context);
-    return c.solid->value_m(c.grid->to_m(position));
-  }
-
-  // Chunks of patches whose number is a multiple of kTriedChunks, or all others.
-  void fit_chunks(const FitHeights& fit, bool tried) {
-    std::vector<FitHeights::Result> results(static_cast<std::size_t>(job_.threads));
-    const std::size_t count = patches_.size(), chunks = (count + kFitChunk - 1) / kFitChunk;
-    parallel_chunks(chunks, 1, job_.threads, [&](std::size_t chunk, std::size_t, int worker) {
-      if ((chunk % kTriedChunks == 0) != tried) return;
-      const std::size_t first = chunk * kFitChunk, last = std::min(first + kFitChunk, count);
-      fit.run(static_cast<PatchId>(first), static_cast<PatchId>(last),
-              results[static_cast<std::size_t>(worker)]);
-      const std::uint64_t now = fitted_ += last - first;
-      if (worker == 0 && progress_) progress_("heights", now, count);
-    });
-    for (const FitHeights::Result& r : results) {
-      report_.vertices += r.vertices;
-      report_.misses += r.misses;
-    }
+    return surface_.fill_below(tops_);
   }
 
   Error fit() {
-    const FieldContext context{&solid(), &grid_};
-    FitHeights fit;
-    fit.surface = {volumes_, patches_};
-    fit.field = {field_value, &context};
-    fit.level = level_;
-    fit.heights = heights_;
-    KARST_ASSERT(fit.validate().ok());
-    fit_chunks(fit, true);
-    if (ground_ != nullptr && !job_.accept_fit) {
+    const auto judge = [&]() -> Error {
+      if (ground_ == nullptr || job_.accept_fit) return {};
       MeasureFit measure = fit_measure();
-      measure.chunk = kFitChunk;
-      measure.every = kTriedChunks;
+      measure.chunk = VoxelSurface::kFitChunk;
+      measure.every = VoxelSurface::kTriedChunks;
       const double rms_m = measure.run().rms_m;
-      if (rms_m > kHopelessRmsVoxels * grid_.voxel_m) return refused_fit(rms_m);
-    }
-    fit_chunks(fit, false);
-    repair(fit);
+      return rms_m > kHopelessRmsVoxels * grid_.voxel_m ? refused_fit(rms_m) : Error();
+    };
+    VoxelSurface::Fit fitted;
+    if (Error error = surface_.fit(solid(), is_height_field(), judge, fitted); !error.ok()) return error;
+    report_.vertices = fitted.vertices;
+    report_.misses = fitted.misses;
+    report_.folds_repaired = fitted.folds_repaired;
+    report_.folds_left = fitted.folds_left;
     return {};
-  }
-
-  void repair(const FitHeights& fit) {
-    RepairFolds repair;
-    repair.surface = fit.surface;
-    repair.level = level_;
-    repair.heights = heights_;
-    repair.height_field = is_height_field();
-    KARST_ASSERT(repair.validate().ok());
-    const RepairFolds::Result folds = repair.run();
-    report_.folds_repaired = folds.folded_before - std::min(folds.folded_before, folds.folded_after);
-    report_.folds_left = folds.folded_after;
   }
 
   // Columns within kNearHoleVoxels of a void sample.
@@ -383,8 +238,8 @@ class Baker {
     measure.spacing_x_m = elevation_.spacing_x_m;
     measure.spacing_z_m = elevation_.spacing_z_m;
     measure.grid = grid_;
-    measure.surface = {volumes_, patches_};
-    measure.heights = {level_, heights_};
+    measure.surface = surface_.surface();
+    measure.heights = surface_.heights();
     std::vector<std::uint8_t> near_holes;
     if (has_holes()) near_holes = columns_near_holes();
     report_.fit_is_partial = has_holes() || carved_ != nullptr;
@@ -426,77 +281,24 @@ class Baker {
     return {};
   }
 
-  struct Measures {
-    std::vector<std::uint16_t> level_errors;
-    std::vector<PatchBounds> bounds;
-    std::vector<NormalCone> cones, shading_cones;
-  };
-
-  // Of one thread.
-  struct MeasureRoom {
-    std::vector<std::byte> memory;
-    std::vector<GpuVertex> vertices;
-    PatchScratch* scratch = nullptr;
-
-    explicit MeasureRoom(int level)
-        : memory(patch_scratch_bytes() + Arena::kAlignment),
-          vertices(static_cast<std::size_t>(patch_vertices(level))) {
-      const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
-      const std::size_t skip = (Arena::kAlignment - at % Arena::kAlignment) % Arena::kAlignment;
-      scratch = make_patch_scratch(std::span(memory).subspan(skip));
-    }
-  };
-
-  Measures measure_patches() const {
-    const std::size_t count = patches_.size();
-    Measures made{std::vector<std::uint16_t>(count * level_error_values(level_)),
-                  std::vector<PatchBounds>(count), std::vector<NormalCone>(count),
-                  std::vector<NormalCone>(count)};
-    std::vector<BorderErrors> borders(count);
-    MeasurePatches measure;
-    measure.surface = {volumes_, patches_};
-    measure.heights = {level_, heights_};
-    measure.borders = borders;
-    measure.out = {made.level_errors, made.bounds, made.cones, made.shading_cones};
-    KARST_ASSERT(measure.validate().ok());
-    std::vector<std::unique_ptr<MeasureRoom>> rooms;
-    for (int t = 0; t < job_.threads; ++t) rooms.push_back(std::make_unique<MeasureRoom>(level_));
-    parallel_chunks(count, kFitChunk, job_.threads, [&](std::size_t first, std::size_t last, int worker) {
-      const std::unique_ptr<MeasureRoom>& room = rooms[static_cast<std::size_t>(worker)];
-      measure.measure(first, last, {room->scratch, room->vertices});
-    });
-    parallel_chunks(count, kFitChunk, job_.threads,
-                    [&](std::size_t first, std::size_t last, int) { measure.join(first, last); });
-    return made;
-  }
-
   Error write(std::vector<std::byte>& file) {
     WorldInfo& info = report_.info;
-    info.voxel_size_m = grid_.voxel_m;
-    for (int k = 0; k < 3; ++k) info.origin_m[k] = grid_.origin_m[k];
-    info.extent = grid_.extent;
-    info.depth = grid_.depth;
-    info.level = level_;
-    info.octets = voxels_.octree.octets_used();
-    info.volumes = static_cast<std::uint32_t>(volumes_.size());
-    info.patches = info.height_blocks = static_cast<std::uint32_t>(patches_.size());
+    surface_.tell(info);
     set_name(job_.sample.empty() ? job_.read.path.substr(job_.read.path.find_last_of('/') + 1) : job_.sample);
     if (Error error = failure(validate_world_info(info), "world"); !error.ok()) return error;
 
-    std::vector<std::byte> mask((patches_.size() + 7) / 8, std::byte{0});
-    for (std::size_t p = 0; p < patches_.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
-    const Measures measures = measure_patches();
-    std::vector<PatchKey> keys;
-    for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(Surface{volumes_, patches_}, p));
+    const std::vector<std::byte> mask = surface_.mask();
+    const VoxelSurface::Measures measures = surface_.measure();
+    const std::vector<PatchKey> keys = surface_.keys();
     if (Error error = bake_materials(measures.bounds); !error.ok()) return error;
     const std::vector<glm::ivec3> rim = surround();
     WorldMaterials materials = report_.materials.view();
     materials.surroundings = report_.surroundings;
     materials.rim = rim;
     const WorldWriter writer{info,
-                             &voxels_.octree,
-                             {keys, mask, heights_, measures.level_errors, measures.bounds, measures.cones,
-                              measures.shading_cones},
+                             &surface_.octree(),
+                             {keys, mask, surface_.heights().samples, measures.level_errors, measures.bounds,
+                              measures.cones, measures.shading_cones},
                              materials};
     file.clear();
     file.reserve(static_cast<std::size_t>(writer.file_bytes()));
@@ -514,7 +316,7 @@ class Baker {
       around.flags |= kHasWater;
       around.water_level = static_cast<float>((*job_.water_m - grid_.origin_m.y) / grid_.voxel_m);
     }
-    std::vector<glm::ivec3> rim = trace_rim({volumes_, patches_}, {level_, heights_}, grid_.extent);
+    std::vector<glm::ivec3> rim = trace_rim(surface_.surface(), surface_.heights(), grid_.extent);
     around.rim_points = static_cast<std::uint32_t>(rim.size());
     const auto lower = [](glm::ivec3 a, glm::ivec3 b) { return a.y < b.y; };
     const auto lowest = std::min_element(rim.begin(), rim.end(), lower);
@@ -527,8 +329,8 @@ class Baker {
     BakeMaterials& bake = bake_materials_;
     bake.sample = job_.sample;
     bake.grid = grid_;
-    bake.octree = &voxels_.octree;
-    bake.surface = {volumes_, patches_};
+    bake.octree = &surface_.octree();
+    bake.surface = surface_.surface();
     bake.bounds = boxes;
     return bake.run(report_.materials);
   }
@@ -552,11 +354,7 @@ class Baker {
   WorldGrid grid_;
   int level_ = 0;
   std::vector<float> tops_;
-  Voxels voxels_;
-  std::vector<Volume> volumes_;
-  std::vector<Patch> patches_;
-  std::vector<std::int16_t> heights_;
-  std::atomic<std::uint64_t> fitted_ = 0;  // patches, for progress
+  VoxelSurface surface_;
 };
 
 }  // namespace

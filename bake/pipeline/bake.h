@@ -6,6 +6,7 @@
 #include "bake/elevation/elevation.h"
 #include "bake/materials/bake_materials.h"
 #include "bake/pipeline/measure_fit.h"
+#include "bake/voxels/voxel_surface.h"
 #include "platform/base/error.h"
 #include "terrain/file/world_file.h"
 
@@ -18,9 +19,6 @@
 
 namespace karst::bake {
 using namespace core;
-
-// Work of the whole bake, for progress bars: which stage, how much of it is done.
-using ReportProgress = std::function<void(const char* stage, std::uint64_t done, std::uint64_t total)>;
 
 // What a ground lies on (terrain/basis/basis.h).
 struct BakeBasis {

@@ -25,6 +25,7 @@ struct Needs {
   std::uint32_t views = 1;            // most in one frame, 1..kMostViews
   std::uint32_t level = 6;            // finest level of detail that is drawn, 1..6; cut to the world's
   std::uint64_t vertex_bytes = 0;     // of GPU memory for vertices; 0: what flights at 4 px of error take
+  std::uint64_t image_bytes = 0;      // of GPU memory for imagery, where the world has some; 0: the same
   std::uint32_t queries = 0;          // Query objects at a time, 0..kMostQueries
   std::uint32_t query_level = 3;      // of the surface that queries meet, whatever is drawn, 1..6; cut alike
   std::uint32_t query_patches = 128;  // that each keeps ready, 16..65536
@@ -45,7 +46,7 @@ struct Needs {
 // A file's head, read and checked once and handed on: what becomes of the file afterwards changes none of it.
 struct Head {
   std::uint64_t hash = 0;                 // of the head's bytes; 0: none was read
-  alignas(8) std::byte state[4096] = {};  // karst's own
+  alignas(8) std::byte state[4608] = {};  // karst's own
 };
 
 // Bytes of one part, for people and for CI.

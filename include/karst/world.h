@@ -29,10 +29,13 @@ struct WorldInfo {
   bool has_water = false;
   double water_m = 0;
   // Of the ground, a height field as a quadtree; 0: there is none.
-  std::int64_t ground_samples[2] = {};         // to the east and to the south
-  double ground_spacing_m[2] = {};             // from one to the next
-  std::int32_t ground_sizes = 0;               // of nodes, each of twice the side of the one before
-  std::uint64_t tile_bytes = 0;                // of all its tiles in the file
+  std::int64_t ground_samples[2] = {};  // to the east and to the south
+  double ground_spacing_m[2] = {};      // from one to the next
+  std::int32_t ground_sizes = 0;        // of nodes, each of twice the side of the one before
+  std::uint64_t tile_bytes = 0;         // of all its tiles in the file
+  // Of its region, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
+  // the south. 0: it has none.
+  std::int32_t region_first[2] = {}, region_nodes[2] = {};
   double ground_low_m = 0, ground_high_m = 0;  // heights of its samples, in the world's own metres
   // What it lies on. Of a cube samples are those of its grid, which holds six faces; of all that are not
   // planes spacing is the greatest and heights stand above the basis.

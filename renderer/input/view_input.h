@@ -10,6 +10,7 @@
 #include "renderer/input/frame_counts.h"
 #include "renderer/input/surroundings_block.h"
 #include "terrain/draw/draw_list.h"
+#include "terrain/imagery/image_view.h"
 #include "terrain/lod/morph.h"
 #include "terrain/resident/page_table.h"
 #include "terrain/shading/materials.h"
@@ -47,8 +48,11 @@ struct ViewInput {
   // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
   // terrain/nodes/family_row.h).
   std::span<const DrawItem> nodes;
+  std::span<const std::uint32_t> belts;  // of the region, between items and nodes (terrain/regions/belts.h)
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
+  ImagePlace images;             // of imagery, where the settings have layers
+  std::uint32_t image_view = 0;  // whose table pixels look up, of the settings' image_views
   FrameSurroundings surroundings;
   FrameLevel level;                            // where the settings say that the basis is curved
   std::span<const PointLight> lights;          // at most kMostLights
@@ -85,7 +89,7 @@ struct DrawTarget {
   bool depth_zero_to_one = false;
 };
 
-// What is drawn into a shadow map. foot, items, nodes, pages, index_table, max_level: as in ViewInput.
+// What is drawn into a shadow map. foot, items, nodes, belts, pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
   std::uint32_t first_morph_row = 0;
@@ -94,6 +98,7 @@ struct CascadeInput {
   LevelView level;  // of cascade.eye, where the settings say that the basis is curved
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
+  std::span<const std::uint32_t> belts;
   PageTable pages;
   std::span<const std::uint16_t> index_table;
   int max_level = kMaxLevel;

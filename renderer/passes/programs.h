@@ -22,6 +22,7 @@ struct ProgramSettings {
   bool water = false;        // the world has some
   bool curved = false;       // its ground lies on a curved basis
   bool blend_map = false;    // and one of these
+  bool imagery = false;      // and images over it
   bool edges = false;        // the screen pass smooths silhouettes
   bool share_depth = false;  // and writes no depth: the G-buffer's is the target's
   bool shadows = false;
@@ -49,7 +50,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[320] = {};  // GLSL lines after the variant's macros
+  char defines_[352] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

@@ -14,6 +14,7 @@ namespace {
 Status draw_levels(const GlDevice& device, const Programs& programs, const ViewInput& input,
                    ExpandIndices expand, FrameCounts& counts) {
   const std::span<const DrawItem> nodes = std::exchange(expand.nodes, {});
+  const std::span<const std::uint32_t> belts = std::exchange(expand.belts, {});
   for (std::size_t first = 0; first < input.items.size();) {
     const std::uint8_t level = input.items[first].level;
     std::size_t end = first + 1;
@@ -26,6 +27,7 @@ Status draw_levels(const GlDevice& device, const Programs& programs, const ViewI
   }
   expand.items = {};
   expand.nodes = nodes;
+  expand.belts = belts;
   return draw_items(device, expand, input.max_level, counts);
 }
 
@@ -70,6 +72,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
   const PixelSkips& skips = input.skips;
   block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
+  set_images(input.images, input.image_view, block);
   set_lights(input.camera, input.lights, settings.cascades == 0, block);
   set_screen(input.camera, target, block);
   return block;

@@ -19,12 +19,13 @@ ExpandIndices expand_of(const RendererSettings& settings, const Input& input) {
           .out = {},
           .nodes = input.nodes,
           .first_node_page = settings.vertex_pages,
-          .node_pages = settings.family_pages};
+          .node_pages = settings.family_pages,
+          .belts = input.belts};
 }
 
-// Draws the items and nodes with the program in use, in as many calls as the stream is too short for; counts
-// what it did. expand.out is filled in here. max_level: of the items. invalid_argument names what is wrong
-// with them; limit_reached where the driver cannot map the stream.
+// Draws the items, nodes and belts with the program in use, in as many calls as the stream is too short for;
+// counts what it did. expand.out is filled in here. max_level: of the items. invalid_argument names what is
+// wrong with them; limit_reached where the driver cannot map the stream.
 Status draw_items(const GlDevice& device, ExpandIndices expand, int max_level, FrameCounts& counts);
 
 }  // namespace karst::core

@@ -53,6 +53,7 @@ void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewR
                          FrameCosts& costs) {
   if (!exists()) return;
   const std::int64_t start = clock_ns();
+  const bool has_patches = terrain_->world.patch_count() > 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     GroundRequest& request = requests_[v];
     request = {};
@@ -64,13 +65,17 @@ void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewR
     // As K's patches: one whose side is a node's is at the node's level from half of that distance on.
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
+    // All patches that are in view are listed; bound_px is 0 where none could be.
+    const ViewState::Selection& selection = views[v].selection();
+    request.has_region = has_patches && selection.lod.bound_px > 0 && selection.lod.missing == 0 &&
+                         selection.list.dropped == 0;
   }
   complete(0, views.size(), wait);
   costs.select_ms += ms_since(start);
 }
 
-bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, double texel, bool wait,
-                                 FrameCosts& costs) {
+bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, double texel, bool has_region,
+                                 bool wait, FrameCosts& costs) {
   if (!exists()) return true;
   const std::int64_t start = clock_ns();
   GroundRequest& request = requests_[shadow_view()];
@@ -82,6 +87,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   request.morphing = view.settings().mode != LodMode::full;
   request.frustum = &cascade.frustum;
   request.spared_error = static_cast<float>(texel);
+  request.has_region = has_region;
   complete(shadow_view(), shadow_view() + 1, wait);
   costs.select_ms += ms_since(start);
   return terrain_->ground.view(shadow_view()).result().lacks_tile == 0;
@@ -143,6 +149,25 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
 glm::dmat3 GroundFrame::axes(const Camera& camera) const {
   const Basis& basis = terrain_->ground.info().basis;
   return axes_of(basis, eye_lattice(camera) * (basis.height_unit_m / kVertexStep));
+}
+
+void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> levels) {
+  if (!exists()) return;
+  ResidentPool& pool = terrain_->residency.pool();
+  BuildBelts belts;
+  belts.rim = &terrain_->world.rim();
+  belts.levels = levels;
+  belts.resident = pool.levels();
+  belts.pages = pool.pages();
+  belts.first_node_page = renderer_->settings().vertex_pages;
+  terrain_->ground.build_belts(view, belts);
+  if (terrain_->ground.belts(view).empty()) return;
+  // The GPU reads vertices of patches that are out of view, too: they must not be given to others.
+  for (const RegionRim::Edge& edge : belts.rim->edges()) {
+    const PatchId patch = edge.edge.patch();
+    const int level = std::min<int>(levels[patch], pool.level(patch));
+    if (level > 0) pool.see(patch, level);
+  }
 }
 
 GroundFrame::Sum GroundFrame::sum(std::size_t view) const {

@@ -28,11 +28,19 @@ class GroundFrame {
   void select(std::span<const ViewState> views, std::span<const ViewRequest> requests, bool wait,
               FrameCosts& costs);
   // For a shadow map, at the error of a view; the last one's is given up. texel: lattice steps that casters
-  // may stray. True where it is complete.
-  bool select_casters(const ViewState& view, const Cascade& cascade, double texel, bool wait,
+  // may stray. has_region: its patches can cast. True where it is complete.
+  bool select_casters(const ViewState& view, const Cascade& cascade, double texel, bool has_region, bool wait,
                       FrameCosts& costs);
   // Vertices and rows that the GPU lacks of all that was selected.
   Status upload(FrameCosts& costs);
+
+  // Whether patches are drawn in a view: all of them, where the ground has no region.
+  bool draws_patches(std::size_t view) const {
+    return !exists() || terrain_->ground.view(view).result().region;
+  }
+  // The belt of a view, whose patches are drawn at these levels. Not before upload().
+  void build_belts(std::size_t view, std::span<const std::uint8_t> levels);
+  std::span<const std::uint32_t> belts(std::size_t view) const { return terrain_->ground.belts(view); }
 
   // What a view draws, and where its rows begin among all; of the shadow map that was selected last.
   std::span<const DrawItem> nodes(std::size_t view) const { return terrain_->ground.view(view).items(); }

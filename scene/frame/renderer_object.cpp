@@ -92,12 +92,18 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   CascadeSettings shadows;
   shadows.count = settings.cascades;
   shadows.size = settings.shadow_size;
+  // As without a region, whose voxels are finer than four samples.
+  const int finer = world.terrain.world.ground().lattice_size;
   const double reach_m = world.made_for.needs.shadow_reach_m;
   if (reach_m > 0) {
     shadows.reach_voxels = std::clamp(reach_m / world.shown.voxel_size_m, 4.0, 0x1p20);
+  } else {
+    shadows.reach_voxels = std::ldexp(shadows.reach_voxels, finer);
   }
+  shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
+  imagery_.create(world.terrain, gl, inspection);
   shadows_.create(world.terrain, gl, work_, ground_, shadows);
   forget_vertices();
   return {};
@@ -106,6 +112,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
 void RendererObject::forget_vertices() {
   world.terrain.residency.forget();
   ground_.forget();
+  imagery_.forget();
   shadows_.forget();
   first_frame_ = true;
 }
@@ -289,20 +296,21 @@ void RendererObject::count_views() {
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     views_[n].shading = 0;
-    for (const DrawItem& item : view.items()) {
+    const bool draws = ground_.draws_patches(n);
+    for (const DrawItem& item : draws ? view.items() : std::span<const DrawItem>()) {
       const unsigned own = shading[item.patch].needs;
       views_[n].shading |= own;
       costs.blend_skipped += (own & kShadeBlend) == 0;
       costs.cave_skipped += (own & kShadeCave) == 0;
     }
     const BuildDrawList::Result& list = view.selection().list;
-    costs.patches_drawn += list.drawn;
+    costs.patches_drawn += draws ? list.drawn : 0;
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
-    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    for (int level = 1; draws && level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
     const GroundFrame::Sum ground = ground_.sum(n);
     costs.nodes_drawn += ground.drawn;
     costs.culled_frustum += ground.culled;
@@ -318,17 +326,25 @@ void RendererObject::fill_result(FrameResult& result) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
-    result.triangles += view.selection().list.triangles;
+    if (ground_.draws_patches(n)) result.triangles += view.selection().list.triangles;
     const GroundFrame::Sum ground = ground_.sum(n);
+    if (!ground_.draws_patches(n) && view.selection().lod.missing == 0) {
+      // Nor need they be, or there are none.
+      result.error_px[n] = ground.bound_px;
+      result.lacking -= view.selection().lod.capped;
+    }
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
     result.triangles += ground.triangles;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
+  result.lacking += imagery_.lacking();
+  if (imagery_.full()) without_room += imagery_.lacking();
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
   if (without_room > 0) limits_ |= kLimitTiles;
-  if ((work_.failing() || ground_.failing()) && (result.lacking > 0 || costs.patches_missing > 0)) {
+  if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
+      (result.lacking > 0 || costs.patches_missing > 0)) {
     limits_ |= kLimitFile;
   } else if (result.lacking > without_room && !governor.pool_full) {
     limits_ |= kLimitWork;
@@ -366,6 +382,9 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   ground_.select(world.terrain.views_of(view_count_), std::span(requests_).first(view_count_), waits, costs);
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
+  status = imagery_.run(std::span(requests_).first(view_count_), input.work_ms, waits, costs);
+  if (!status.ok()) return status;
+  if (input.work_ms == 0 && imagery_.failing()) return world.tiles.trouble();
   if (status = ground_.upload(costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;
@@ -388,6 +407,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (inspection.wait_for_gpu) gl.finish();
   costs.shadow_ms = ms_since(shadows_start);
   if (status = work_.upload_morph_rows(costs); !status.ok()) return status;
+  for (std::uint32_t n = 0; n < view_count_; ++n) ground_.build_belts(n, world.terrain.views[n].levels());
   count_views();
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
@@ -425,7 +445,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.camera = views_[n].camera;
   input.light = light_;
   input.least_cos2 = view.error_scale().least_cos2;
-  input.items = view.items();
+  if (ground_.draws_patches(n)) input.items = view.items();
   input.shading = views_[n].shading;
   input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
                  inspection.skip_sun};
@@ -437,10 +457,15 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.first_morph_row = world.terrain.residency.first_morph_row(view);
   if (ground_.exists()) {
     input.nodes = ground_.nodes(n);
+    input.belts = ground_.belts(n);
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.level = ground_.level(input.camera);
     input.pages.family_texels = world.terrain.ground.texels();
+  }
+  if (imagery_.exists()) {
+    input.images = imagery_.place(n);
+    input.image_view = n;
   }
   input.light_space = shadows_.light_space();
   input.cascades = shadows_.cascades();

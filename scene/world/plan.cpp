@@ -79,10 +79,25 @@ constexpr std::uint32_t kLeastFamilies = 64;
 constexpr std::uint32_t kLeastTiles = kMostSize + 12;
 constexpr std::size_t kFamilyBytes = 4 * kPageVertices * sizeof(GpuVertex);
 
+// Image tiles of a view: what 1280 x 720 pixels take at a texel a pixel or finer, with all coarser ones, and
+// as much again; and those of one place at all sizes.
+constexpr std::uint64_t kImageLayers = 160;
+constexpr std::uint64_t kImageBytes = 16u << 20;  // at most, of them
+constexpr std::uint32_t kLeastImageLayers = 32;
+
 void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   if (!world.ground.exists()) return;
   config.ground_tiles = kTiles;
+  // Under a drape there is none.
+  if (world.imagery.exists() && needs.drape_width == 0) {
+    const std::uint64_t bytes = image_texel_bytes(world.imagery.format);
+    const std::uint64_t wanted =
+        needs.image_bytes > 0 ? needs.image_bytes / bytes : std::min(kImageLayers, kImageBytes / bytes);
+    config.image_layers =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, kLeastImageLayers, kMostImageLayers));
+  }
   config.ground_families = kFamilies;
+  config.rim_edges = world.ground.rim_edges;
   if (needs.vertex_bytes > 0 && world.info.patches == 0) {
     config.ground_families = static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(needs.vertex_bytes / kFamilyBytes, kLeastFamilies, kMostFamilies - 1));
@@ -157,8 +172,13 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
     renderer.family_pages = 4 * config.ground_families;
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
   }
+  if (config.image_layers > 0) {
+    renderer.image_layers = config.image_layers;
+    renderer.image_views = config.max_views;
+    renderer.image_format = world.imagery.format;
+  }
   renderer.extent = extent_of(world);
-  renderer.rim = info.patches > 0;
+  renderer.rim = info.patches > 0 && !world.ground.exists();
   renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
@@ -206,7 +226,7 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
   layout.query_limits.max_level = info.level;
   if (world.ground.exists()) {
     layout.query_limits.ground = {QueryGround::kLeastTiles + 8, TileReader::workspace_bytes()};
-    layout.reading_bytes = whole_lines(TileReader::bytes());
+    layout.reading_bytes = whole_lines(TileReader::bytes(world.imagery.format));
   }
   Budget query;
   Query::add_to(query, layout.query_limits);
@@ -269,6 +289,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 2; ++axis) {
       out.ground_samples[axis] = ground.samples[axis];
       out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
+      out.region_first[axis] = ground.region.low[axis];
+      out.region_nodes[axis] = ground.region.high[axis] - ground.region.low[axis];
     }
     const double base_m = ground.basis.is_curved() ? ground.basis.base_m : info.origin_m[1];
     out.ground_low_m = base_m + double{kVertexStep} * ground.low * step_m;

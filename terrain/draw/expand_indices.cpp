@@ -163,7 +163,8 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
   std::size_t room = out.size();
   const BatchStarts starts;
   Slot slot;
-  for (; chunk.next_item < count(); ++chunk.next_item) {
+  const std::size_t first_belt = items.size() + nodes.size();
+  for (; chunk.next_item < first_belt; ++chunk.next_item) {
     const bool is_node = chunk.next_item >= items.size();
     const DrawItem& item = is_node ? nodes[chunk.next_item - items.size()] : items[chunk.next_item];
     const bool found = is_node ? slot.find_page(item.patch, node_pages, first_node_page, item.level)
@@ -174,7 +175,7 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
     }
     const std::uint32_t indices =
         patch_index_count(item.level, item.lower_edges, item.skipped_edges) + wall_index_count(item.walls);
-    if (indices > room) break;
+    if (indices > room) return chunk;
     room -= indices;
     chunk.indices += indices;
     // At level 1 nothing is lower, and its batches are empty.
@@ -190,6 +191,11 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
       to = slot.write(kWallIndices[static_cast<std::size_t>(edge)].data(), kIndicesPerWall, to);
     }
   }
+  const auto triangles = static_cast<std::uint32_t>(std::min(count() - chunk.next_item, room / 3));
+  const auto from = belts.begin() + static_cast<std::ptrdiff_t>(3 * (chunk.next_item - first_belt));
+  std::copy(from, from + static_cast<std::ptrdiff_t>(3 * triangles), to);
+  chunk.indices += 3 * triangles;
+  chunk.next_item += triangles;
   return chunk;
 }
 

@@ -31,17 +31,19 @@ struct ExpandIndices {
   std::span<const DrawItem> nodes = {};
   std::uint32_t first_node_page = 0;
   std::uint32_t node_pages = 0;
+  // Input, borrowed: belts of regions, which come last: triangles of the buffer's vertices (terrain/regions).
+  std::span<const std::uint32_t> belts = {};
 
   struct Chunk {
     std::uint32_t indices = 0;  // written to the front of out: what to draw
-    std::uint32_t next_item =
-        0;  // where to go on, counted through items and nodes; count() when all are done
+    // Where to go on, counted through items, nodes and triangles of belts; count() when all are done.
+    std::uint32_t next_item = 0;
     // Items of this chunk whose patch has fewer pages than the level needs, and nodes without a page, which a
     // valid frame has none of: they are left out whole, because other vertices lie where theirs are not.
     std::uint32_t left_out = 0;
   };
 
-  std::size_t count() const { return items.size() + nodes.size(); }
+  std::size_t count() const { return items.size() + nodes.size() + belts.size() / 3; }
 
   // Room that out needs so that every chunk holds at least one item of a level up to max_level.
   static constexpr std::uint32_t least_room(int max_level) { return max_patch_indices(max_level); }

@@ -11,15 +11,17 @@ namespace karst::core {
 
 inline constexpr std::uint32_t kIndicesPerWall = 15;
 
-// By edge, in the slot's order of vertices at level 2 (gpu_vertex.h).
+// Vertices of a node's slot along edge e, from its first corner on, in the slot's order at level 2
+// (gpu_vertex.h); as index_batches.cpp walks it.
+inline constexpr std::array<std::array<std::uint16_t, 5>, 4> kNodeEdges = {
+    {{0, 9, 1, 10, 2}, {2, 15, 5, 22, 8}, {8, 24, 7, 23, 6}, {6, 18, 3, 11, 0}}};
+
+// By edge.
 inline constexpr std::array<std::array<std::uint16_t, kIndicesPerWall>, 4> kWallIndices = [] {
-  // Vertices of a slot along edge e, from its first corner on; as index_batches.cpp walks it.
-  constexpr std::uint16_t kAlong[4][5] = {
-      {0, 9, 1, 10, 2}, {2, 15, 5, 22, 8}, {8, 24, 7, 23, 6}, {6, 18, 3, 11, 0}};
   constexpr std::uint16_t kFirstFoot = 25;
   std::array<std::array<std::uint16_t, kIndicesPerWall>, 4> all{};
   for (std::size_t e = 0; e < 4; ++e) {
-    const std::uint16_t* const v = kAlong[e];
+    const std::array<std::uint16_t, 5>& v = kNodeEdges[e];
     const auto a = static_cast<std::uint16_t>(kFirstFoot + e);
     const auto b = static_cast<std::uint16_t>(kFirstFoot + (e + 1) % 4);
     all[e] = {v[0], a, v[1], v[1], a, v[2], v[2], a, b, v[2], b, v[3], v[3], b, v[4]};

@@ -252,7 +252,23 @@ std::size_t SkyVisibility::word_count(glm::ivec3 extent) {
   return words_of(grid_for(extent, SIZE_MAX));
 }
 
-void SkyVisibility::build(const Octree& octree, glm::ivec3 extent) {
+void SkyVisibility::open_sides() {
+  constexpr int kFade = 4;  // cells
+  auto* const cells = reinterpret_cast<std::uint8_t*>(storage_.data());
+  glm::ivec3 c;
+  for (c.y = 0; c.y < grid_.cells.y; ++c.y) {
+    for (c.z = 0; c.z < grid_.cells.z; ++c.z) {
+      for (c.x = 0; c.x < grid_.cells.x; ++c.x) {
+        const int inside = std::min({c.x, c.z, grid_.cells.x - 1 - c.x, grid_.cells.z - 1 - c.z});
+        if (inside >= kFade) continue;
+        std::uint8_t& cell = cells[grid_.place(c)];
+        cell = static_cast<std::uint8_t>(255 - (255 - cell) * inside / kFade);
+      }
+    }
+  }
+}
+
+void SkyVisibility::build(const Octree& octree, glm::ivec3 extent, bool opens_sides) {
   grid_ = grid_for(extent, storage_.size());
   if (grid_.bytes() > storage_.size_bytes() || words_of(grid_) > storage_.size()) return;
   const Rows rows(grid_, storage_);
@@ -268,6 +284,7 @@ void SkyVisibility::build(const Octree& octree, glm::ivec3 extent) {
   }
   rows.write_shares();
   rows.spread(reinterpret_cast<std::uint8_t*>(storage_.data()));
+  if (opens_sides) open_sides();
 }
 
 std::span<const std::uint8_t> SkyVisibility::cells() const {

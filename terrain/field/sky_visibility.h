@@ -65,7 +65,9 @@ class SkyVisibility {
   void create(std::span<std::uint64_t> storage) { storage_ = storage; }
 
   // Finds all of it anew. A cell larger than a voxel is filled where half of its voxels are.
-  void build(const Octree& octree, glm::ivec3 extent);
+  // opens_sides: towards the sides cells see more and more of the sky, and there all of it: beyond lies
+  // ground that this grid knows nothing of, which lookups find in the outermost cells.
+  void build(const Octree& octree, glm::ivec3 extent, bool opens_sides = false);
 
   const SkyGrid& grid() const { return grid_; }
   std::span<const std::uint8_t> cells() const;
@@ -78,6 +80,7 @@ class SkyVisibility {
 
  private:
   struct Rows;
+  void open_sides();
 
   SkyGrid grid_;
   std::span<std::uint64_t> storage_;

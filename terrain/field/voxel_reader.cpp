@@ -43,11 +43,19 @@ std::uint32_t row_in(const Octree& tree, Octree::Node n, int bit, std::int32_t x
   return low_bits(last - first) << (first - row.begin);
 }
 
+// Beyond the mirror of the other side: the outermost one.
+std::int32_t mirrored(std::int32_t v, std::int32_t extent) {
+  if (v < 0) v = v < -extent ? extent - 1 : -v;
+  if (v >= extent) v = v > 2 * extent ? 0 : 2 * (extent - 1) - v;
+  return std::clamp(v, 0, extent - 1);
+}
+
 }  // namespace
 
 bool VoxelReader::filled(glm::ivec3 v) const {
   if (v.y < 0) return true;
   if (v.y >= extent_.y) return false;
+  if (mirrors_) return tree_->filled({mirrored(v.x, extent_.x), v.y, mirrored(v.z, extent_.z)});
   return tree_->filled(glm::ivec3(std::clamp(v.x, 0, extent_.x - 1), v.y, std::clamp(v.z, 0, extent_.z - 1)));
 }
 
@@ -55,6 +63,7 @@ std::uint32_t VoxelReader::read_row(std::int32_t x0, std::int32_t y, std::int32_
   if (count <= 0 || y >= extent_.y) return 0;
   count = std::min(count, kMaxRow);
   if (y < 0) return low_bits(count);
+  if (mirrors_) return read_mirrored_row(x0, y, z, count);
   // Further out the answer is the same, and the sums below cannot overflow.
   x0 = std::clamp(x0, -kMaxRow, extent_.x);
 
@@ -72,6 +81,26 @@ std::uint32_t VoxelReader::read_row(std::int32_t x0, std::int32_t y, std::int32_
   if ((inside & 1u) != 0) bits |= low_bits(before);
   if ((inside >> (last - first) & 1u) != 0) bits |= low_bits(count) & ~low_bits(count - after);
   return bits & low_bits(count);
+}
+
+std::uint32_t VoxelReader::read_mirrored_row(std::int32_t x0, std::int32_t y, std::int32_t z,
+                                             int count) const {
+  z = mirrored(z, extent_.z);
+  // Too far out for sums: those beyond the mirror's mirror are all alike.
+  x0 = std::clamp(x0, -4 * (kMaxRow + extent_.x), 4 * (kMaxRow + extent_.x));
+  const std::int32_t first = std::clamp(x0, 0, extent_.x);
+  const std::int32_t last = std::clamp(x0 + count, first, std::max(first, extent_.x));
+  std::uint32_t bits = 0;
+  if (last > first) {
+    const Row row{first, last, y, z};
+    bits = row_in(*tree_, tree_->root(), tree_->depth(), 0, row) << (first - x0);
+  }
+  for (int k = 0; k < count; ++k) {
+    const std::int32_t x = x0 + k;
+    if (x >= 0 && x < extent_.x) continue;
+    if (tree_->filled({mirrored(x, extent_.x), y, z})) bits |= 1u << k;
+  }
+  return bits;
 }
 
 }  // namespace karst::core

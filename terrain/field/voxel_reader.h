@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Reads whether voxels are filled, at any integer position: beyond the extent in x and z the nearest voxel
 // inside answers, below 0 everything is filled, from extent.y upwards everything is empty. So the surface
-// goes straight through the sides of the world, and none is made on its bottom.
+// goes straight through the sides of the world, and none is made on its bottom. Or, beyond the extent in x
+// and z, the voxel answers that is as far inside: the mirror about the centres of the outermost voxels, where
+// the surface ends. Then no gradient there has a component across the side, and the rim stays in its plane.
 #pragma once
 
 #include "terrain/field/octree.h"
@@ -17,7 +19,8 @@ class VoxelReader {
   static constexpr int kMaxRow = 32;
 
   // tree: borrowed. extent: voxels, each axis in 1..tree.size().
-  VoxelReader(const Octree& tree, glm::ivec3 extent) : tree_(&tree), extent_(extent) {}
+  VoxelReader(const Octree& tree, glm::ivec3 extent, bool mirrors = false)
+      : tree_(&tree), extent_(extent), mirrors_(mirrors) {}
 
   const Octree& tree() const { return *tree_; }
   glm::ivec3 extent() const { return extent_; }
@@ -29,8 +32,11 @@ class VoxelReader {
   std::uint32_t read_row(std::int32_t x0, std::int32_t y, std::int32_t z, int count) const;
 
  private:
+  std::uint32_t read_mirrored_row(std::int32_t x0, std::int32_t y, std::int32_t z, int count) const;
+
   const Octree* tree_;
   glm::ivec3 extent_;
+  bool mirrors_;
 };
 
 }  // namespace karst::core

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The section GRND of a world file: the ground, and where the tile of its root lies in TILE; then, of a
-// curved basis or where a georeference is known, those. For world_reader.cpp, world_writer.cpp and
-// world_layout.cpp alone; docs/formats.md has the offsets.
+// curved basis or where a georeference is known, those. REGN: where the patches of a world with a ground
+// stand in it. IMAG: its imagery, and where the root's image tile lies. For world_reader.cpp,
+// world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include <cstddef>
@@ -22,6 +23,7 @@ inline bool has_earth(const WorldGround& ground) {
 inline std::size_t section_bytes(const WorldGround& ground) {
   return has_earth(ground) ? kMostBytes : kBytes;
 }
+inline constexpr std::size_t kImageryBytes = 32;
 
 struct Fault {
   const char* what = nullptr;  // null: none
@@ -36,5 +38,21 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
              WorldGround& ground);
 // out: section_bytes().
 void encode(const WorldGround& ground, std::span<std::byte> out);
+
+// Of REGN, which is there where a world has a ground and patches.
+inline constexpr std::size_t kRegionBytes = 16;
+
+// After check(): steps that are those of no region, or patches that are none.
+Fault check_region(const WorldInfo& world, const GroundInfo& ground);
+// Places the region. ground: of GRND. section: empty where the world has no REGN.
+Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
+// out: kRegionBytes.
+void encode_region(const GroundInfo& ground, std::span<std::byte> out);
+
+// The same of imagery that exists, over a ground that was checked. decode_imagery() leaves the rest of
+// ground as it is.
+Fault check_imagery(const WorldGround& ground);
+Fault decode_imagery(std::span<const std::byte, kImageryBytes> section, WorldGround& ground);
+void encode_imagery(const WorldGround& ground, std::span<std::byte, kImageryBytes> out);
 
 }  // namespace karst::core::ground_section

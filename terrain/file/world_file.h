@@ -12,6 +12,7 @@
 #include "karst/status.h"
 #include "terrain/basis/georeference.h"
 #include "terrain/ground/tile.h"
+#include "terrain/imagery/image_tile.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
@@ -63,10 +64,12 @@ enum class WorldSection : std::uint8_t {
   surroundings,
   blend_map,
   ground,
-  tiles
+  tiles,
+  region,
+  imagery
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 17;
+inline constexpr std::size_t kWorldSectionKinds = 19;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -103,13 +106,16 @@ struct WorldMaterials {
 
 // The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
 // voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m; of a
-// curved basis the frame's origin does, which is 0.
+// curved basis the frame's origin does, which is 0. With patches they are its region: place_region() was
+// called for the extent, and rim_edges are counted.
 struct WorldGround {
   GroundInfo info;  // does not exist: the world has no ground
   Georeference earth;
   TilePlace root;  // offsets of places count from where the tiles begin
   std::uint64_t tile_bytes = 0;
   std::uint32_t tile_crc = 0;  // of all of them
+  ImageryInfo imagery;         // its tiles lie among those of the ground
+  TilePlace image_root;        // of size info.top_size(); must exist where imagery does
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

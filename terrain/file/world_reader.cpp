@@ -75,6 +75,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
   if (status.ok()) status = read_ground(info.voxel_size_m);
+  if (status.ok()) status = read_region(info);
   if (!status.ok()) {
     *this = {};
     return status;
@@ -182,7 +183,29 @@ Status WorldReader::read_ground(double voxel_m) {
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   ground_.tile_crc = tiles.crc;
   const auto fault = ground_section::decode(bytes, tiles.bytes, voxel_m, ground_);
-  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::ground, fault.what, fault.offset);
+  if (fault.what != nullptr) return corrupt_section(WorldSection::ground, fault.what, fault.offset);
+  return read_imagery();
+}
+
+Status WorldReader::read_imagery() {
+  if (!place_of(WorldSection::imagery).present) return {};
+  std::array<std::byte, ground_section::kImageryBytes> bytes;
+  if (const Status status = read_section(WorldSection::imagery, bytes); !status.ok()) return status;
+  const auto fault = ground_section::decode_imagery(bytes, ground_);
+  if (fault.what == nullptr) return {};
+  return corrupt_section(WorldSection::imagery, fault.what, fault.offset);
+}
+
+Status WorldReader::read_region(const WorldInfo& info) {
+  if (!ground_.info.exists()) return {};
+  std::array<std::byte, ground_section::kRegionBytes> room;
+  std::span<std::byte> bytes;
+  if (place_of(WorldSection::region).present) {
+    bytes = room;
+    if (const Status status = read_section(WorldSection::region, bytes); !status.ok()) return status;
+  }
+  const auto fault = ground_section::decode_region(bytes, info, ground_.info);
+  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::region, fault.what, fault.offset);
 }
 
 Status WorldReader::read_tile(const TilePlace& place, std::span<std::byte> out) const {

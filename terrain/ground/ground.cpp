@@ -35,7 +35,7 @@ NodePlaces::NodePlaces(const GroundInfo& info, NodeKey node) : info_(info), face
       if (info.basis.is_curved()) {
         axes_[axis][index(n)] = axis_place(info.basis, axis, face_, static_cast<double>(sample));
       } else {
-        plane_[axis][index(n)] = sample_place(info.steps[axis], sample);
+        plane_[axis][index(n)] = sample_place(info, axis, sample);
       }
     }
   }
@@ -47,6 +47,35 @@ glm::i64vec3 NodePlaces::curved(int i, int k, std::int32_t height) const {
 
 glm::dvec3 NodePlaces::up(int i, int k) const {
   return up_at(info_.basis, face_, axes_[0][index(i)], axes_[1][index(k)]);
+}
+
+bool place_region(GroundInfo& info, std::int32_t extent_x, std::int32_t extent_z, std::int32_t x,
+                  std::int32_t z) {
+  info.lattice_size = 0;
+  info.corner[0] = info.corner[1] = 0;
+  info.region = {};
+  info.rim_edges = 0;
+  int log2 = 0;
+  if (info.steps[0] != info.steps[1] || std::frexp(info.steps[0], &log2) != 0.5) return false;
+  const int g = log2 - 1 - (kLatticeBits - 2);
+  if (g < 0 || g > kMostLatticeSize || info.top_size() + g > kMostSize) return false;
+  const std::int32_t first[2] = {x, z};
+  const std::int32_t voxels[2] = {extent_x - 1, extent_z - 1};  // between the outermost centres
+  NodeRect rect;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (voxels[axis] <= 0 || first[axis] < 1 || voxels[axis] % (1 << g) != 0) return false;
+    const std::int64_t nodes = voxels[axis] >> g;
+    if ((first[axis] + nodes) * kNodeQuads >= info.samples[axis] - 1) return false;
+    rect.low[axis] = first[axis];
+    rect.high[axis] = static_cast<std::int32_t>(first[axis] + nodes);
+  }
+  info.lattice_size = g;
+  info.region = rect;
+  for (int axis = 0; axis < 2; ++axis) {
+    info.corner[axis] = kStepsPerHalfVoxel / kVertexStep -
+                        sample_place(info.steps[axis], std::int64_t{first[axis]} * kNodeQuads);
+  }
+  return true;
 }
 
 }  // namespace karst::core

@@ -18,6 +18,13 @@
 // A vertex of size s lies on a lattice of 2^s times as coarse steps: place_at_size() of its place at size
 // 0, which halves and rounds once a size. So two sizes agree on where the coarser one's vertices are,
 // whichever tile they were read from.
+//
+// Region. A world may have voxels besides: then its *region*, a rectangle of whole nodes, is theirs, and the
+// ground leaves it out where they are drawn. The world's voxel is that of the octree, whose low corner is
+// the world's; patches end at the centres of the outermost voxels, and there the region's borders lie, on
+// edges of nodes. So samples are square, 2^(kLatticeBits - 2 + g) steps apart, a node of size 0 is 2^g voxels
+// wide, 0 <= g <= kMostLatticeSize, and sample (0, 0) lies at `corner`. Steps are too fine for nodes then:
+// size s has the lattice of page size s + g.
 #pragma once
 
 #include <cstdint>
@@ -39,18 +46,39 @@ inline constexpr int kMostSize = 20;  // 2^22 samples a side
 inline constexpr std::int64_t kMostSamples = (std::int64_t{kNodeQuads} << kMostSize) + 1;  // a side
 inline constexpr double kMostSampleSteps = 2048;  // between samples: a quarter of a voxel
 inline constexpr double kLeastSampleSteps = 2;
+// With a region: 2^g times as many.
+inline constexpr int kMostLatticeSize = 8;  // g: 512 voxels a side hold two nodes
+inline constexpr double kMostRegionSteps = kMostSampleSteps * (1 << kMostLatticeSize);
 // Heights are integers of kVertexStep steps, so that a height of the file is a vertex's place without
 // rounding.
 inline constexpr std::int32_t kMostHeight = 1 << 26;  // and its negative; 2^14 voxels
 
+// Nodes of size 0: low..high - 1 along x and z. Empty: none.
+struct NodeRect {
+  std::int32_t low[2] = {};
+  std::int32_t high[2] = {};
+
+  bool exists() const { return high[0] > low[0]; }
+  friend bool operator==(const NodeRect&, const NodeRect&) = default;
+};
+
 struct GroundInfo {
   std::int64_t samples[2] = {};  // along x (east) and z (south), 2..kMostSamples; 0: there is no ground
-  double steps[2] = {};          // lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps
-  std::int32_t low = 0;          // heights of all samples, +-kMostHeight
+  // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size.
+  double steps[2] = {};
+  // Where there is a region (place_region()), else 0: g, which is the page size of nodes of size 0, and the
+  // place of sample (0, 0), kVertexStep.
+  int lattice_size = 0;
+  std::int64_t corner[2] = {};
+  NodeRect region;
+  std::uint32_t rim_edges = 0;  // of patches at the region's border (terrain/regions/region_rim.h)
+  std::int32_t low = 0;         // heights of all samples, +-kMostHeight
   std::int32_t high = 0;
   Basis basis;  // finished; its height_unit_m are the metres of kVertexStep
 
   bool exists() const { return samples[0] > 0; }
+  // Of the page that a node of a size has.
+  int page_size(int size) const { return size + lattice_size; }
   bool is_cube() const { return basis.kind == BasisKind::cube; }
   // Of the one root, the least size at which one node covers everything; of the cube's six, that of a face.
   int top_size() const {
@@ -112,8 +140,47 @@ inline std::int64_t place_at_size(std::int64_t value, int size) {
   return value;
 }
 
-// x or z of a sample of size 0, in kVertexStep; of a plane.
+// x or z of a sample of size 0 from sample 0, in kVertexStep; of a plane.
 std::int64_t sample_place(double steps, std::int64_t sample);
+// The same from the world's corner. axis: 0 x, 1 z.
+inline std::int64_t sample_place(const GroundInfo& info, int axis, std::int64_t sample) {
+  return info.corner[axis] + sample_place(info.steps[axis], sample);
+}
+
+// Whether a node has a part of the region's border, in it or at its own.
+inline bool borders_region(const GroundInfo& info, NodeKey key) {
+  if (!info.region.exists()) return false;
+  const std::int64_t at[2] = {key.x, key.z};
+  bool inside = true;
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::int64_t low = at[axis] << key.size;
+    const std::int64_t high = (at[axis] + 1) << key.size;
+    if (high < info.region.low[axis] || low > info.region.high[axis]) return false;
+    inside = inside && low > info.region.low[axis] && high < info.region.high[axis];
+  }
+  return !inside;
+}
+
+// Makes the voxels of an octree of extent_x x extent_z the region, its first node being (x, z). False: the
+// steps are not those above, the extent is not that of whole nodes, or there is no ground all around them;
+// info then has no region.
+bool place_region(GroundInfo& info, std::int32_t extent_x, std::int32_t extent_z, std::int32_t x,
+                  std::int32_t z);
+
+// How much of a node the region has.
+enum class InRegion : std::uint8_t { none, part, all };
+inline InRegion in_region(const GroundInfo& info, NodeKey key) {
+  if (!info.region.exists()) return InRegion::none;
+  const std::int64_t at[2] = {key.x, key.z};
+  bool all = true;
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::int64_t low = at[axis] << key.size;
+    const std::int64_t high = (at[axis] + 1) << key.size;
+    if (high <= info.region.low[axis] || low >= info.region.high[axis]) return InRegion::none;
+    all = all && low >= info.region.low[axis] && high <= info.region.high[axis];
+  }
+  return all ? InRegion::all : InRegion::part;
+}
 
 // Of a cube: the node of its size beside one, so many to the east and to the south of it, -1..1, over an edge
 // of the face too. False: at a corner, where three faces meet, there is none.

@@ -2,6 +2,8 @@
 // Boxes of nodes, home at size 0, and of all of a ground.
 #pragma once
 
+#include <span>
+
 #include <glm/vec3.hpp>
 
 #include "terrain/ground/tile.h"
@@ -27,6 +29,8 @@ double node_radius(const GroundInfo& info, std::int32_t low, std::int32_t high, 
 
 // How much longer what spans a quad, as steps[] say it, may be at a node's height.
 double height_stretch(const GroundInfo& info, std::int32_t low, std::int32_t high);
+// The same of its four children, by quadrant, whose tile that is; of those that do not exist anything.
+void child_boxes(const GroundInfo& info, const Tile& tile, NodeKey node, std::span<NodeBox, 4> out);
 
 // Of all samples; at most what 31 bits hold.
 LatticeBox ground_box(const GroundInfo& info);

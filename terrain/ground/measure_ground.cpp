@@ -293,13 +293,17 @@ void MeasureNodes::run() const {
     std::fill(own->thresholds.begin(), own->thresholds.end(), std::uint16_t{0});
     return;
   }
-  const double unit = std::ldexp(1.0, size);
+  // Of the size's lattice.
+  const double unit = std::ldexp(1.0, info->page_size(size));
   const double half = unit / 2;
   const bool curved = info->basis.is_curved();
   const double steps_per_m = kVertexStep / info->basis.height_unit_m;
-  const int axes = curved ? 3 : is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) ? 1 : 3;
+  const bool on_lattice =
+      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && !info->region.exists();
+  const int axes = on_lattice && !curved ? 1 : 3;
   const double rounding = std::sqrt(static_cast<double>(axes)) * 2 * unit;
-  const double quad[2] = {half * info->steps[0], half * info->steps[1]};
+  const double quads = std::ldexp(0.5, size);
+  const double quad[2] = {quads * info->steps[0], quads * info->steps[1]};
   const std::size_t nodes = own->low.size();
   for (std::size_t x = 0; x < nodes; ++x) {
     double error = double{own->most[x]};
@@ -324,6 +328,15 @@ void MeasureNodes::run() const {
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
     for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
+    if (in_region(*info, {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)}) ==
+        InRegion::part) {
+      const double tall = 2 * (static_cast<double>(own->high[x]) - own->low[x]) + 8 * unit;
+      const double wide = 2 * kNodeQuads;
+      const double own_box = length(wide * quad[0] + 8 * unit, tall, wide * quad[1] + 8 * unit);
+      const double change = kSteepest * (region.reach + own_box) * kSlack;
+      for (int n = 0; n < kDemands; ++n)
+        steps[n] = std::max(steps[n], demand(n) * region.error * kSlack + change);
+    }
     for (const NodeRow* row : finer) {
       if (row == nullptr) continue;
       const std::size_t begin = 2 * x > 0 ? 2 * x - 1 : 0;

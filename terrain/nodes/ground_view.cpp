@@ -39,12 +39,35 @@ constexpr int direction_of(Step step) {
   return -1;
 }
 
+// Where the neighbour of a child lies: a child of what is around its parent, or of the parent itself.
+constexpr std::size_t kOwn = 8;
+struct Link {
+  std::uint8_t from = 0;  // the direction, or kOwn
+  std::uint8_t quadrant = 0;
+};
+constexpr auto kLinks = [] {
+  std::array<std::array<Link, 8>, 4> links{};
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    for (int d = 0; d < 8; ++d) {
+      const int south = (quadrant >> 1) + kAround[d].south;
+      const int east = (quadrant & 1) + kAround[d].east;
+      const Step over{south < 0 ? -1 : south > 1 ? 1 : 0, east < 0 ? -1 : east > 1 ? 1 : 0};
+      const bool is_own = over.south == 0 && over.east == 0;
+      links[static_cast<std::size_t>(quadrant)][static_cast<std::size_t>(d)] = {
+          static_cast<std::uint8_t>(is_own ? kOwn : static_cast<std::size_t>(direction_of(over))),
+          static_cast<std::uint8_t>((east & 1) | (south & 1) << 1)};
+    }
+  }
+  return links;
+}();
+
 // No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
 // times error.
-float most_error(const NodeMeasure& measure, int size) {
+float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
   const std::uint16_t greatest = measure.thresholds[kDemands - 1];
   if (greatest >= kNeverMorphs) return kInfinite;
-  return threshold_steps(greatest) * std::ldexp(1.0f, size) / static_cast<float>(demand(kDemands - 1));
+  return threshold_steps(greatest) * std::ldexp(1.0f, info.page_size(size)) /
+         static_cast<float>(demand(kDemands - 1));
 }
 
 // Relative to the camera's voxel.
@@ -116,6 +139,15 @@ class Horizon {
 }  // namespace
 
 struct GroundView::Looks {
+  Looks(const GroundInfo& ground, const GroundRequest& asked, TileCache& cache)
+      : info(ground),
+        request(asked),
+        tiles(cache),
+        frustum(planes_at(asked)),
+        fine(asked.camera->fine),
+        corner(glm::dvec3(asked.camera->voxel) * double{kStepsPerVoxel}),
+        forward(asked.camera->forward) {}
+
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
@@ -125,10 +157,25 @@ struct GroundView::Looks {
   glm::vec3 forward;
   DemandPlace demand{};
   bool is_finite = true;                     // the demand
-  double steps_away = 0;                     // sides_away, of a node of size 0
+  double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
   Horizon horizon{};
+
+  // The tile of nodes' children: neighbours ask for the same one. Null: not there.
+  const Tile* find_below(NodeKey tile) {
+    Found& found = found_[static_cast<std::size_t>((tile.x & 1) | (tile.z & 1) << 1)];
+    if (!found.valid || !(found.key == tile)) found = {tile, tiles.find(tile), true};
+    return found.tile;
+  }
+
+ private:
+  struct Found {
+    NodeKey key;
+    const Tile* tile = nullptr;
+    bool valid = false;
+  };
+  std::array<Found, 4> found_{};
 };
 
 void GroundView::select(const GroundInfo& info, const GroundRequest& request, TileCache& tiles,
@@ -143,26 +190,20 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     dirty_begin_ = 0;
     dirty_end_ = known_rows_;
   }
-  const Camera& camera = *request.camera;
-  Looks looks{info,
-              request,
-              tiles,
-              planes_at(request),
-              glm::dvec3(camera.fine),
-              glm::dvec3(camera.voxel) * double{kStepsPerVoxel},
-              glm::vec3(camera.forward)};
+  Looks looks(info, request, tiles);
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
   const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
-  looks.unit[0] = 1;
+  looks.unit[0] = std::ldexp(1.0, info.lattice_size);
   for (std::size_t size = 1; size < looks.unit.size(); ++size)
     looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
   const bool by_error = request.sides_away <= 0;
   looks.is_finite = !by_error || request.scale.steps_per_step < kInfinite;
   looks.demand = place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
-  looks.steps_away = std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]);
+  looks.steps_away =
+      std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / looks.unit[0];
 
-  if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !camera.parallel)
+  if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !request.camera->parallel)
     looks.horizon = Horizon(info, looks.corner + looks.fine);
   if (!add_roots(looks, pool)) return;
 
@@ -180,6 +221,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     }
   }
   result_.visited = node_count_;
+  result_.region = request.has_region && leaves_region(looks);
   list(looks);
 }
 
@@ -202,7 +244,13 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
         return false;
       }
       ++node_count_;
-      look_at(looks, root);
+      root.walls = static_cast<std::uint8_t>(node_walls(looks.info, root.key));
+      root.planes = looks.request.culls ? kAllPlanes : 0;
+      if (looks.info.basis.is_curved()) {
+        look_at_ball(looks, root);
+      } else {
+        look_at(looks, node_box(looks.info, root.tile->nodes[node_in_tile(root.key)], root.key), root);
+      }
     }
   }
   root_count_ = node_count_;
@@ -222,7 +270,7 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
 }
 
 // Its ball, of a curved basis, as look_at() does with boxes.
-void GroundView::look_at_ball(const Looks& looks, Node& node) const {
+void GroundView::look_at_ball(const Looks& looks, Node& node) {
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const NodeBall ball = node_ball(looks.info, measure, node.key);
   const glm::dvec3 centre = ball.centre - looks.corner;
@@ -230,8 +278,7 @@ void GroundView::look_at_ball(const Looks& looks, Node& node) const {
   if (looks.request.culls) {
     double reach = ball.radius;
     // Walls are not in it.
-    if (node_walls(looks.info, node.key) != 0)
-      reach += (static_cast<double>(measure.low) - looks.info.low) * kVertexStep;
+    if (node.walls != 0) reach += (static_cast<double>(measure.low) - looks.info.low) * kVertexStep;
     const glm::dvec3 farthest = glm::abs(centre) + reach;
     const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
     for (const Plane& plane : looks.frustum.planes) {
@@ -242,11 +289,12 @@ void GroundView::look_at_ball(const Looks& looks, Node& node) const {
     if (node.in_view && looks.horizon.hides(measure, ball)) node.in_view = false;
   }
   node.least_apparent = least_apparent(looks, centre, ball.radius);
+  set_threshold(looks, node);
 }
 
 // As least_apparent_distance(), in double but for what the GPU computes in float. centre: from the camera's
 // voxel.
-float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) const {
+float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) {
   const float least_cos2 = looks.request.scale.least_cos2;
   if (least_cos2 < 0.0f) return -least_cos2;
   const glm::dvec3 d = centre - looks.fine;
@@ -257,17 +305,51 @@ float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, d
   return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
 }
 
-// Whether it is in view, how near it is, and its threshold.
-void GroundView::look_at(const Looks& looks, Node& node) const {
-  if (looks.info.basis.is_curved()) {
-    look_at_ball(looks, node);
-  } else {
-    look_at_box(looks, node);
+// Whether its box is in view, and how near it is. node.planes: in, those that its parent's box crosses.
+void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
+  glm::dvec3 low = box.low - looks.corner;
+  const glm::dvec3 high = box.high - looks.corner;
+  node.in_view = true;
+  const double lowest = low.y;
+  if (node.planes != 0) {
+    // Walls are not in its box.
+    if (node.walls != 0) {
+      low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
+    }
+    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
+    const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
+    unsigned crossed = 0;
+    for (unsigned n = 0; n < Frustum::kPlanes; ++n) {
+      if ((node.planes >> n & 1u) == 0) continue;
+      const Plane& plane = looks.frustum.planes[n];
+      double inmost = double{plane.offset} + margin;
+      double outmost = double{plane.offset};
+      for (int axis = 0; axis < 3; ++axis) {
+        const double a = plane.normal[axis] * low[axis];
+        const double b = plane.normal[axis] * high[axis];
+        inmost += std::max(a, b);
+        outmost += std::min(a, b);
+      }
+      if (inmost < 0) {
+        // Belts are not in boxes of nodes, and need all nodes around the region.
+        node.in_view = looks.request.has_region && borders_region(looks.info, node.key);
+        if (!node.in_view) return;
+        crossed = node.planes;
+        break;
+      }
+      if (outmost < 0) crossed |= 1u << n;
+    }
+    node.planes = static_cast<std::uint8_t>(crossed);
   }
-  node.threshold = 0.0f;
+  low.y = lowest;
+  node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
+  set_threshold(looks, node);
+}
+
+void GroundView::set_threshold(const Looks& looks, Node& node) {
   if (node.key.size == 0) return;
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   double threshold = double{kInfinite};
+  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
   if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
     const double at_n = double{threshold_steps(halves[0])};
@@ -275,39 +357,12 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
     threshold = ((at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor + looks.steps_away) *
                 looks.unit[static_cast<std::size_t>(node.key.size)];
   }
-  node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
-}
-
-// Its box.
-void GroundView::look_at_box(const Looks& looks, Node& node) const {
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const NodeBox box = node_box(looks.info, measure, node.key);
-  glm::dvec3 low = box.low - looks.corner;
-  const glm::dvec3 high = box.high - looks.corner;
-  node.in_view = true;
-  const double lowest = low.y;
-  if (looks.request.culls) {
-    // Walls are not in its box.
-    if (node_walls(looks.info, node.key) != 0) {
-      low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
-    }
-    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
-    const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
-    for (const Plane& plane : looks.frustum.planes) {
-      double inmost = double{plane.offset} + margin;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double normal = plane.normal[axis];
-        inmost += std::max(normal * low[axis], normal * high[axis]);
-      }
-      if (inmost < 0) node.in_view = false;
-    }
-  }
-  low.y = lowest;
-  node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
+  node.half = threshold_half(static_cast<float>(threshold));
+  node.threshold = threshold_steps(node.half);
 }
 
 // Whether a node is to be split: then it has a family. Its children are not there yet.
-void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
+void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   if (!node.in_view) {
     ++result_.culled;
     return;
@@ -315,7 +370,7 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
   if (node.key.size == 0) return;
   const bool is_near = node.least_apparent < node.threshold;
   if (!is_near && looks.steps_away == 0) return;
-  const float error = most_error(node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  const float error = most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
   if (!is_near) {
@@ -328,7 +383,8 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     return;
   }
   const NodeKey below = tile_of(node.key.child(0));
-  const bool has_tile = looks.tiles.find(below) != nullptr;
+  node.below = looks.find_below(below);
+  const bool has_tile = node.below != nullptr;
   if (!has_tile) {
     // Which of its tile's four children that is.
     const int quadrant = (below.x & 1) | (below.z & 1) << 1;
@@ -353,51 +409,73 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   KARST_ASSERT(node_count_ + 4 <= storage_.nodes.size());
   node.first_child = static_cast<std::int32_t>(node_count_);
   node_count_ += 4;
-  const Tile* const tile = looks.tiles.find(tile_of(node.key.child(0)));
+  const bool curved = looks.info.basis.is_curved();
+  std::array<NodeBox, 4> boxes;
+  if (!curved) child_boxes(looks.info, *node.below, node.key, boxes);
+  // Where the four meet, without what boxes have around them.
+  const glm::dvec3 middle = 0.5 * (boxes[0].high + boxes[3].low);
+  const glm::dvec3 eye = looks.corner + looks.fine;
+  node.nearest = static_cast<std::uint8_t>((eye.x >= middle.x ? 1 : 0) | (eye.z >= middle.z ? 2 : 0));
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child + quadrant)];
     child = {};
     child.key = node.key.child(quadrant);
-    child.tile = tile;
+    child.tile = node.below;
     child.parent_family = node.family;
-    if (node_exists(looks.info, child.key)) look_at(looks, child);
+    // Within a node that ends at no wall all is there, and ends at none.
+    if (node.walls != 0) {
+      if (!node_exists(looks.info, child.key)) continue;
+      child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
+    }
+    child.planes = node.planes;
+    if (!curved) {
+      look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
+      continue;
+    }
+    look_at_ball(looks, child);
+    const auto apparent = [&](int n) {
+      return storage_.nodes[static_cast<std::size_t>(node.first_child + n)].least_apparent;
+    };
+    if (quadrant == 0 || apparent(quadrant) < apparent(node.nearest))
+      node.nearest = static_cast<std::uint8_t>(quadrant);
   }
 }
 
 void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   const Node& node = storage_.nodes[static_cast<std::size_t>(parent)];
-  for (int quadrant = 0; quadrant < 4; ++quadrant) {
-    Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child + quadrant)];
-    for (int d = 0; d < 8; ++d) {
-      const int south = (quadrant >> 1) + kAround[d].south;
-      const int east = (quadrant & 1) + kAround[d].east;
-      // Whose child that is: the parent's own, or that of one around it.
-      const Step over{south < 0 ? -1 : south > 1 ? 1 : 0, east < 0 ? -1 : east > 1 ? 1 : 0};
-      std::int32_t from = parent;
-      if (over.south != 0 || over.east != 0) from = node.around[direction_of(over)];
-      if (from < 0) {
-        child.around[d] = from;
-        continue;
-      }
-      const Node& other = storage_.nodes[static_cast<std::size_t>(from)];
-      if (!other.in_view) {
-        child.around[d] = Node::kOutOfView;
-      } else if (!other.is_split()) {
-        child.around[d] = Node::kNotThere;
-      } else {
-        std::int32_t at = other.first_child + ((east & 1) | (south & 1) << 1);
+  // By direction: the first child of the one around it, or what its children would read.
+  std::array<std::int32_t, kOwn + 1> first;
+  std::array<bool, kOwn + 1> ends;  // some of the children may not exist
+  first[kOwn] = node.first_child;
+  ends[kOwn] = node.walls != 0;
+  for (std::size_t d = 0; d < kOwn; ++d) {
+    first[d] = node.around[d];
+    ends[d] = false;
+    if (first[d] < 0) continue;
+    const Node& other = storage_.nodes[static_cast<std::size_t>(first[d])];
+    first[d] = !other.in_view ? Node::kOutOfView : other.is_split() ? other.first_child : Node::kNotThere;
+    ends[d] = other.walls != 0;
+  }
+  for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
+    Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child) + quadrant];
+    for (std::size_t d = 0; d < 8; ++d) {
+      const Link link = kLinks[quadrant][d];
+      std::int32_t at = first[link.from];
+      if (at >= 0) {
         NodeKey over_edge;
-        if (looks.info.is_cube() && from != parent) {
+        if (looks.info.is_cube() && link.from != kOwn) {
           // Faces may be turned.
-          if (!neighbour_of(looks.info, child.key, kAround[d].east, kAround[d].south, over_edge)) {
-            child.around[d] = Node::kOutside;
-            continue;
-          }
-          at = other.first_child + over_edge.quadrant();
+          const bool exists =
+              neighbour_of(looks.info, child.key, kAround[d].east, kAround[d].south, over_edge);
+          at = exists ? at + over_edge.quadrant() : Node::kOutside;
+        } else {
+          at += link.quadrant;
         }
-        const bool exists = node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key);
-        child.around[d] = exists ? at : Node::kOutside;
+        if (at >= 0 && ends[link.from] &&
+            !node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key))
+          at = Node::kOutside;
       }
+      child.around[d] = at;
     }
   }
 }
@@ -405,24 +483,25 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
 // Of a split node, for its family.
 void GroundView::make_row(const Looks& looks, const Node& node) {
   std::array<std::uint16_t, kMorphRow> row{};
-  const auto own = threshold_half(node.threshold);
-  const auto shared = [&](std::uint16_t least, int direction) {
-    const std::int32_t at = node.around[direction];
-    if (at < 0) return least;
-    const Node& other = storage_.nodes[static_cast<std::size_t>(at)];
-    if (!other.in_view) return least;
-    if (other.refused) return std::uint16_t{0};
-    return std::min(least, threshold_half(other.threshold));
-  };
-  row[kFamilyInside] = own;
-  for (int edge = 0; edge < 4; ++edge) row[static_cast<std::size_t>(family_edge(edge))] = shared(own, edge);
-  for (int corner = 0; corner < 4; ++corner) {
-    // The edges that meet there.
-    std::uint16_t least = shared(own, corner);
-    least = shared(least, (corner + 3) % 4);
-    row[static_cast<std::size_t>(family_corner(corner))] = shared(least, 4 + corner);
+  if (looks.request.morphing) {
+    // By direction: at most this, for what is around.
+    std::array<std::uint16_t, 8> most;
+    for (std::size_t d = 0; d < 8; ++d) {
+      most[d] = node.half;
+      if (node.around[d] < 0) continue;
+      const Node& other = storage_.nodes[static_cast<std::size_t>(node.around[d])];
+      if (other.in_view) most[d] = other.refused ? std::uint16_t{0} : std::min(node.half, other.half);
+    }
+    row[kFamilyInside] = node.half;
+    for (std::size_t n = 0; n < 4; ++n) {
+      row[static_cast<std::size_t>(family_edge(static_cast<int>(n)))] = most[n];
+      // The edges that meet there.
+      row[static_cast<std::size_t>(family_corner(static_cast<int>(n)))] =
+          std::min({most[n], most[(n + 3) % 4], most[4 + n]});
+    }
+  } else {
+    std::fill(row.begin(), row.end(), kNeverMorphs);
   }
-  if (!looks.request.morphing) std::fill(row.begin(), row.end(), kNeverMorphs);
   store_row(node.family + 1, row);
 }
 
@@ -436,7 +515,7 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
 }
 
 std::uint64_t GroundView::hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325u;
+  std::uint64_t hash = result_.region ? 0xcbf29ce484222326u : 0xcbf29ce484222325u;
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (std::size_t n = 0; n < result_.drawn; ++n) {
     const DrawItem& item = storage_.items[n];
@@ -457,17 +536,25 @@ MorphRows GroundView::take_rows() {
   return rows;
 }
 
+// Whether no node that has the region in part is drawn.
+bool GroundView::leaves_region(const Looks& looks) const {
+  for (const Node& node : nodes()) {
+    if (node.in_view && !node.is_split() && in_region(looks.info, node.key) == InRegion::part) return false;
+  }
+  return true;
+}
+
 // From the root on, of four children the one that the eye stands over first.
 void GroundView::list(const Looks& looks) {
   result_.least_size = looks.top;
   std::array<std::int32_t, 4 * (kMostSize + 2) + kCubeFaces> stack;
   std::size_t depth = 0;
   for (std::uint32_t n = root_count_; n > 0; --n) stack[depth++] = static_cast<std::int32_t>(n - 1);
-  const glm::dvec3 eye = looks.corner + looks.fine;
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
     if (!node.in_view) continue;
+    if (result_.region && in_region(looks.info, node.key) == InRegion::all) continue;
     if (!node.is_split()) {
       DrawItem item{};
       item.patch = 4 * node.parent_family + static_cast<std::uint32_t>(node.key.quadrant());
@@ -475,7 +562,7 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
-      item.walls = static_cast<std::uint8_t>(node_walls(looks.info, node.key));
+      item.walls = node.walls;
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=
@@ -483,24 +570,7 @@ void GroundView::list(const Looks& looks) {
       result_.least_size = std::min(result_.least_size, node.key.size);
       continue;
     }
-    // The middle vertex of its family.
-    const auto middle = [&](int axis, int index) {
-      const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
-      const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
-      return static_cast<double>(sample_place(looks.info.steps[axis], sample) * kVertexStep);
-    };
-    int near = 0;
-    if (looks.info.basis.is_curved()) {
-      for (int child = 1; child < 4; ++child) {
-        const auto apparent = [&](int n) {
-          return storage_.nodes[static_cast<std::size_t>(node.first_child + n)].least_apparent;
-        };
-        if (apparent(child) < apparent(near)) near = child;
-      }
-    } else {
-      near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
-    }
-    for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);
+    for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (node.nearest ^ away);
   }
 }
 

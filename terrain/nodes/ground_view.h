@@ -28,6 +28,14 @@
 // ball's diameter, and deviations in space (measure_ground.h). Around a cube's corners there are seven nodes.
 // What the ellipsoid's horizon hides counts as out of view.
 //
+// The region (ground.h). Thresholds of nodes that have it in part hold
+//   (3)  D(p) >= k error + G (reach + R(p) / G)
+// error being how far what is seen of the region is from the ground that stands for it, and reach the
+// diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
+// the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
+// that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
+// closed, and the region is not: it is within the bound of the ground, or the node counts as refused.
+//
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the
 // ground). One that should be and is not is *refused*: then its border has threshold 0 for all nodes that
@@ -43,6 +51,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/draw/draw_list.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/ground/tile_cache.h"
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
@@ -63,11 +72,12 @@ struct GroundRequest {
   // distance / (width * detail * (1 + error)), but that the least demand's threshold is added for the error).
   // A sum of two thresholds that keep (2) below keeps it. Nothing is promised of the error then.
   double sides_away = 0;
-  bool culls = true;               // what is out of the frustum is not listed
+  bool culls = true;  // what is out of the frustum is not listed
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
-  int least_size = 0;  // no finer one is drawn
+  bool has_region = false;  // its patches are there to be drawn
+  int least_size = 0;       // no finer one is drawn
   float spared_error =
       0;  // lattice steps: nodes whose error is not above this are not split, whatever is asked
 };
@@ -82,12 +92,17 @@ class GroundView {
 
     NodeKey key;
     float threshold = 0;                       // D, as its half says; steps of size 0. 0 of size 0
-    float least_apparent = 0;                  // of its box
+    float least_apparent = 0;                  // of its box. Both: where it is in view
     std::int32_t first_child = -1;             // the first of four, by quadrant; -1: not split
     std::uint32_t family = FamilyPool::kNone;  // of its children
     std::uint32_t parent_family = FamilyPool::kNone;
     std::int32_t around[8] = {};  // nodes of its size: over edges 0..3, at corners 0..3 (family_row.h)
     const Tile* tile = nullptr;   // its own
+    const Tile* below = nullptr;  // its children's, where it is to be split
+    std::uint16_t half = 0;       // threshold, as the GPU has it
+    std::uint8_t planes = 0;      // that its box crosses: its children are inside of the others, too
+    std::uint8_t walls = 0;       // node_walls()
+    std::uint8_t nearest = 0;     // the quadrant over which the eye stands, or that is nearest to it
     bool in_view = false;
     bool refused = false;
 
@@ -120,6 +135,7 @@ class GroundView {
     std::uint32_t lacks_tile = 0;  // of them, for want of a tile
     std::uint32_t lacks_room = 0;  // for want of a family
     std::int32_t least_size = 0;   // of what is drawn
+    bool region = false;           // the region is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
     // a node was refused; infinite where one is as near as its error.
     float bound_px = 0;
@@ -155,13 +171,14 @@ class GroundView {
   bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
-  void look_at(const Looks& looks, Node& node) const;
-  void look_at_box(const Looks& looks, Node& node) const;
-  void look_at_ball(const Looks& looks, Node& node) const;
-  float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) const;
-  void decide(const Looks& looks, FamilyPool& pool, Node& node);
+  static void look_at_ball(const Looks& looks, Node& node);
+  static void set_threshold(const Looks& looks, Node& node);
+  static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius);
+  static void look_at(const Looks& looks, const NodeBox& box, Node& node);
+  void decide(Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
+  bool leaves_region(const Looks& looks) const;
   void list(const Looks& looks);
 
   Storage storage_;

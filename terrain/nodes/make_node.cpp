@@ -32,7 +32,7 @@ class Grid {
 
   // kVertexStep of the lattice of `coarser` sizes more than the node's.
   glm::i64vec3 place_of(int i, int k, int coarser) const {
-    const int size = node_.size + coarser;
+    const int size = info_.page_size(node_.size) + coarser;
     const glm::i64vec3 place = places_.at(i, k, height(i, k));
     return {place_at_size(place.x, size), place_at_size(place.y, size), place_at_size(place.z, size)};
   }
@@ -127,12 +127,13 @@ glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeK
             static_cast<int>(std::floor(centre.y / voxel + 0.5)),
             static_cast<int>(std::floor(centre.z / voxel + 0.5))};
   }
+  const int size = info.page_size(node.size);
   const auto at = [&](int axis, int index) {
     const std::int64_t sample = sample_of(info.samples[axis], node.size, std::int64_t{index} * kNodeQuads);
-    return place_at_size(sample_place(info.steps[axis], sample), node.size) * kVertexStep;
+    return place_at_size(sample_place(info, axis, sample), size) * kVertexStep;
   };
   const std::int64_t middle = (std::int64_t{measure.low} + measure.high) >> 1;
-  const std::int64_t y = place_at_size(middle, node.size) * kVertexStep;
+  const std::int64_t y = place_at_size(middle, size) * kVertexStep;
   return {static_cast<int>(floor_voxel(at(0, node.x))), static_cast<int>(floor_voxel(y + kStepsPerHalfVoxel)),
           static_cast<int>(floor_voxel(at(1, node.z)))};
 }

@@ -63,8 +63,8 @@ const Tile* QueryGround::tile(NodeKey key, const TilePlace& place, bool read) {
 
 void QueryGround::make_places(const Tile& tile, NodeKey node,
                               std::array<glm::dvec3, kNodeVertices>& places) const {
-  const std::int64_t unit = std::int64_t{kVertexStep} << node.size;
   if (info_.basis.is_curved()) {
+    const std::int64_t curved_unit = std::int64_t{kVertexStep} << node.size;
     const NodePlaces at(info_, node);
     const int first_x = (node.x & (kTileNodes - 1)) * kNodeQuads;
     const int first_z = (node.z & (kTileNodes - 1)) * kNodeQuads;
@@ -73,20 +73,22 @@ void QueryGround::make_places(const Tile& tile, NodeKey node,
         const glm::i64vec3 exact = at.at(i, k, tile.height(first_x + i, first_z + k));
         glm::dvec3& out = places[static_cast<std::size_t>(k * kNodeSide + i)];
         for (int axis = 0; axis < 3; ++axis)
-          out[axis] = static_cast<double>(place_at_size(exact[axis], node.size) * unit);
+          out[axis] = static_cast<double>(place_at_size(exact[axis], node.size) * curved_unit);
       }
     }
     return;
   }
+  const int size = info_.page_size(node.size);
+  const std::int64_t unit = std::int64_t{kVertexStep} << size;
   const auto place = [&](int axis, std::int64_t vertex) {
     const std::int64_t sample = sample_of(info_.samples[axis], node.size, vertex);
-    return static_cast<double>(place_at_size(sample_place(info_.steps[axis], sample), node.size) * unit);
+    return static_cast<double>(place_at_size(sample_place(info_, axis, sample), size) * unit);
   };
   const int first_i = (node.x & (kTileNodes - 1)) * kNodeQuads;
   const int first_k = (node.z & (kTileNodes - 1)) * kNodeQuads;
   for (int k = 0; k < kNodeSide; ++k) {
     for (int i = 0; i < kNodeSide; ++i) {
-      const std::int64_t height = place_at_size(tile.height(first_i + i, first_k + k), node.size) * unit;
+      const std::int64_t height = place_at_size(tile.height(first_i + i, first_k + k), size) * unit;
       places[static_cast<std::size_t>(k * kNodeSide + i)] = {place(0, std::int64_t{node.x} * kNodeQuads + i),
                                                              static_cast<double>(height),
                                                              place(1, std::int64_t{node.z} * kNodeQuads + k)};
@@ -143,6 +145,8 @@ void QueryGround::run(bool read, Walk& walk) {
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       const NodeKey child = at.node.child(quadrant);
       if (!node_exists(info_, child)) continue;
+      // The region's patches answer there.
+      if (in_region(info_, child) == InRegion::all) continue;
       Entry entry{child, place, node_box(info_, finer->nodes[node_in_tile(child)], child), 0.0};
       entry.distance = walk.distance(entry.box);
       if (entry.distance < 0.0) continue;

@@ -22,6 +22,7 @@ Status Ground::create(const Config& config, Arena& arena) {
 void Ground::attach(const GroundInfo& info, const Tile& root, const TileSource& source) {
   KARST_ASSERT(info.exists() && view_count_ > 0);
   info_ = info;
+  belt_counts_ = {};
   const NodeKey key{info.top_size(), 0, 0};
   tiles_.reset(source, tile_of(key), root);
   forget();
@@ -45,6 +46,16 @@ void Ground::select(std::size_t view, const GroundRequest& request) {
   turns_[view] = {0, true};
 }
 
+void Ground::build_belts(std::size_t view, BuildBelts belts) {
+  KARST_ASSERT(exists() && view < view_count_);
+  belt_counts_[view] = 0;
+  if (!views_[view].result().region) return;
+  belts.info = &info_;
+  belts.view = &views_[view];
+  belts.out = blocks_.belts[view];
+  belt_counts_[view] = belts.run();
+}
+
 bool Ground::next_node(NodeUpload& upload) {
   for (std::size_t v = 0; v < view_count_; ++v) {
     if (!turns_[v].selected) continue;
@@ -64,7 +75,7 @@ bool Ground::next_node(NodeUpload& upload) {
       pool_.set_filled(node.parent_family, quadrant);
       upload.page = items[at].patch;
       upload.row = is_root ? 0 : node.parent_family + 1;
-      upload.size = node.key.size;
+      upload.size = info_.page_size(node.key.size);
       upload.quadrant = quadrant;
       upload.origin = node_origin(info_, node.tile->nodes[node_in_tile(node.key)], node.key);
       upload.vertices = vertices_;

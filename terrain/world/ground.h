@@ -21,6 +21,7 @@
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/nodes/make_node.h"
+#include "terrain/regions/belts.h"
 
 namespace karst::core {
 
@@ -28,9 +29,9 @@ namespace karst::core {
 struct NodeUpload {
   std::uint32_t page = 0;  // among the families' pages
   std::uint32_t row = 0;   // of thresholds, among the families' rows
-  int size = 0;
+  int size = 0;            // of the page
   int quadrant = 0;
-  glm::ivec3 origin{0};                 // voxels of the size
+  glm::ivec3 origin{0};                 // voxels of the page's size
   std::span<const GpuVertex> vertices;  // kNodePageVertices
 };
 
@@ -71,6 +72,15 @@ class Ground {
   // The next node that the views selected since begin_frame() draw and the GPU lacks. False: none.
   bool next_node(NodeUpload& upload);
 
+  // The belt of what a view drew last, with the region's patches as it draws them; none where the region is
+  // not drawn. belts: info, view and out are filled in here. Precondition: its rim is that of the world whose
+  // ground this is.
+  void build_belts(std::size_t view, BuildBelts belts);
+  // Triangles of it: vertices of the GPU's buffer. Valid until the view's next build_belts().
+  std::span<const std::uint32_t> belts(std::size_t view) const {
+    return blocks_.belts[view].first(belt_counts_[view]);
+  }
+
   const GroundView& view(std::size_t n) const { return views_[n]; }
   std::size_t shadow_view() const { return view_count_ - 1; }
   MorphRows take_rows(std::size_t view) { return views_[view].take_rows(); }
@@ -84,12 +94,17 @@ class Ground {
     TileCache::Storage tiles;
     FamilyPool::Storage pool;
     std::array<GroundView::Storage, kMostViews + 1> views;
+    std::array<std::span<std::uint32_t>, kMostViews + 1> belts;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       tiles.each_block(config, visit);
       pool.each_block(config, visit);
-      for (std::size_t n = 0; n < view_count(config); ++n) views[n].each_block(config, visit);
+      const std::size_t belt = BuildBelts::room(config.rim_edges, static_cast<int>(config.max_level));
+      for (std::size_t n = 0; n < view_count(config); ++n) {
+        views[n].each_block(config, visit);
+        visit(Consumer::ground, belt, belts[n]);
+      }
     }
   };
 
@@ -99,6 +114,7 @@ class Ground {
   FamilyPool pool_;
   std::array<GroundView, kMostViews + 1> views_;
   std::size_t view_count_ = 0;
+  std::array<std::size_t, kMostViews + 1> belt_counts_{};
   // Where next_node() goes on.
   struct Turn {
     std::size_t item = 0;

@@ -47,6 +47,9 @@ Status ShadowCasters::select(const World& world, Residency& residency, const Vie
   result.items = blocks_.items.first(selected.drawn);
   result.triangles = selected.triangles;
   result.lacking = lacking_ = selected.lacking;
+  result.levels = select.levels;
+  // Those that are not held come first.
+  result.holes = lacking_ > 0 && residency.pool().level(blocks_.lacking[0]) == 0;
   result.hash = mix(0xcbf29ce484222325u, residency.thresholds().version(view.threshold_set()));
   for (const DrawItem& item : result.items) {
     std::uint64_t word = 0;

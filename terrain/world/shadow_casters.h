@@ -19,7 +19,9 @@ namespace karst::core {
 class ShadowCasters {
  public:
   struct Result {
-    std::span<const DrawItem> items;  // valid until the next select()
+    std::span<const DrawItem> items;       // valid until the next select()
+    std::span<const std::uint8_t> levels;  // by patch, the same; 0: does not cast
+    bool holes = false;                    // patches in the box are not held at all
     std::uint64_t triangles = 0;
     // Patches in the cascade's box that are held coarser than they should cast, or not at all.
     std::uint32_t lacking = 0;

@@ -69,6 +69,7 @@ Status World::create(const Config& config, Arena& arena) {
     return status;
   table_.create(blocks_.table);
   slots_.create(blocks_.volumes, blocks_.patches, &table_);
+  rim_.create(blocks_.rim);
   cache_.create(blocks_.heights);
   tree_.create(blocks_.boxes);
   occluders_.create(blocks_.occluders);
@@ -148,7 +149,8 @@ Status World::check_limits(const WorldInfo& info) const {
                 {static_cast<std::uint32_t>(info.level), config_.max_level, "max_level"},
                 {info.octets, config_.max_octets, "max_octets"},
                 {info.volumes, config_.max_volumes, "max_volumes"},
-                {info.patches, config_.max_patches, "max_patches"}};
+                {info.patches, config_.max_patches, "max_patches"},
+                {reader_.ground().rim_edges, config_.rim_edges, "rim_edges"}};
   for (const auto& l : limits) {
     if (l.needed > l.limit)
       return {StatusCode::limit_reached, "the world is larger than a limit", l.name, l.needed};
@@ -163,7 +165,7 @@ Status World::load_parts() {
   if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
   fill_patch_boxes(surface(), bounds(), 0, info_.patches, blocks_.patch_boxes);
   occluders_.build(octree_, info_.extent, surface(), bounds());
-  sky_.build(octree_, info_.extent);
+  sky_.build(octree_, info_.extent, ground().region.exists());
   return load_heights();
 }
 
@@ -172,6 +174,7 @@ Status World::load_surface() {
   ExtractSurface extract;
   extract.octree = &octree_;
   extract.extent = info_.extent;
+  extract.mirrors = ground().region.exists();
   extract.volumes = blocks_.volumes;
   extract.patches = blocks_.patches;
   extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(blocks_.scratch.data())),
@@ -188,6 +191,9 @@ Status World::load_surface() {
     return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
   if (const Status status = reader_.match_keys(surface()); !status.ok()) return status;
   slots_.adopt(info_.volumes, info_.patches);
+  if (const Status status = rim_.build(ground(), surface()); !status.ok()) return status;
+  if (rim_.edges().size() != ground().rim_edges)
+    return {StatusCode::corrupt, "its region's rim has another number of edges than stated", "rim_edges"};
   return {};
 }
 

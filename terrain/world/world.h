@@ -29,6 +29,7 @@
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
+#include "terrain/regions/region_rim.h"
 #include "terrain/resident/height_cache.h"
 #include "terrain/shading/materials.h"
 #include "terrain/surface/bezier/update_surface.h"
@@ -93,6 +94,8 @@ class World {
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
   // Does not exist where the world has none.
   const GroundInfo& ground() const { return reader_.ground(); }
+  // Of the ground's region; has no edges where there is none.
+  const RegionRim& rim() const { return rim_; }
   // To read tiles by; stays until the next load().
   const WorldReader& reader() const { return reader_; }
   // Box of everything, lattice steps. Precondition: there is a patch or a ground.
@@ -144,6 +147,7 @@ class World {
     std::span<Volume> volumes;
     std::span<Patch> patches;
     PatchTable::Blocks table;
+    RegionRim::Storage rim;
     std::span<std::uint8_t> overrides;
     HeightCache::Storage heights;
     std::span<std::uint32_t> height_crcs;  // by group
@@ -165,6 +169,7 @@ class World {
       visit(Consumer::volumes, config.max_volumes, volumes);
       visit(Consumer::patches, patches_most, patches);
       table.each_block(config, visit);
+      rim.each_block(config, visit);
       visit(Consumer::patches, patches_most, overrides);
       heights.each_block(config, visit);
       visit(Consumer::heights, height_groups(config.max_patches), height_crcs);
@@ -202,6 +207,7 @@ class World {
   Octree octree_;
   PatchTable table_;
   SurfaceSlots slots_;  // of table_
+  RegionRim rim_;
   HeightCache cache_;
   BoundsTree tree_;
   Occluders occluders_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Folds: found where they are, taken out, and shared vertices stay equal.
-#include "bake/pipeline/repair_folds.h"
+#include "bake/voxels/repair_folds.h"
 
 #include <gtest/gtest.h>
 

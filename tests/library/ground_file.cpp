@@ -7,16 +7,19 @@
 #include <gtest/gtest.h>
 
 #include "terrain/base/checksum.h"
+#include "terrain/file/world_writer.h"
+#include "terrain/regions/region_rim.h"
 #include "tests/support/tree_memory.h"
-#include "tests/support/world_bytes.h"
-#include "tests/support/world_io.h"
 #include "tiles/encode_tile.h"
 
 namespace karst::test {
 
 using namespace core;
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m) {
+namespace {
+
+// world: without ground; of its ground, whose region is placed, all but the tiles.
+std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer) {
   tiles::TileEncoder encoder;
   std::vector<std::byte> all, bytes;
   // Children before their parents, which tell where they lie.
@@ -30,14 +33,6 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m)
     all.insert(all.end(), bytes.begin(), bytes.end());
     return place;
   };
-  WorldInfo info;
-  info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
-  info.extent = {2, 1, 2};
-  info.depth = 1;
-  info.level = 1;
-  TreeMemory memory(1, 1);
-  WorldWriter writer{info, &memory.tree, {}};
-  writer.ground.info = ground.info();
   writer.ground.root = write(tile_of(ground.root()));
   writer.ground.tile_bytes = all.size();
   writer.ground.tile_crc = crc32c(all);
@@ -55,6 +50,36 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m)
   out.insert(out.end(), tail.begin(), tail.end());
   EXPECT_EQ(out.size(), writer.file_bytes());
   return out;
+}
+
+}  // namespace
+
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m) {
+  core::WorldInfo info;
+  info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
+  info.extent = {2, 1, 2};
+  info.depth = 1;
+  info.level = 1;
+  TreeMemory memory(1, 1);
+  WorldWriter writer{info, &memory.tree, {}};
+  writer.ground.info = ground.info();
+  return with_tiles(ground, writer);
+}
+
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels) {
+  const core::WorldInfo info = voxels.info();
+  std::vector<std::byte> mask((info.patches + 7) / 8, std::byte{0});
+  for (std::uint32_t p = 0; p < info.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
+  const std::vector<PatchKey> keys = voxels.keys();
+  const std::vector<std::uint16_t> errors = voxels.level_errors();
+  const std::vector<PatchBounds> boxes = voxels.bounds();
+  const std::vector<NormalCone> cones = voxels.cones();
+  const std::vector<NormalCone> shading = voxels.shading_cones();
+  WorldWriter writer{
+      info, &voxels.octree(), {keys, mask, voxels.heights().samples, errors, boxes, cones, shading}};
+  writer.ground.info = ground.info();
+  writer.ground.info.rim_edges = RegionRim::count(voxels.surface());
+  return with_tiles(ground, writer);
 }
 
 MemoryGround::Heights rough_heights() {

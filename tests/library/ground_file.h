@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT
-// A world file that is a ground and nothing else.
+// World files that are a ground, with a region of voxels or without.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
 #include "tests/support/memory_ground.h"
+#include "tests/support/test_world.h"
 
 namespace karst::test {
 
 // spacing_m: from one sample to the next, along x. The north-west sample lies at (0, 0, 0) where its height
 // is 0.
 std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m);
+// The same of a ground with a region, which the voxels are, with heights of all patches. The corner of the
+// voxels lies at (0, 0, 0).
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels);
 
 // Ridges and valleys up to 60 m over 600 x 480 samples of 10 m, rough by up to a metre.
 MemoryGround::Heights rough_heights();

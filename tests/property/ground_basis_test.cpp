@@ -22,7 +22,7 @@
 #include "terrain/ground/ground_box.h"
 #include "tests/support/any_camera.h"
 #include "tests/support/curved_ground.h"
-#include "tests/support/drawn_ground.h"
+#include "tests/support/ground_frame.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/memory_ground.h"
 

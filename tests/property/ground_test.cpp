@@ -14,9 +14,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "terrain/base/storage_plan.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
 #include "terrain/nodes/ground_view.h"
+#include "terrain/nodes/make_node.h"
+#include "terrain/nodes/node_place.h"
 #include "tests/support/any_camera.h"
-#include "tests/support/drawn_ground.h"
+#include "tests/support/ground_frame.h"
 #include "tests/support/heap_count.h"
 #include "tests/support/memory_ground.h"
 
@@ -27,7 +32,6 @@ using test::bits_of;
 using test::DrawnNode;
 using test::Edge;
 using test::EdgeHash;
-using test::for_each_triangle;
 using test::MemoryGround;
 using test::Parts;
 using test::Random;
@@ -55,7 +59,7 @@ void check_frame(const MemoryGround& ground, const GroundRequest& request, const
     const DrawnNode drawn(ground.info(), camera, request.scale, node, entries, parts.rows, is_root);
     totals.moving += static_cast<std::uint64_t>(drawn.moving());
     totals.coarser += item.lower_edges != 0 ? 1 : 0;
-    for_each_triangle(item, table, [&](const std::uint16_t* corners) {
+    const auto use_triangle = [&](const std::uint16_t* corners) {
       for (int side = 0; side < 3; ++side) {
         const glm::vec3 from = drawn.place(corners[side]);
         const glm::vec3 to = drawn.place(corners[(side + 1) % 3]);
@@ -66,7 +70,19 @@ void check_frame(const MemoryGround& ground, const GroundRequest& request, const
         use.from = from;
         use.to = to;
       }
-    });
+    };
+    IndexRange ranges[kMaxIndexRanges];
+    const int count = index_ranges(item.level, item.lower_edges, item.skipped_edges, ranges);
+    for (int r = 0; r < count; ++r) {
+      for (std::uint32_t at = ranges[r].first; at < ranges[r].first + ranges[r].count; at += 3) {
+        use_triangle(table.data() + at);
+      }
+    }
+    for (std::size_t edge = 0; edge < 4; ++edge) {
+      for (std::size_t at = 0; (item.walls >> edge & 1u) != 0 && at < kIndicesPerWall; at += 3) {
+        use_triangle(kWallIndices[edge].data() + at);
+      }
+    }
   }
   totals.nodes += parts.view.items().size();
   Camera at_voxel = camera;

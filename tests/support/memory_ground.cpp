@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "terrain/ground/ground_box.h"
 #include "terrain/ground/measure_ground.h"
@@ -34,21 +35,27 @@ GroundInfo plane(std::int64_t wide, std::int64_t deep, double step_x, double ste
 }  // namespace
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const Errors& errors)
-    : MemoryGround(plane(wide, deep, step_x, step_z), heights, errors) {}
+                           const Heights& heights, const Errors& errors, const MemoryRegion& region)
+    : info_(plane(wide, deep, step_x, step_z)) {
+  make_tiles(heights, region);
+  measure(errors);
+}
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights)
-    : MemoryGround(plane(wide, deep, step_x, step_z), heights) {}
+                           const Heights& heights, const MemoryRegion& region)
+    : info_(plane(wide, deep, step_x, step_z)) {
+  make_tiles(heights, region);
+  measure(heights);
+}
 
 MemoryGround::MemoryGround(const GroundInfo& shape, const Heights& heights, const Errors& errors)
     : info_(shape) {
-  make_tiles(heights);
+  make_tiles(heights, {});
   measure(errors);
 }
 
 MemoryGround::MemoryGround(const GroundInfo& shape, const Heights& heights) : info_(shape) {
-  make_tiles(heights);
+  make_tiles(heights, {});
   measure(heights);
 }
 
@@ -60,7 +67,10 @@ void MemoryGround::for_each_node(int size, const std::function<void(NodeKey)>& t
   }
 }
 
-void MemoryGround::make_tiles(const Heights& heights) {
+void MemoryGround::make_tiles(const Heights& heights, const MemoryRegion& region) {
+  region_ = region.measure;
+  if (region.extent_x > 0 && !place_region(info_, region.extent_x, region.extent_z, region.x, region.z))
+    std::abort();
   info_.low = info_.high = heights(0, 0);
   for (std::int64_t k = 0; k < info_.samples[1]; ++k) {
     for (std::int64_t i = 0; i < info_.samples[0]; ++i) {
@@ -126,27 +136,32 @@ void MemoryGround::measure(const Errors& errors) {
     for_each_node(size, [&](NodeKey node) {
       NodeMeasure& own = *measure_of(node);
       const double quad = std::ldexp(1.0, size - 1);
+      const double unit = std::ldexp(1.0, info_.page_size(size));  // of the size's lattice
       const double tall = 2.0 * (double(own.high) - own.low);
       const double reach =
           std::sqrt(quad * quad * (info_.steps[0] * info_.steps[0] + info_.steps[1] * info_.steps[1]) +
                     tall * tall) +
-          8.0 * quad * 2;
+          8.0 * unit;
       const double error = errors(node);
       double steps[kDemands];
       for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kNodeMorphShare);
+      if (in_region(info_, node) == InRegion::part) {
+        for (int n = 0; n < kDemands; ++n)
+          steps[n] = std::max(
+              steps[n], kSlack * (demand(n) * region_.error + kG * (region_.reach + 2 * kNodeQuads * reach)));
+      }
       const auto keep = [&](NodeKey q) {
         const NodeMeasure* const finer = measure_of(q);
         if (finer == nullptr) return;
-        const double pad = std::ldexp(8.0, q.size);
+        const double pad = 4 * unit;
         const double wide = kNodeQuads * quad * info_.steps[0] + pad;
         const double deep = kNodeQuads * quad * info_.steps[1] + pad;
         const double high = 2.0 * (double(finer->high) - finer->low) + pad;
         const double rise = kG * (curved ? 2 * node_radius(info_, finer->low, finer->high, q.size)
                                          : std::sqrt(wide * wide + deep * deep + high * high));
         for (int n = 0; n < kDemands; ++n) {
-          const double of_q = double{threshold_steps(finer->thresholds[n])} * quad;
-          steps[n] =
-              std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kNodeMorphShare) + std::ldexp(8.0, size));
+          const double of_q = double{threshold_steps(finer->thresholds[n])} * unit / 2;
+          steps[n] = std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kNodeMorphShare) + 8 * unit);
         }
       };
       // The children and what is around them.
@@ -164,7 +179,7 @@ void MemoryGround::measure(const Errors& errors) {
         }
       }
       for (int n = 0; n < kDemands; ++n) {
-        own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / (2 * quad) * (1 + 1e-6)));
+        own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / unit * (1 + 1e-6)));
       }
     });
   }
@@ -277,6 +292,8 @@ void MemoryGround::measure(const Heights& heights) {
       job.size = size;
       job.north = z > 0 ? &of.rows[z - 1] : nullptr;
       job.own = &of.rows[z];
+      job.z = static_cast<std::int64_t>(z);
+      job.region = region_;
       job.south = z + 1 < of.deep ? &of.rows[z + 1] : nullptr;
       for (std::size_t n = 0; n < 4 && size > 0; ++n) {
         AllNodes& finer = nodes[static_cast<std::size_t>(size) - 1];

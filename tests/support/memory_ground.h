@@ -11,10 +11,18 @@
 #include <vector>
 
 #include "terrain/ground/ground.h"
+#include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
 #include "terrain/ground/tile_source.h"
 
 namespace karst::test {
+
+// Voxels of an extent as its region, from node (x, z) on. extent_x 0: none.
+struct MemoryRegion {
+  int extent_x = 0, extent_z = 0;
+  int x = 0, z = 0;
+  core::RegionMeasure measure = {};
+};
 
 class MemoryGround {
  public:
@@ -23,12 +31,13 @@ class MemoryGround {
   using Errors = std::function<float(core::NodeKey)>;
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
-               const Errors& errors);
+               const Errors& errors, const MemoryRegion& region = {});
   // Of any basis: samples, steps and basis of shape.
   MemoryGround(const core::GroundInfo& shape, const Heights& heights, const Errors& errors);
   MemoryGround(const core::GroundInfo& shape, const Heights& heights);
   // With what measure_ground.h measures.
-  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights);
+  MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
+               const MemoryRegion& region = {});
 
   const core::GroundInfo& info() const { return info_; }
   core::NodeKey root() const { return {info_.top_size(), 0, 0}; }  // of a cube, in its tile
@@ -52,7 +61,7 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
-  void make_tiles(const Heights& heights);
+  void make_tiles(const Heights& heights, const MemoryRegion& region);
   // Of a size.
   void for_each_node(int size, const std::function<void(core::NodeKey)>& take) const;
   void make_tile(core::NodeKey key, const Heights& heights);
@@ -61,6 +70,7 @@ class MemoryGround {
   core::NodeMeasure* measure_of(core::NodeKey node);
 
   core::GroundInfo info_;
+  core::RegionMeasure region_;
   std::map<Key, core::Tile> tiles_;
 };
 

@@ -52,7 +52,8 @@ double value_noise(std::uint64_t seed, glm::dvec3 p) {
   return value;
 }
 
-TestWorld::TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& filled) : extent_(extent) {
+TestWorld::TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& filled, bool mirrors)
+    : extent_(extent) {
   int depth = 1;
   while ((1 << depth) < extent.x || (1 << depth) < extent.z || (1 << depth) <= extent.y) ++depth;
   const std::uint32_t max_octets = (1u << (3 * depth)) / 7 + 8;
@@ -68,6 +69,7 @@ TestWorld::TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& f
   ExtractSurface extract;
   extract.octree = &octree_;
   extract.extent = extent;
+  extract.mirrors = mirrors;
   ExtractSurface::Result counted;
   require(extract.count(counted));
   volumes_.resize(counted.volumes);

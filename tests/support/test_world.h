@@ -36,7 +36,8 @@ double value_noise(std::uint64_t seed, glm::dvec3 p);
 class TestWorld {
  public:
   // filled(voxel) is asked for every voxel of the extent; depth is the least that holds it.
-  TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& filled);
+  // mirrors: beyond the sides lies their mirror (VoxelReader).
+  TestWorld(glm::ivec3 extent, const std::function<bool(glm::ivec3)>& filled, bool mirrors = false);
 
   // White noise of the given density, or smooth noise of the given wavelength in voxels (0 is white). With
   // `closed` the outermost voxels are empty, so the surface has no border.

@@ -206,7 +206,7 @@ TEST(GroundWorld, WhatNeedsVoxelsIsRefused) {
   const Folder folder;
   write_dem(folder.path("dem"), 20, 20, hills);
   for (const auto& [option, value] : {std::pair("--voxel", "10"), std::pair("--levels", "2"),
-                                      std::pair("--carve", "x.json"), std::pair("--nodata", "hole")}) {
+                                      std::pair("--max-carve", "9"), std::pair("--nodata", "hole")}) {
     const std::string message = bake(
         {folder.path("dem.bil"), "--ground", "--pixel-size", "10", option, value, "-o", folder.path("w")}, 2);
     EXPECT_NE(message.find("leave --ground away"), std::string::npos) << message;

@@ -45,7 +45,7 @@ class BakedField {
       }
     }
     std::vector<std::byte> all;
-    bake::GroundPyramid pyramid(info, 0, 1, [&](std::span<const std::byte> bytes) {
+    bake::GroundPyramid pyramid(info, {}, 0, 1, [&](std::span<const std::byte> bytes) {
       all.insert(all.end(), bytes.begin(), bytes.end());
       return true;
     });

@@ -87,7 +87,9 @@ TEST(GroundSection, WhatIsWrittenIsRead) {
     EXPECT_EQ(read.earth.epsg, ground.earth.epsg);
     EXPECT_EQ(bytes_of(read), bytes);
     // finish() was called.
-    if (ground.info.basis.is_curved()) EXPECT_GT(read.info.basis.sagitta_m, 0);
+    if (ground.info.basis.is_curved()) {
+      EXPECT_GT(read.info.basis.sagitta_m, 0);
+    }
   }
 }
 

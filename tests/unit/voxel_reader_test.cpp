@@ -46,6 +46,34 @@ TEST(VoxelReader, RowsAndSingleVoxelsFollowTheSideRule) {
   }
 }
 
+TEST(VoxelReader, BeyondTheSidesLiesTheirMirror) {
+  TestRandom random(12);
+  for (int round = 0; round < 12; ++round) {
+    const int depth = random.range(3, 6);
+    const int size = 1 << depth;
+    const glm::ivec3 extent(random.range(7, size), random.range(1, size), random.range(7, size));
+    TreeMemory memory(depth);
+    const auto noise = [&](glm::ivec3, bool) { return random.chance(0.5); };
+    ASSERT_TRUE((VoxelizePredicate{extent, VoxelFunction(noise)}.run(memory.tree).ok()));
+    const VoxelReader reader(memory.tree, extent, true);
+    const auto mirrored = [](int v, int most) { return v < 0 ? -v : v > most ? 2 * most - v : v; };
+    for (int i = 0; i < 4000; ++i) {
+      const int count = random.range(0, 7);
+      const glm::ivec3 v(random.range(-6, extent.x + 5 - count), random.range(-3, size + 3),
+                         random.range(-6, extent.z + 5));
+      std::uint32_t bits = 0;
+      for (int k = 0; k < count; ++k) {
+        const glm::ivec3 m(mirrored(v.x + k, extent.x - 1), v.y, mirrored(v.z, extent.z - 1));
+        const bool filled = expected(memory.tree, extent, m);
+        bits |= (filled ? 1u : 0u) << k;
+        ASSERT_EQ(reader.filled({v.x + k, v.y, v.z}), filled);
+      }
+      ASSERT_EQ(reader.read_row(v.x, v.y, v.z, count), bits)
+          << v.x << " " << v.y << " " << v.z << " count " << count << " extent " << extent.x;
+    }
+  }
+}
+
 TEST(VoxelReader, ExtremePositions) {
   TreeMemory memory(3);
   ASSERT_TRUE(memory.tree.set({7, 0, 0}, 3, true).ok());
@@ -58,6 +86,13 @@ TEST(VoxelReader, ExtremePositions) {
   EXPECT_EQ(reader.read_row(0, low, 0, 32), 0xffffffffu);
   EXPECT_EQ(reader.read_row(0, high, 0, 32), 0u);
   EXPECT_EQ(reader.read_row(0, low, 0, 0), 0u);
+  const VoxelReader mirror(memory.tree, {8, 7, 8}, true);
+  for (const int x : {low, high, -100, 100}) {
+    EXPECT_EQ(mirror.read_row(x, low, x, 32), 0xffffffffu);
+    EXPECT_EQ(mirror.read_row(x, high, x, 32), 0u);
+    EXPECT_EQ(mirror.read_row(x, 5, x, 32), 0u);
+    EXPECT_FALSE(mirror.filled({x, 5, x}));
+  }
   EXPECT_EQ(reader.read_row(4, 0, 0, 99), 0xfffffff8u) << "more than a row holds is cut";
   EXPECT_TRUE(reader.filled({high, 0, low}));
   EXPECT_FALSE(reader.filled({low, 0, low}));

@@ -216,7 +216,7 @@ Status ExtractSurface::run(Result& result) const {
   if (const Status status = validate(); !status.ok()) return status;
   Status status;
   Result made;
-  NeighbourhoodReader reader(VoxelReader(*octree, extent));
+  NeighbourhoodReader reader(VoxelReader(*octree, extent, mirrors));
   auto visitor = [&](glm::ivec3 corner, int configuration) {
     const ConfigurationCase& c = kCaseTable[static_cast<std::size_t>(configuration)];
     if (made.volumes == volumes.size()) {

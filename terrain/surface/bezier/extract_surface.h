@@ -24,6 +24,7 @@ struct ExtractSurface {
   const Octree* octree = nullptr;
   // Voxels in use; x, z in 2..size, y in 1..size-1. Corners 1..extent.x-1 and so on are visited.
   glm::ivec3 extent{};
+  bool mirrors = false;  // what is beyond: VoxelReader; of regions (terrain/ground/ground.h)
   // Only volumes centred on corners low..high, both included, are made; their patches have no
   // neighbours beyond. The default is everything.
   glm::ivec3 low{0};

@@ -17,6 +17,10 @@ inline std::vector<std::byte> with_ground(const core::TestWorld& world) {
   info.samples[0] = 150;
   info.samples[1] = 100;
   info.steps[0] = info.steps[1] = 2048;
+  // Its voxels are the ground's region.
+  if (world.info.patches > 0 && !core::place_region(info, world.info.extent.x, world.info.extent.z, 3, 4))
+    return {};
+  if (world.info.patches > 0) info.rim_edges = 8;
   const std::vector<std::byte> tiles(100, std::byte{7});
   writer.ground.root = {40, 60, core::crc32c(std::span(tiles).subspan(40))};
   writer.ground.tile_bytes = tiles.size();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/pipeline/settle_voxels.h"
+#include "bake/voxels/settle_voxels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
-// What a view draws of a ground, vertex by vertex as the GPU does, and edge by edge.
+// A frame of the ground for tests: a view with memory of its own, and the edges of what is drawn, by the bits
+// of their ends.
 #pragma once
+
+#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <glm/vec3.hpp>
 
 #include "terrain/base/storage_plan.h"
 #include "terrain/basis/level_view.h"
@@ -21,7 +24,6 @@
 #include "terrain/nodes/node_place.h"
 
 namespace karst::test {
-
 using namespace core;
 
 // A pool, a cache and a view in memory of their own.
@@ -101,21 +103,22 @@ class DrawnNode {
             std::span<const std::uint16_t> rows, bool is_root) {
     std::array<GpuVertex, kNodePageVertices> vertices;
     MakeNode{&info, node.tile, node.key, !is_root, vertices}.run();
+    const int size = info.page_size(node.key.size);
     const glm::ivec3 origin = node_origin(info, node.tile->nodes[node_in_tile(node.key)], node.key);
     const std::size_t row = is_root ? 0 : std::size_t{node.parent_family} + 1;
     const std::size_t first =
         (kFirstGroundPlace + static_cast<std::size_t>(node.key.quadrant())) * kPageVertices;
     for (std::size_t v = 0; v < kNodePageVertices; ++v) {
       const GpuVertex& from = vertices[v];
-      const glm::vec3 home = node_place(camera.voxel, node.key.size, origin,
-                                        {from.position[0], from.position[1], from.position[2]});
+      const glm::vec3 home =
+          node_place(camera.voxel, size, origin, {from.position[0], from.position[1], from.position[2]});
       const glm::vec3 target =
-          node_place(camera.voxel, node.key.size, origin, {from.morph[0], from.morph[1], from.morph[2]});
+          node_place(camera.voxel, size, origin, {from.morph[0], from.morph[1], from.morph[2]});
       const float threshold = threshold_steps(rows[row * kMorphRow + entries[first + v]]);
       const float apparent =
           apparent_distance(home - camera.fine, glm::vec3(camera.forward), scale.least_cos2);
       const float share = morph_share(apparent, threshold, kNodeMorphShare);
-      const float unit = std::ldexp(1.0f, node.key.size);
+      const float unit = std::ldexp(1.0f, size);
       const glm::vec3 way(static_cast<float>(from.morph[0] - from.position[0]) * unit,
                           static_cast<float>(from.morph[1] - from.position[1]) * unit,
                           static_cast<float>(from.morph[2] - from.position[2]) * unit);
@@ -143,7 +146,7 @@ class DrawnNode {
   int moving_ = 0;
 };
 
-// Calls take(first, second, third) for each triangle of an item, by vertices of the node's page.
+// Calls take(corners) for each triangle of an item, by vertices of the node's page.
 template <class Take>
 void for_each_triangle(const DrawItem& item, std::span<const std::uint16_t> table, const Take& take) {
   IndexRange ranges[kMaxIndexRanges];

@@ -4,7 +4,7 @@
 // Passes look only at patches that changed in the last one. On features one voxel thin W can oppose the
 // surface's normal; a triangle there counts as folded only when it is turned against its undisplaced self as
 // well.
-#include "bake/pipeline/repair_folds.h"
+#include "bake/voxels/repair_folds.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT
+// Worlds of a ground with a region of voxels in it: closed from outside, from inside of a cave and across the
+// region's sides, whatever is missing; queries meet the cave and the ground; shadows are cast by both.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "tests/library/ground_file.h"
+#include "tests/library/host.h"
+
+namespace karst {
+namespace {
+
+using test::Pixels;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr float kMagenta[3] = {1, 0, 1};
+// Voxels are a metre, nodes of size 0 two.
+constexpr glm::ivec3 kExtent{41, 24, 37};
+constexpr int kFirst[2] = {12, 9};
+constexpr int kSamples[2] = {189, 165};
+// A chamber, and a shaft from it up into the open.
+constexpr Vec3 kChamber{20, 6, 18};
+constexpr double kChamberRadius = 4.5;
+constexpr double kShaftRadius = 1.8;
+constexpr double kShaftX = 23;
+
+double ground_height(double x, double z) {
+  return 15 + 3 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
+}
+
+bool in_cave(glm::dvec3 p) {
+  const glm::dvec3 from = p - glm::dvec3(kChamber.x, kChamber.y, kChamber.z);
+  if (glm::length(from) < kChamberRadius) return true;
+  return std::hypot(p.x - kShaftX, p.z - kChamber.z) < kShaftRadius && p.y > kChamber.y;
+}
+
+std::vector<std::byte> region_file() {
+  test::TestWorld voxels(
+      kExtent,
+      [](glm::ivec3 v) {
+        const glm::dvec3 middle = glm::dvec3(v) + 0.5;
+        return middle.y < ground_height(middle.x, middle.z) && !in_cave(middle);
+      },
+      true);
+  voxels.set_heights(3, [](glm::dvec3) { return 0.0; });
+  test::MemoryRegion region{kExtent.x, kExtent.z, kFirst[0], kFirst[1], {}};
+  region.measure.error = 16.0 * core::kStepsPerVoxel;
+  region.measure.reach = core::kStepsPerVoxel * glm::length(glm::dvec3(kExtent));
+  const test::MemoryGround ground(
+      kSamples[0], kSamples[1], 4096, 4096,
+      [](std::int64_t i, std::int64_t k) {
+        const double x = 0.5 + 0.5 * double(i) - 2 * kFirst[0];
+        const double z = 0.5 + 0.5 * double(k) - 2 * kFirst[1];
+        return static_cast<std::int32_t>(ground_height(x, z) * core::kStepsPerVoxel / core::kVertexStep);
+      },
+      region);
+  return test::ground_file(ground, voxels);
+}
+
+class Regions : public test::HostTest {
+ protected:
+  Regions() : HostTest(kWidth, kHeight) {}
+
+  static const std::vector<std::byte>& file() {
+    static const std::vector<std::byte> bytes = region_file();
+    return bytes;
+  }
+  void open_region(Needs needs = {}, GlOptions options = {}) { open(needs, {}, options, file()); }
+  ViewState view(Vec3 eye, Vec3 target, double fov = 60) const {
+    ViewState shown = test::looking(*host_->world, eye, target, kWidth, kHeight);
+    set_perspective(shown, fov, 0.1, 2000);
+    return shown;
+  }
+  // A frame over magenta, without the sky. Pixels that show it.
+  std::size_t holes(const ViewState& view, double work_ms, FrameResult& result) {
+    FrameInput input;
+    input.views = {&view, 1};
+    input.work_ms = work_ms;
+    EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+    picture_.clear(1, kMagenta);
+    Target target;
+    target.viewport = {0, 0, kWidth, kHeight};
+    target.framebuffer = picture_.name();
+    target.sky = false;
+    picture_.bind();
+    EXPECT_TRUE(renderer_->draw(0, target).ok());
+    EXPECT_TRUE(renderer_->end_frame().ok());
+    const Pixels pixels = picture_.read();
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4)
+      count += pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255 ? 1u : 0u;
+    return count;
+  }
+};
+
+TEST_F(Regions, TheWorldSaysWhereItsVoxelsAre) {
+  open_region();
+  const WorldInfo& info = host_->world->info();
+  EXPECT_EQ(info.region_first[0], kFirst[0]);
+  EXPECT_EQ(info.region_first[1], kFirst[1]);
+  EXPECT_EQ(info.region_nodes[0], 20);
+  EXPECT_EQ(info.region_nodes[1], 18);
+  EXPECT_DOUBLE_EQ(info.ground_spacing_m[0], 0.5);
+  EXPECT_NEAR(info.low_m.x, 0.5 - 2 * kFirst[0], 1e-6);
+  const DeviceInfo device = device_info(*renderer_);
+  EXPECT_EQ(device.cpu_bytes, host_->plan.cpu_bytes);
+  EXPECT_EQ(device.gpu_bytes, host_->plan.gpu_bytes);
+}
+
+TEST_F(Regions, QueriesMeetTheCaveInsideAndTheGroundOutside) {
+  Needs needs;
+  needs.queries = 1;
+  open_region(needs);
+  Query* query = nullptr;
+  ASSERT_TRUE(host_->world->take_query(query).ok());
+  const auto surfaces = [&](double x, double z, std::span<Hit> hits) {
+    const std::uint32_t count = query->column(host_->world->from_world({x, 100, z}), Wait::for_file, hits);
+    for (Hit& hit : hits) hit.place = host_->world->to_world(hit.place);
+    return count;
+  };
+  Hit hits[8];
+  // The chamber beside the shaft: the ground, the chamber's ceiling and its floor.
+  EXPECT_EQ(surfaces(kChamber.x - 1, kChamber.z, hits), 3u);
+  EXPECT_NEAR(hits[0].place.y, ground_height(kChamber.x - 1, kChamber.z), 1);
+  EXPECT_NEAR(hits[2].place.y, kChamber.y - kChamberRadius, 1);
+  // Through the shaft: the floor alone.
+  EXPECT_EQ(surfaces(kShaftX, kChamber.z, hits), 1u);
+  EXPECT_LT(hits[0].place.y, kChamber.y);
+  // In the region and far from the cave, and outside: one surface each.
+  for (const auto& [x, z] : {std::pair(4.0, 5.0), std::pair(36.0, 30.0), std::pair(-10.0, 20.0),
+                             std::pair(50.0, 50.0), std::pair(20.0, -10.0)}) {
+    EXPECT_EQ(surfaces(x, z, hits), 1u) << x << ' ' << z;
+    EXPECT_NEAR(hits[0].place.y, ground_height(x, z), 1) << x << ' ' << z;
+  }
+  host_->world->release(query);
+}
+
+TEST_F(Regions, NoPixelLooksThroughWhateverIsMissing) {
+  const char* const wanted = std::getenv("KARST_FRAMES");
+  const int frames = wanted != nullptr ? std::atoi(wanted) / 4 : 150;
+  for (const bool deferred : {false, true}) {
+    for (const std::uint64_t vertex_bytes : {std::uint64_t{0}, std::uint64_t{3} << 19}) {
+      Needs needs;
+      needs.vertex_bytes = vertex_bytes;
+      if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+      GlOptions options;
+      options.shading = deferred ? Shading::deferred : Shading::forward;
+      open_region(needs, options);
+      std::mt19937 random(11);
+      const auto between = [&](double a, double b) {
+        return std::uniform_real_distribution<double>(a, b)(random);
+      };
+      int with_patches = 0;
+      for (int frame = 0; frame < frames; ++frame) {
+        Vec3 eye{between(2, 39), 0, between(2, 35)};
+        Vec3 target;
+        const int kind = frame % 3;
+        const double turn = between(0, 6.28);
+        if (kind == 0) {
+          // In the chamber, away from the shaft.
+          eye = {kChamber.x - 1 + between(-1, 1), kChamber.y - 1 + between(-1, 1),
+                 kChamber.z + between(-1, 1)};
+          target = {eye.x - 4, eye.y - between(0, 3), eye.z + between(-3, 3)};
+        } else if (kind == 1) {
+          // Over the region's sides.
+          const bool west = random() % 2 == 0;
+          eye = {(west ? 0.5 : 40.5) + between(-1, 1), 0, between(2, 35)};
+          eye.y = ground_height(eye.x, eye.z) + std::exp2(between(0, 3));
+          target = {eye.x + between(-1, 1), eye.y - 2, eye.z + between(-1, 1)};
+        } else {
+          // Above all of it, and not far enough for corners to look beyond the ground.
+          eye.y = 19 + std::exp2(between(-1, 4));
+          target = {eye.x + std::cos(turn), eye.y - between(2.5, 4), eye.z + std::sin(turn)};
+        }
+        ViewState shown = view(eye, target, kind == 2 ? 30 : 60);
+        shown.error_px = std::exp2(between(-1, 5));
+        FrameResult result;
+        const double work_ms = frame % 2 == 0 ? 0 : 0.01;
+        ASSERT_EQ(holes(shown, work_ms, result), 0u)
+            << frame << ' ' << deferred << ' ' << vertex_bytes << ": " << eye.x << ' ' << eye.y << ' '
+            << eye.z << " to " << target.x << ' ' << target.y << ' ' << target.z;
+        with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
+      }
+      EXPECT_GT(with_patches, frames / 2);
+      EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+      close();
+    }
+  }
+}
+
+// Far away the ground stands for the region, and no patch is drawn.
+TEST_F(Regions, FarAwayTheGroundStandsForIt) {
+  open_region();
+  const auto patches = [&](double height) {
+    ViewState shown = view({20, height, 18}, {20.1, 0, 18}, 60);
+    set_perspective(shown, 60, 1, 1e6);
+    const FrameResult result = test::draw_frame(*renderer_, picture_, {shown}, 0);
+    EXPECT_TRUE(result.complete);
+    EXPECT_LE(result.error_px[0], shown.error_px);
+    return costs(*renderer_).patches_drawn;
+  };
+  EXPECT_GT(patches(100), 0u);
+  EXPECT_EQ(patches(20000), 0u);
+}
+
+// Under a low sun there are shadows in the region and on the ground around it.
+TEST_F(Regions, BothCastShadows) {
+  const auto picture = [&](std::uint32_t maps) {
+    Needs needs;
+    needs.shadow_maps = maps;
+    needs.shadow_size = 1024;
+    open_region(needs);
+    const ViewState shown = view({20, 60, 18}, {20.1, 0, 18}, 60);
+    FrameInput input;
+    input.views = {&shown, 1};
+    input.work_ms = 0;
+    input.sun.towards = {1, 0.2, 0};
+    FrameResult result;
+    EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+    picture_.clear();
+    Target target;
+    target.viewport = {0, 0, kWidth, kHeight};
+    target.framebuffer = picture_.name();
+    picture_.bind();
+    EXPECT_TRUE(renderer_->draw(0, target).ok());
+    EXPECT_TRUE(renderer_->end_frame().ok());
+    EXPECT_EQ(costs(*renderer_).shadow_triangles > 0, maps > 0);
+    close();
+    return picture_.read();
+  };
+  const Pixels lit = picture(0), shadowed = picture(2);
+  // The region is the middle third of the picture's width, and higher than the picture.
+  const auto dark = [&](int first, int last) {
+    int count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = first; x < last; ++x) count += 4 * lit.at(x, y)[1] > 5 * shadowed.at(x, y)[1] ? 1 : 0;
+    }
+    return count;
+  };
+  const int in_region = dark(kWidth / 3, 2 * kWidth / 3);
+  const int outside = dark(0, kWidth / 5) + dark(4 * kWidth / 5, kWidth);
+  std::printf("%d pixels of the region and %d of the ground are in shadow\n", in_region, outside);
+  EXPECT_GT(in_region, 100);
+  EXPECT_GT(outside, 100);
+}
+
+}  // namespace
+}  // namespace karst
