@@ -104,6 +104,22 @@ Error store_material_format(void* options, const OptionValue& value) {
   return {};
 }
 
+Error store_imagery(void* options, const OptionValue& value) {
+  std::vector<std::string>& files = bake_of(options).imagery.files;
+  for (std::string_view list = value.text;;) {
+    const std::size_t comma = list.find(',');
+    files.emplace_back(list.substr(0, comma));
+    if (files.back().empty()) return wrong(value, "a name is empty");
+    if (comma == std::string_view::npos) return {};
+    list.remove_prefix(comma + 1);
+  }
+}
+
+Error store_image_format(void* options, const OptionValue& value) {
+  bake_of(options).imagery.format = value.integer == 0 ? ImageFormat::etc2_rgba : ImageFormat::rgba8;
+  return {};
+}
+
 Error store_voxel(void* options, const OptionValue& value) {
   bake_of(options).job.voxel_m = value.number;
   return {};
@@ -264,6 +280,24 @@ constexpr OptionRow kMaterialRows[] = {
      .store = store_max_texels},
 };
 
+constexpr OptionRow kImageryRows[] = {
+    {.name = "imagery",
+     .kind = Kind::file,
+     .value = "FILES",
+     .help = "images over the ground as GDAL reads and places them, with commas between; later ones lie over "
+             "earlier ones. One that does not say where it lies is laid over all of the DEM, if it has its "
+             "shape",
+     .store = store_imagery},
+    {.name = "image-format",
+     .kind = Kind::word,
+     .value = "F",
+     .initial = "etc2",
+     .words = "etc2 rgba8",
+     .help = "of their tiles: etc2, half a byte a texel, or one where images do not cover all of the ground; "
+             "rgba8, four",
+     .store = store_image_format},
+};
+
 constexpr OptionRow kRunRows[] = {
     {.name = "threads",
      .kind = Kind::integer,
@@ -283,8 +317,11 @@ constexpr OptionRow kRunRows[] = {
     {.name = "version", .help = "prints the version"},
 };
 
-constexpr OptionGroup kGroups[] = {
-    {"world", kWorldRows}, {"of a DEM", kDemRows}, {"materials", kMaterialRows}, {"run", kRunRows}};
+constexpr OptionGroup kGroups[] = {{"world", kWorldRows},
+                                   {"of a DEM", kDemRows},
+                                   {"materials", kMaterialRows},
+                                   {"imagery", kImageryRows},
+                                   {"run", kRunRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
 Error check_source(const CommandLine& line) {
@@ -305,6 +342,9 @@ Error check_source(const CommandLine& line) {
         return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
+  if (line.has("imagery") && !line.has("ground"))
+    return "--imagery: only over a ground of tiles; give --ground too";
+  if (line.has("image-format") && !line.has("imagery")) return "--image-format: without --imagery";
   if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
   return {};
 }
@@ -327,6 +367,7 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake N46E007.hgt N46E008.hgt -o alps.karst\n"
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
+        "karst-bake dem.tif -o world.karst --ground --imagery region.tif,city.tif\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"};
 
 Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "app/command_line/command_line.h"
+#include "bake/imagery/bake_imagery.h"
 #include "bake/pipeline/bake.h"
 #include "platform/base/error.h"
 
@@ -16,6 +17,7 @@ struct BakeOptions {
   std::string output;
   std::string stats;    // empty: none
   bool ground = false;  // a ground of tiles instead of voxels
+  ImageryOptions imagery;
   bool json = false;
   bool quiet = false;
 };

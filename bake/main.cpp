@@ -26,7 +26,8 @@ using namespace core;
 namespace {
 
 // The files that a bake reads.
-std::vector<app::NamedFile> files_read(const Bake& job) {
+std::vector<app::NamedFile> files_read(const BakeOptions& options) {
+  const Bake& job = options.job;
   std::vector<app::NamedFile> files{{"--carve", job.carve_path}, {"--materials", job.materials.path}};
   for (std::string& file : job.read.files()) {
     const bool named = file == job.read.path;
@@ -35,6 +36,7 @@ std::vector<app::NamedFile> files_read(const Bake& job) {
   for (std::string& image : material_images(job.materials)) {
     files.push_back({"an image of --materials", std::move(image)});
   }
+  for (const std::string& image : options.imagery.files) files.push_back({"--imagery", image});
   return files;
 }
 
@@ -53,7 +55,7 @@ Error tell(const BakeOptions& options, const std::string& json, const std::strin
 
 Error run(const BakeOptions& options) {
   const app::NamedFile outputs[] = {{"--output", options.output}, {"--stats", options.stats}};
-  if (Error error = app::check_outputs_apart(outputs, files_read(options.job)); !error.ok()) return error;
+  if (Error error = app::check_outputs_apart(outputs, files_read(options)); !error.ok()) return error;
   // Before any work: a bake that cannot be written is a minute lost.
   if (Error error = app::check_writable(options.output); !error.ok()) return error;
   if (!options.stats.empty()) {
@@ -62,10 +64,15 @@ Error run(const BakeOptions& options) {
 
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<app::Progress> bar;
+  std::string_view shown;  // the bar's stage
   ReportProgress progress;
   if (!options.quiet) {
-    progress = [&bar](const char* stage, std::uint64_t done, std::uint64_t total) {
-      if (bar == nullptr) bar = std::make_unique<app::Progress>(stage, total);
+    progress = [&bar, &shown](const char* stage, std::uint64_t done, std::uint64_t total) {
+      if (shown != stage) {
+        if (bar != nullptr) bar->finish();
+        bar = std::make_unique<app::Progress>(stage, total);
+        shown = stage;
+      }
       bar->update(done);
     };
   }
@@ -75,7 +82,7 @@ Error run(const BakeOptions& options) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
   if (options.ground) {
-    const BakeGround ground{options.job, options.output};
+    const BakeGround ground{options.job, options.output, options.imagery};
     BakeGround::Report report;
     const Error failed = ground.run(report, progress);
     const double seconds = ended(failed, report.warnings);

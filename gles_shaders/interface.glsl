@@ -20,7 +20,9 @@
 #define KARST_UNIT_NEAR_TEXTURES 8
 #define KARST_UNIT_GEOMETRY 9
 #define KARST_UNIT_BLEND_MAP 10
-#define KARST_UNITS 11
+#define KARST_UNIT_IMAGE_TILES 11
+#define KARST_UNIT_IMAGE_TABLE 12
+#define KARST_UNITS 13
 
 // Binding points of the uniform blocks, from the first that a host gives.
 #define KARST_BINDING_FRAME 0
@@ -112,6 +114,15 @@
 #define KARST_SUN_GRAZES -0.05
 #define KARST_SUN_SHINES 0.15
 
+// Image tiles, terrain/imagery: texels a side without and of their border; tiles a side of a window of the
+// table, and bits of an entry that hold the layer.
+#define KARST_IMAGE_INSIDE 240.0
+#define KARST_IMAGE_BORDER 8.0
+#define KARST_IMAGE_WINDOW 32
+#define KARST_IMAGE_LAYER_BITS 10
+// Levels of detail that a texel is coarser than a pixel, from which on materials add all of their detail.
+#define KARST_IMAGE_FADE 2.0
+
 // Texels at the sides of a shadow map in which nothing is looked up.
 #define KARST_SHADOW_BORDER 4.0
 
@@ -183,6 +194,11 @@ KARST_BLOCK(FrameBlock) {
   // x: depth along the ray, voxels, a clip w; y: the far plane's depth; depth is ndc z * z + w
   vec4 screen_scale;
   vec4 screen_depth;  // clip z is the dot product of xyz with from_eye, plus w
+  // Imagery, ImagePlace of terrain/imagery/image_view.h.
+  ivec4 image_centre;  // xy: the tile of size 0 that windows lie around
+  ivec4 image_sizes;   // x: the least, y: the greatest; z: the view's place in the table
+  vec4 image_eye;      // xy: the eye from the centre's corner, tiles of size 0
+  vec4 image_scale;    // of size 0: xy: tiles a voxel, z: texels a voxel
   // Point lights, terrain/shading/materials.h.
   vec4 light_scale;        // x: number of lights, y: 1 where caves keep the sun out without shadow maps
   vec4 light_place[KARST_MOST_LIGHTS];   // xyz: from the eye, w: reach; voxels

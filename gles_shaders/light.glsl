@@ -6,7 +6,7 @@
 //
 // Macros leave out what no patch of a frame needs (terrain/shading/shading.h): KARST_BLEND (more than one
 // material), KARST_CAVE (some lie under rock), KARST_LAMPS (and lamps of the world light some),
-// KARST_SHADOWS (shadow maps).
+// KARST_SHADOWS (shadow maps). The renderer defines KARST_IMAGERY where the world has images.
 // KARST_SHOW_LOOKUPS counts lookups, of pixels and not of vertices.
 #ifdef KARST_SHOW_LOOKUPS
 int lookups = 0;
@@ -15,6 +15,9 @@ int lookups = 0;
 #define KARST_COUNT_LOOKUPS(n)
 #endif
 #include "materials.glsl"
+#ifdef KARST_IMAGERY
+#include "imagery.glsl"
+#endif
 #include "sky_visibility.glsl"
 #ifdef KARST_CAVE
 #include "point_lights.glsl"
@@ -102,6 +105,15 @@ vec3 light_from(Point point) {
   Surface ground = blended_surface(choice, at, normal);
 #else
   Surface ground = surface_of(point.material, at, normal);
+#endif
+#ifdef KARST_IMAGERY
+#ifdef KARST_BLEND
+  KARST_MEDIUM vec3 average =
+      mix(material_average[choice.first].rgb, material_average[choice.second].rgb, choice.share);
+#else
+  KARST_MEDIUM vec3 average = material_average[point.material].rgb;
+#endif
+  lay_image(ground, average, point.from_eye, footprint.voxels, normal.y, cave);
 #endif
 
   // The normal turns against the gradient along the surface.

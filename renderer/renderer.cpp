@@ -94,6 +94,7 @@ Status Renderer::create_objects() {
                                  .deferred = settings_.deferred(),
                                  .water = settings_.water,
                                  .blend_map = settings_.blend_width > 0,
+                                 .imagery = settings_.image_layers > 0,
                                  .edges = settings_.smooth_edges,
                                  .share_depth = settings_.share_depth,
                                  .shadows = settings_.cascades > 0,
@@ -200,6 +201,16 @@ Status Renderer::upload_textures(TextureArray array, int level, int first_layer,
 
 Status Renderer::upload_rim(std::span<const glm::ivec3> rim, std::int32_t plain_steps) {
   return core::upload_rim(device_, settings_, rim, plain_steps, rim_vertices_);
+}
+
+Status Renderer::upload_image(std::uint32_t layer, std::span<const std::byte> texels) {
+  counts_.uploaded_bytes += texels.size();
+  return core::upload_image(device_, settings_, layer, texels);
+}
+
+Status Renderer::upload_image_table(std::uint32_t view, int size, std::span<const std::uint16_t> part) {
+  counts_.uploaded_bytes += part.size_bytes();
+  return core::upload_image_table(device_, settings_, view, size, part);
 }
 
 Status Renderer::upload_sky(const SkyVisibility& sky) {
@@ -344,7 +355,7 @@ void Renderer::reset_state(bool unbind) const {
 
 FrameCounts Renderer::end_frame() {
   fences_.end_frame(device_.gl);
-  counts_.uploaded_bytes = pages_.take_uploaded_bytes();
+  counts_.uploaded_bytes += pages_.take_uploaded_bytes();
   return std::exchange(counts_, {});
 }
 

@@ -93,6 +93,11 @@ class Renderer {
   Status upload_textures(TextureArray array, int level, int first_layer, int layers,
                          std::span<const std::byte> bytes);
 
+  // Texels of an image tile, both levels, to a layer; and a part of a view's table of tiles
+  // (terrain/imagery/image_view.h). invalid_argument naming what does not fit.
+  Status upload_image(std::uint32_t layer, std::span<const std::byte> texels);
+  Status upload_image_table(std::uint32_t view, int size, std::span<const std::uint16_t> part);
+
   // Rows [first, first + rows) of the blend map, and, after the last of them, its coarser levels. Where there
   // is none, there are no rows. invalid_argument ("rows", "bytes").
   Status upload_blend_rows(std::uint32_t first, std::uint32_t rows, std::span<const std::byte> bytes);

@@ -20,6 +20,10 @@ std::string format_mebibytes(std::uint64_t bytes) {
 
 constexpr unsigned kRedOfLookup = 12;  // Show::lookups
 
+// Decoded bytes of a drape, whatever its length, and for each byte of it.
+constexpr std::uint64_t kFreeDrapeBytes = 32u << 20;
+constexpr std::uint64_t kDrapeBytesAByte = 64;
+
 // Adds the time since `start` to `total` and starts anew.
 void lap(std::int64_t& start, double& total) {
   const std::int64_t now = now_ns();
@@ -76,11 +80,18 @@ Error Stage::load_drape() {
   WholeFile file;
   if (Error error = file.open(scene_.drape, WholeFile::kMostBytes); !error.ok()) return error;
   constexpr int kMostPixels = 16'384;
-  // Half: the pixels are held for a lost context, and the GPU takes more than as much.
-  if (const Error error = decode_png(file.bytes(), kMostPixels, scene_.max_memory / 2, drape_); !error.ok()) {
-    return scene_.drape + ": " + error.text() + "; --max-memory is " + format_mebibytes(scene_.max_memory);
-  }
-  return {};
+  // The pixels are held for a lost context, and the GPU takes a third more than as much.
+  const std::uint64_t most = scene_.max_memory / 7 * 3;
+  // Pictures hold a pixel in a few bits. More, of one colour or made to take memory, is for who asks for it.
+  const std::uint64_t usual = std::max(kFreeDrapeBytes, kDrapeBytesAByte * file.bytes().size());
+  const bool is_asked_for = scene_.max_memory > SceneArguments().max_memory;
+  const std::uint64_t allowed = is_asked_for ? most : std::min(most, usual);
+  const Error error = decode_png(file.bytes(), kMostPixels, allowed, drape_);
+  if (error.ok()) return {};
+  const std::string why = allowed < most ? "; its " + std::to_string(file.bytes().size()) +
+                                               " bytes hold few; --max-memory above 512 takes it"
+                                         : "; --max-memory is " + format_mebibytes(scene_.max_memory);
+  return scene_.drape + ": " + error.text() + why;
 }
 
 std::uint64_t Stage::target_bytes() const {

@@ -62,6 +62,14 @@ struct ReadElevation {
   std::vector<std::string> files() const;
 };
 
+// Where samples lie: row 0 is the north, column 0 the west, and the middle of sample (0, 0) is at west +
+// step_x / 2, north - step_z / 2 in units of crs.
+struct SamplePlace {
+  bool known = false;
+  double west = 0, north = 0, step_x = 1, step_z = 1;
+  std::string crs;  // WKT; empty: none
+};
+
 // The same, some rows at a time, for elevation that is larger than memory.
 class ElevationRows {
  public:
@@ -85,7 +93,10 @@ class ElevationRows {
   int rows_at_once() const;
   // Known when rows have been read: no heights, and what they may be read wrongly by.
   const Elevation& facts() const;
-  double unit_m() const;  // heights are whole multiples of it; 0: not known
+  double unit_m() const;             // heights are whole multiples of it; 0: not known
+  std::uint64_t file_bytes() const;  // of all that the files are made of
+  // After open().
+  SamplePlace place() const;
 
  private:
   struct State;

@@ -26,6 +26,9 @@ constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleS
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
+// Of rows in memory: whatever the files' length, and for each of their bytes.
+constexpr std::uint64_t kFreeBytes = 96u << 20;
+constexpr std::uint64_t kBytesAByte = 64;
 // Steps of heights that are told of: of all heights together, and of the way between samples.
 constexpr double kMostOfRelief = 0.01, kMostOfSpacing = 0.05;
 
@@ -68,7 +71,9 @@ class GroundBaker {
         report_(report),
         progress_(progress),
         rows_(job_.read, job_.water_m),
-        region_(job_, progress) {}
+        region_(job_, progress),
+        images_(job.imagery),
+        imagery_(images_, job_.threads) {}
 
   Error run() {
     materials_.options = job_.materials;
@@ -85,6 +90,8 @@ class GroundBaker {
     report_.region = region_.report();
     if (Error error = write_tiles(); !error.ok()) return error;
     report_.seconds_tiles = seconds_since(start);
+    report_.bytes_tiles = report_.ground.tile_bytes;
+    if (Error error = write_imagery(); !error.ok()) return error;
     start = std::chrono::steady_clock::now();
     if (Error error = write_head(); !error.ok()) return error;
     report_.seconds_materials = seconds_since(start);
@@ -99,7 +106,9 @@ class GroundBaker {
     double base_m = region_.exists() ? region_.grid().origin_m.y : 0;
     for (;;) {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
+      if (Error error = check_memory(); !error.ok()) return error;
       if (Error error = outline(); !error.ok()) return error;
+      if (Error error = open_imagery(); !error.ok()) return error;
       if (Error error = file_.open(output_); !error.ok()) return error;
       Outcome outcome = Outcome::done;
       double offending_m = 0;
@@ -183,6 +192,21 @@ class GroundBaker {
            "; try a smaller --voxel";
   }
 
+  // Some rows of all sizes are in memory. Of a file that is much shorter they are of one height, or made to
+  // take memory.
+  Error check_memory() const {
+    const std::uint64_t bytes = GroundPyramid::bytes_for(info_);
+    const std::uint64_t samples =
+        static_cast<std::uint64_t>(info_.samples[0]) * static_cast<std::uint64_t>(info_.samples[1]);
+    const bool is_allowed =
+        job_.read.max_samples > 0 && samples <= static_cast<std::uint64_t>(job_.read.max_samples);
+    if (is_allowed || bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes())) return {};
+    return job_.read.path + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
+           std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
+           std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
+           std::to_string(samples) + " all of them";
+  }
+
   // Which sections there will be.
   Error outline() {
     materials_.heights = {0.0f, 1.0f};
@@ -192,8 +216,39 @@ class GroundBaker {
     writer_.materials = outlined.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
+    return {};
+  }
+
+  Error open_imagery() {
+    if (!images_.files.empty()) {
+      const SamplePlace place = rows_.place();
+      const GroundGrid grid{{info_.samples[0], info_.samples[1]},
+                            place.known,
+                            place.west,
+                            place.north,
+                            place.step_x,
+                            place.step_z,
+                            place.crs};
+      if (Error error = imagery_.open(grid, info_, report_.imagery); !error.ok()) return error;
+      writer_.ground.imagery = report_.imagery.info;
+    }
     begin_ = writer_.tiles_begin();
     return {};
+  }
+
+  // Behind the tiles of the ground.
+  Error write_imagery() {
+    if (images_.files.empty()) return {};
+    Error unwritten;
+    WorldGround& ground = report_.ground;
+    const auto append = [&](std::span<const std::byte> bytes) {
+      unwritten = file_.write(begin_ + ground.tile_bytes, bytes);
+      return unwritten.ok();
+    };
+    if (Error error = imagery_.run(ground, append, progress_, report_.imagery); !error.ok()) return error;
+    const std::vector<std::string>& more = report_.imagery.warnings;
+    report_.warnings.insert(report_.warnings.end(), more.begin(), more.end());
+    return unwritten;
   }
 
   Surroundings surroundings() const {
@@ -336,6 +391,8 @@ class GroundBaker {
   GroundInfo info_;
   WorldWriter writer_;
   std::uint64_t begin_ = 0;  // of tiles in the file
+  const ImageryOptions& images_;
+  BakeImagery imagery_;
   app::AtomicFile file_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/ground/region_baker.h"
+#include "bake/imagery/bake_imagery.h"
 #include "bake/materials/bake_materials.h"
 #include "bake/pipeline/bake.h"
 #include "platform/base/error.h"
@@ -19,6 +20,7 @@ struct BakeGround {
   // What concerns the elevation, water, shapes, voxels of a region, materials and threads.
   const Bake& job;
   std::string output;  // of the world file; written whole or not at all
+  ImageryOptions imagery = {};
 
   struct Report {
     int width = 0, height = 0;
@@ -30,12 +32,14 @@ struct BakeGround {
     WorldInfo info;
     WorldGround ground;
     std::uint64_t tiles = 0;
-    std::uint64_t bytes = 0;       // of the file
-    std::size_t sunk_samples = 0;  // by SinkSea
-    int attempts = 1;              // the first one with the finest steps
+    std::uint64_t bytes_tiles = 0;  // of them, without imagery
+    std::uint64_t bytes = 0;        // of the file
+    std::size_t sunk_samples = 0;   // by SinkSea
+    int attempts = 1;               // the first one with the finest steps
     BakedMaterials materials;
     RegionBaker::Report region;                       // of a world with one
     std::uint64_t region_bytes = 0;                   // of the file; 0: there is none
+    BakeImagery::Report imagery;                      // of no files: there is none
     double seconds_materials = 0, seconds_tiles = 0;  // tiles: with reading
   };
   Error run(Report& report, const ReportProgress& progress) const;

@@ -36,12 +36,15 @@ struct GroundPyramid::Workers {
   struct Worker {
     tiles::TileEncoder encoder;
     Tile tile;
+    std::vector<std::byte> bytes;
   };
   std::vector<std::unique_ptr<Worker>> all;
 };
 
 struct GroundPyramid::Level {
   std::int64_t nodes[2], quads[2], tiles[2];
+  // Rows that are kept: all, where there are few.
+  std::int64_t kept_heights = 0, kept_quads = 0, kept_nodes = 0;
   std::int64_t wide = 0;                                     // vertices in a row
   std::int64_t last_row = 0;                                 // of vertices; those beyond are like it
   std::int64_t row_count = 0;                                // that are there
@@ -50,7 +53,7 @@ struct GroundPyramid::Level {
   std::vector<std::int32_t> quad_low, quad_high;
   // Coarser sizes look at low, high, below and above alone; the rest is gathered when its row is measured.
   std::vector<float> quad_parts[8];
-  static constexpr std::size_t kKeptParts = 2;
+  static constexpr std::int64_t kKeptParts = 2;
   std::vector<std::int32_t> node_low, node_high;
   std::vector<float> node_parts[6];
   std::vector<std::uint16_t> thresholds;
@@ -64,15 +67,27 @@ struct GroundPyramid::Level {
     }
     wide = kNodeQuads * nodes[0] + 1;
     last_row = quads[1];
+    kept_heights = std::min(kHeightRows, quads[1] + 1);
+    kept_quads = std::min(kQuadRows, quads[1]);
+    kept_nodes = std::min(kNodeRows, nodes[1]);
+  }
+  std::size_t bytes() const {
+    const std::int64_t a_column =
+        4 * kept_heights + (4 + 4 + 4 * kKeptParts) * kept_quads + 4 * (std::ssize(quad_parts) - kKeptParts);
+    const std::int64_t a_node =
+        (4 + 4 + 4 * std::ssize(node_parts) + 2 * std::int64_t{kDemands}) * kept_nodes;
+    return static_cast<std::size_t>(a_column * wide + a_node * nodes[0]);
+  }
+  void take() {
     const auto room = [](std::int64_t rows, std::int64_t values) {
       return static_cast<std::size_t>(rows * values);
     };
-    heights.resize(room(kHeightRows, wide));
-    quad_low.resize(room(kQuadRows, wide - 1));
+    heights.resize(room(kept_heights, wide));
+    quad_low.resize(room(kept_quads, wide - 1));
     quad_high.resize(quad_low.size());
     for (std::size_t n = 0; n < std::size(quad_parts); ++n)
-      quad_parts[n].resize(room(n < kKeptParts ? kQuadRows : 1, wide - 1));
-    node_low.resize(room(kNodeRows, nodes[0]));
+      quad_parts[n].resize(room(static_cast<std::int64_t>(n) < kKeptParts ? kept_quads : 1, wide - 1));
+    node_low.resize(room(kept_nodes, nodes[0]));
     node_high.resize(node_low.size());
     for (std::vector<float>& part : node_parts) part.resize(node_low.size());
     thresholds.resize(node_low.size() * kDemands);
@@ -82,18 +97,18 @@ struct GroundPyramid::Level {
   bool has_row(std::int64_t k) const { return std::min(k, last_row) < row_count; }
   std::span<const std::int32_t> row(std::int64_t k) const {
     k = std::clamp<std::int64_t>(k, 0, last_row);
-    KARST_ASSERT(k < row_count && k >= row_count - kHeightRows);
-    return std::span(heights).subspan(static_cast<std::size_t>(k % kHeightRows * wide),
+    KARST_ASSERT(k < row_count && k >= row_count - kept_heights);
+    return std::span(heights).subspan(static_cast<std::size_t>(k % kept_heights * wide),
                                       static_cast<std::size_t>(wide));
   }
   QuadRow quad_row(std::int64_t k) {
     const std::int64_t count = wide - 1;
     const auto part = [&](std::size_t n) {
-      return row_of(quad_parts[n], k, n < kKeptParts ? kQuadRows : 1, count);
+      return row_of(quad_parts[n], k, static_cast<std::int64_t>(n) < kKeptParts ? kept_quads : 1, count);
     };
     QuadRow out;
-    out.low = row_of(quad_low, k, kQuadRows, count);
-    out.high = row_of(quad_high, k, kQuadRows, count);
+    out.low = row_of(quad_low, k, kept_quads, count);
+    out.high = row_of(quad_high, k, kept_quads, count);
     out.below = part(0);
     out.above = part(1);
     out.most = part(2);
@@ -102,14 +117,14 @@ struct GroundPyramid::Level {
     return out;
   }
   NodeRow node_row(std::int64_t z) {
-    const auto part = [&](std::size_t n) { return row_of(node_parts[n], z, kNodeRows, nodes[0]); };
+    const auto part = [&](std::size_t n) { return row_of(node_parts[n], z, kept_nodes, nodes[0]); };
     NodeRow out;
-    out.low = row_of(node_low, z, kNodeRows, nodes[0]);
-    out.high = row_of(node_high, z, kNodeRows, nodes[0]);
+    out.low = row_of(node_low, z, kept_nodes, nodes[0]);
+    out.high = row_of(node_high, z, kept_nodes, nodes[0]);
     out.most = part(0);
     out.border = {part(1), part(2), part(3), part(4)};
     out.tall = part(5);
-    out.thresholds = row_of(thresholds, z, kNodeRows, nodes[0] * kDemands);
+    out.thresholds = row_of(thresholds, z, kept_nodes, nodes[0] * kDemands);
     return out;
   }
   TilePlace& place(std::int64_t x, std::int64_t z) {
@@ -125,11 +140,20 @@ GroundPyramid::GroundPyramid(const GroundInfo& info, const RegionMeasure& region
       write_(std::move(write)),
       workers_(std::make_unique<Workers>()) {
   ground_.info = info;
-  for (int size = 0; size <= info.top_size(); ++size) levels_.push_back(std::make_unique<Level>(info, size));
+  for (int size = 0; size <= info.top_size(); ++size) {
+    levels_.push_back(std::make_unique<Level>(info, size));
+    levels_.back()->take();
+  }
   for (int n = 0; n < threads; ++n) workers_->all.push_back(std::make_unique<Workers::Worker>());
 }
 
 GroundPyramid::~GroundPyramid() = default;
+
+std::uint64_t GroundPyramid::bytes_for(const GroundInfo& info) {
+  std::uint64_t bytes = 0;
+  for (int size = 0; size <= info.top_size(); ++size) bytes += Level(info, size).bytes();
+  return bytes;
+}
 
 std::uint64_t GroundPyramid::tiles_of_size(int size) const {
   const Level& level = *levels_[static_cast<std::size_t>(size)];
@@ -148,7 +172,8 @@ GroundPyramid::Outcome GroundPyramid::push(std::span<const std::int32_t> samples
     const std::int64_t unit = std::int64_t{1} << size;
     if (rows_ % unit != 0 && !is_last) break;
     Level& level = *levels_[static_cast<std::size_t>(size)];
-    const std::span<std::int32_t> row = row_of(level.heights, level.row_count, kHeightRows, level.wide);
+    const std::span<std::int32_t> row =
+        row_of(level.heights, level.row_count, level.kept_heights, level.wide);
     for (std::int64_t i = 0; i < level.wide; ++i) {
       row[static_cast<std::size_t>(i)] =
           samples[static_cast<std::size_t>(sample_of(info.samples[0], size, i))];
@@ -342,7 +367,8 @@ GroundPyramid::Outcome GroundPyramid::write_tiles_of(int size, bool& wrote) {
       const NodeKey key{size, static_cast<int>(x), static_cast<int>(z)};
       fill_tile(key, own.tile);
       if (!fits(ground_.info, key, own.tile)) too_steep = true;
-      own.encoder.run(key, ground_.info, own.tile, quantum_, bytes[x]);
+      own.encoder.run(key, ground_.info, own.tile, quantum_, own.bytes);
+      bytes[x].assign(own.bytes.begin(), own.bytes.end());  // of its length: a row of tiles waits
       TilePlace& place = level.place(static_cast<std::int64_t>(x), z);
       place.bytes = static_cast<std::uint32_t>(bytes[x].size());
       place.crc = crc32c(bytes[x]);

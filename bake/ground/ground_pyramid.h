@@ -28,6 +28,9 @@ class GroundPyramid {
   GroundPyramid& operator=(const GroundPyramid&) = delete;
   ~GroundPyramid();
 
+  // That it takes for rows, without what threads take.
+  static std::uint64_t bytes_for(const GroundInfo& info);
+
   enum class Outcome : std::uint8_t {
     ok,
     too_steep,  // a node's heights are too far apart for its page: steps have to be longer

@@ -9,13 +9,62 @@ namespace karst::bake {
 namespace {
 
 double bits_a_sample(const BakeGround::Report& report) {
-  return 8.0 * static_cast<double>(report.ground.tile_bytes) /
+  return 8.0 * static_cast<double>(report.bytes_tiles) /
          (static_cast<double>(report.width) * static_cast<double>(report.height));
 }
 
 double void_share(const BakeGround::Report& report) {
   return static_cast<double>(report.voids) /
          (static_cast<double>(report.width) * static_cast<double>(report.height));
+}
+
+const char* name_of(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::none:
+      return "none";
+    case ImageFormat::etc2_rgb:
+      return "etc2";
+    case ImageFormat::etc2_rgba:
+      return "etc2 with alpha";
+    case ImageFormat::rgba8:
+      return "rgba8";
+  }
+  return "";
+}
+
+void print_imagery(const BakeGround::Report& report, std::string& out) {
+  const BakeImagery::Report& imagery = report.imagery;
+  if (!imagery.info.exists()) return;
+  for (const ImageFacts& image : imagery.images) {
+    print(out, "image         %s, %d x %d pixels of %.6g samples\n", image.kind.c_str(), image.width,
+          image.height, image.pixel_samples);
+  }
+  print(out, "imagery       %llu tiles, %llu bytes, %s, texels of %.6g samples or more, ",
+        number(imagery.tiles), number(imagery.bytes), name_of(imagery.info.format), imagery.texel_samples);
+  if (imagery.error.squares > 0) {
+    print(out, "PSNR %.2f dB, in %.2f s\n", imagery.error.psnr_db(), imagery.seconds);
+  } else {
+    print(out, "no loss, in %.2f s\n", imagery.seconds);
+  }
+}
+
+void put_imagery(const BakeGround::Report& report, app::JsonWriter& json) {
+  const BakeImagery::Report& imagery = report.imagery;
+  json.key("imagery");
+  if (!imagery.info.exists()) {
+    json.null();
+    return;
+  }
+  json.begin_object().field("format", name_of(imagery.info.format));
+  json.field("tiles", imagery.tiles).field("bytes", imagery.bytes);
+  json.field("least_size", imagery.info.least_size).field("texel_samples", imagery.texel_samples);
+  json.key("psnr_db");
+  if (imagery.error.squares > 0) {
+    json.value(imagery.error.psnr_db());
+  } else {
+    json.null();
+  }
+  json.end_object();
 }
 
 }  // namespace
@@ -29,7 +78,7 @@ std::string ground_report_text(const BakeGround::Report& report, double seconds)
   print(out, "heights       %.6g to %.6g m, over %.6g x %.6g m\n", report.lowest_m, report.highest_m,
         report.spacing_x_m * (report.width - 1), report.spacing_z_m * (report.height - 1));
   print(out, "ground        %llu tiles of %d sizes, %llu bytes, %.3f bits a sample\n", number(report.tiles),
-        ground.top_size() + 1, number(report.ground.tile_bytes), bits_a_sample(report));
+        ground.top_size() + 1, number(report.bytes_tiles), bits_a_sample(report));
   print(out, "quantisation  %.6g m\n", report.info.voxel_size_m * kVertexStep / kStepsPerVoxel);
   if (report.attempts > 1)
     print(out, "lattice       %.6g steps a sample, after %d attempts\n",
@@ -47,6 +96,7 @@ std::string ground_report_text(const BakeGround::Report& report, double seconds)
   if (report.region.unmet > 0)
     print(out, "shapes        %zu of %zu do not meet the ground and are left out\n", report.region.unmet,
           report.region.shapes);
+  print_imagery(report, out);
   const MaterialSet& set = report.materials.set;
   for (std::uint32_t k = 0; k < set.count; ++k)
     print(out, "%s%s", k == 0 ? "materials     " : ", ", set.materials[k].name);
@@ -76,7 +126,7 @@ std::string ground_report_json(const BakeGround& job, const BakeGround::Report& 
   json.key("ground").begin_object();
   json.key("steps").begin_array().value(ground.steps[0]).value(ground.steps[1]).end_array();
   json.field("sizes", ground.top_size() + 1).field("tiles", report.tiles);
-  json.field("bytes", report.ground.tile_bytes).field("bits_a_sample", bits_a_sample(report));
+  json.field("bytes", report.bytes_tiles).field("bits_a_sample", bits_a_sample(report));
   json.field("attempts", report.attempts);
   json.field("samples_sunk", std::uint64_t{report.sunk_samples}).end_object();
   if (report.region_bytes > 0) {
@@ -92,10 +142,12 @@ std::string ground_report_json(const BakeGround& job, const BakeGround::Report& 
     json.field("carve_shapes", std::uint64_t{report.region.shapes});
     json.field("carve_shapes_unmet", std::uint64_t{report.region.unmet});
   }
+  put_imagery(report, json);
   json.field("quantisation_m", report.info.voxel_size_m * kVertexStep / kStepsPerVoxel);
   json.field("bytes", report.bytes).field("seconds", seconds);
   json.key("stage_seconds").begin_object();
-  json.field("tiles", report.seconds_tiles).field("materials", report.seconds_materials).end_object();
+  json.field("tiles", report.seconds_tiles).field("materials", report.seconds_materials);
+  json.field("imagery", report.imagery.seconds).end_object();
   json.end_object();
   return json.text();
 }

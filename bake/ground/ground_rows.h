@@ -27,6 +27,8 @@ class GroundRows {
   int width() const { return rows_.width(); }
   int height() const { return rows_.height(); }
   double unit_m() const { return rows_.unit_m(); }
+  std::uint64_t file_bytes() const { return rows_.file_bytes(); }
+  SamplePlace place() const { return rows_.place(); }
   bool is_held() const { return std::int64_t{width()} * height() <= kMostHeld; }
 
   // Calls take(row), which returns whether to go on, for each. May be called again.

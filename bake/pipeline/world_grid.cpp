@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 #include <string>
 
 namespace karst::bake {
@@ -37,6 +38,8 @@ struct Needs {
     if (!(z <= kMostVoxels)) return 'z';
     return y <= kMostVoxels - 1 ? 0 : 'y';  // the layer above is air
   }
+  bool too_narrow() const { return x < 2 || z < 2; }
+  bool fits() const { return too_long() == 0 && !too_narrow(); }
 };
 
 std::string number(double value, const char* format) {
@@ -57,6 +60,14 @@ std::string voxel_that_fits(const Box& content_m, double voxel_m) {
   return number(tried, "%.3g");
 }
 
+// Words that end an error: the first of these sizes that can be taken.
+std::string advice(const Box& content_m, std::initializer_list<std::string> voxels) {
+  for (const std::string& text : voxels) {
+    if (Needs(content_m, std::strtod(text.c_str(), nullptr)).fits()) return "; try --voxel " + text;
+  }
+  return "; no size fits sides that differ so much: --crop takes a part of a DEM, --ground all of it";
+}
+
 }  // namespace
 
 Error WorldGrid::around(const Box& content_m, double voxel_m, WorldGrid& grid) {
@@ -64,15 +75,15 @@ Error WorldGrid::around(const Box& content_m, double voxel_m, WorldGrid& grid) {
   if (const char axis = needs.too_long(); axis != 0) {
     const double voxels = axis == 'x' ? needs.x : axis == 'z' ? needs.z : needs.y;
     return "--voxel: voxels of " + number(voxel_m, "%.6g") + " m are " + number(voxels, "%.0f") + " along " +
-           axis + ", and the most is " + (axis == 'y' ? "511" : "512") + "; try --voxel " +
-           voxel_that_fits(content_m, voxel_m);
+           axis + ", and the most is " + (axis == 'y' ? "511" : "512") +
+           advice(content_m, {voxel_that_fits(content_m, voxel_m)});
   }
   grid = {};
   grid.voxel_m = voxel_m;
-  if (needs.x < 2 || needs.z < 2) {
-    const glm::dvec3 size = content_m.max - content_m.min;
-    return "--voxel: a voxel of " + number(voxel_m, "%.6g") + " m is wider than the world; try --voxel " +
-           number(0.5 * std::min(size.x, size.z), "%.3g") + " or less";
+  if (needs.too_narrow()) {
+    const double side = std::min(content_m.max.x - content_m.min.x, content_m.max.z - content_m.min.z);
+    return "--voxel: a voxel of " + number(voxel_m, "%.6g") + " m is wider than the world" +
+           advice(content_m, {number(0.5 * side, "%.3g"), number(0.99 * side, "%.6g")});
   }
   grid.extent = {static_cast<int>(needs.x), static_cast<int>(needs.y), static_cast<int>(needs.z)};
   const glm::dvec3 middle = 0.5 * (content_m.min + content_m.max);

@@ -5,13 +5,12 @@
 #include "bake/rasters/checks/file_check.h"
 #include "bake/rasters/checks/height_unit.h"
 #include "bake/rasters/checks/mosaic_parts.h"
+#include "bake/rasters/gdal/gdal_session.h"
 #include "bake/rasters/ground_size.h"
 #include "bake/rasters/mosaic_check.h"
 #include "bake/rasters/sample_sink.h"
 
 #include <cpl_conv.h>
-#include <cpl_error.h>
-#include <cpl_http.h>
 #include <cpl_string.h>
 #include <gdal.h>
 #include <gdal_frmts.h>
@@ -39,104 +38,7 @@ constexpr std::uint64_t kMostUnpacked = 64;  // bytes of a large block a byte of
 constexpr std::uint64_t kCacheBytes = 32u << 20;
 constexpr std::uint64_t kBandBytes = 16u << 20;  // of rows that are read together, as doubles
 constexpr int kBandRows = 64;
-constexpr std::size_t kMostMessages = 3;
-constexpr int kMostHandlers = 1'000;
 constexpr std::size_t kEnviHeaderBytes = 1 << 16;  // that are looked at; most have a few hundred
-
-CPLHTTPResult* fetch_nothing(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*,
-                             void*) {
-  return nullptr;
-}
-
-// GDAL reads what these drivers read, from files, by one thread.
-void prepare_gdal() {
-  static bool prepared = false;
-  if (std::exchange(prepared, true)) return;
-  GDALRegister_GTiff();
-  GDALRegister_VRT();
-  GDALRegister_PNG();
-  GDALRegister_HFA();
-  GDALRegister_JP2OpenJPEG();
-  GDALRegister_DTED();
-  GDALRegister_SRTMHGT();
-  GDALRegister_AAIGrid();
-  GDALRegister_USGSDEM();
-  // Last: they take whatever has a .hdr beside it.
-  GDALRegister_EHdr();
-  GDALRegister_ENVI();
-  CPLSetConfigOption("GDAL_NUM_THREADS", "1");
-  CPLSetConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE");  // asks for neighbours by name
-  CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");
-  CPLSetConfigOption("GDAL_PAM_ENABLED", "YES");
-  CPLSetConfigOption("GTIFF_REPORT_COMPD_CS", "YES");  // the vertical part of all GeoTIFFs, not of 1.1 alone
-  OSRSetPROJEnableNetwork(0);
-  CPLHTTPSetFetchCallback(fetch_nothing, nullptr);
-}
-
-// What GDAL says of a file. One for the process: drivers that fail can leave handlers behind that they have
-// pushed over ours.
-class Messages {
- public:
-  static Messages& of_process() {
-    static Messages messages;
-    return messages;
-  }
-
-  // name: of the file, as GDAL gets it. What messages say of it is left out.
-  void start(const std::string& name) {
-    failures_.clear();
-    warnings_.clear();
-    names_[0] = name + ": ";
-    names_[1] = name.substr(name.find_last_of('/') + 1) + ": ";
-    names_[2] = name;
-    CPLSetErrorHandlerEx(note, this);
-    for (int k = 0; k < kMostHandlers && CPLGetErrorHandlerUserData() != this; ++k) CPLPopErrorHandler();
-    CPLErrorReset();
-  }
-
-  const std::vector<std::string>& failures() const { return failures_; }
-  const std::vector<std::string>& warnings() const { return warnings_; }
-  bool mentions(std::string_view words) const {
-    for (const std::vector<std::string>* list : {&failures_, &warnings_}) {
-      for (const std::string& text : *list) {
-        if (text.find(words) != std::string::npos) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  static void CPL_STDCALL note(CPLErr kind, CPLErrorNum, const char* text) {
-    Messages& self = of_process();
-    if (kind != CE_Warning && kind != CE_Failure && kind != CE_Fatal) return;
-    std::vector<std::string>& list = kind == CE_Warning ? self.warnings_ : self.failures_;
-    std::string line(text);
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    for (const std::string& name : self.names_) {
-      if (const std::size_t at = line.find(name); at != std::string::npos) line.erase(at, name.size());
-    }
-    if (list.size() < kMostMessages && std::find(list.begin(), list.end(), line) == list.end())
-      list.push_back(std::move(line));
-  }
-
-  std::string names_[3];
-  std::vector<std::string> failures_, warnings_;
-};
-
-struct CloseFile {
-  void operator()(void* file) const { GDALClose(file); }
-};
-
-// A name that GDAL takes for that of a file, whatever it is.
-std::string plain_name(const std::string& path) {
-  return path.starts_with('/') ? "/." + path : "./" + path;
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 // An open raster, and the band of it that holds the heights.
 class Raster {
@@ -220,6 +122,7 @@ class Raster {
   }
 
  private:
+  static std::string number(double value) { return short_number(value); }
   Error failure(const std::string& what) const { return path_ + ": " + what; }
   bool is_driver(std::string_view name) const {
     return name == GDALGetDriverShortName(GDALGetDatasetDriver(file_.get()));
@@ -450,8 +353,8 @@ class Raster {
 
   const ReadElevation& settings_;
   const std::string& path_;
-  Messages& messages_ = Messages::of_process();
-  std::unique_ptr<void, CloseFile> file_;
+  GdalMessages& messages_ = GdalMessages::of_process();
+  GdalFile file_;
   GDALRasterBandH band_ = nullptr;
   GDALRasterBandH mask_ = nullptr;  // 0 where band_ is void; null: it is nowhere
   SampleFormat format_;

@@ -99,6 +99,17 @@ class Reader {
     return {};
   }
   double unit_m() const { return unit_m_; }
+  std::uint64_t file_bytes() const { return bytes_; }
+  SamplePlace sample_place() const {
+    const ElevationGrid& grid = parts_.front().grid;
+    if (!grid.placed) return {};
+    return {true,
+            grid.west + static_cast<double>(west_) * grid.step_x,
+            grid.north - static_cast<double>(north_) * grid.step_z,
+            grid.step_x,
+            grid.step_z,
+            grid.crs};
+  }
 
   Error run() {
     if (Error error = open(); !error.ok()) return error;
@@ -298,8 +309,16 @@ const Elevation& ElevationRows::facts() const {
   return state_->facts;
 }
 
+std::uint64_t ElevationRows::file_bytes() const {
+  return state_->reader.file_bytes();
+}
+
 double ElevationRows::unit_m() const {
   return state_->reader.unit_m();
+}
+
+SamplePlace ElevationRows::place() const {
+  return state_->reader.sample_place();
 }
 
 std::vector<std::string> ReadElevation::files() const {

@@ -25,6 +25,7 @@ struct Needs {
   std::uint32_t views = 1;            // most in one frame, 1..kMostViews
   std::uint32_t level = 6;            // finest level of detail that is drawn, 1..6; cut to the world's
   std::uint64_t vertex_bytes = 0;     // of GPU memory for vertices; 0: what flights at 4 px of error take
+  std::uint64_t image_bytes = 0;      // of GPU memory for imagery, where the world has some; 0: the same
   std::uint32_t queries = 0;          // Query objects at a time, 0..kMostQueries
   std::uint32_t query_level = 3;      // of the surface that queries meet, whatever is drawn, 1..6; cut alike
   std::uint32_t query_patches = 128;  // that each keeps ready, 16..65536

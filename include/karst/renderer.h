@@ -8,7 +8,7 @@
 // were (destroy(), and draw() where it returns an error, change none):
 //   program, vertex array, array, uniform and pixel unpack buffer 0; active texture unit 0; of units
 //   first_unit
-//   .. first_unit + 9 the textures that karst used and the samplers, and uniform blocks first_block and
+//   .. first_unit + 12 the textures that karst used and the samplers, and uniform blocks first_block and
 //   first_block + 1, unbound
 //   scissor, depth and stencil test, blending, culling, polygon offset, rasterizer discard, sample coverage,
 //   alpha to coverage, primitive restart, dithering; depth function, mask and range; colour mask; cull face
@@ -121,7 +121,7 @@ struct Air {
 };
 
 struct GlOptions {
-  std::uint32_t first_unit = 0;   // of 11 texture units
+  std::uint32_t first_unit = 0;   // of 13 texture units
   std::uint32_t first_block = 0;  // of 2 uniform blocks
   bool desktop = false;           // a context of OpenGL 4.3 or later instead of OpenGL ES 3.0
   Shading shading = Shading::automatic;

@@ -13,6 +13,7 @@ std::size_t image_bytes(GLenum format, std::size_t width, std::size_t height) {
     case GL_R8UI:
       return width * height;
     case GL_R16F:
+    case GL_R16UI:
     case GL_RGBA4:
     case GL_DEPTH_COMPONENT16:
       return width * height * 2;
@@ -20,9 +21,12 @@ std::size_t image_bytes(GLenum format, std::size_t width, std::size_t height) {
       return width * height * 8;
     case GL_RGBA32UI:
       return width * height * 16;
+    case GL_COMPRESSED_SRGB8_ETC2:
+      return ((width + 3) / 4) * ((height + 3) / 4) * 8;
+    case GL_COMPRESSED_SRGB8_ALPHA8_ETC2_EAC:
     case GL_COMPRESSED_RGBA8_ETC2_EAC:
       return ((width + 3) / 4) * ((height + 3) / 4) * 16;
-    default:  // RGBA8, and DEPTH_COMPONENT24, which takes 32 bits
+    default:  // RGBA8, SRGB8_ALPHA8, and DEPTH_COMPONENT24, which takes 32 bits
       return width * height * 4;
   }
 }

@@ -9,6 +9,7 @@
 #include "karst/status.h"
 #include "renderer/input/shader_interface.h"
 #include "terrain/field/sky_visibility.h"
+#include "terrain/imagery/image_view.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shadow/cascades.h"
 #include "terrain/view/camera.h"
@@ -49,6 +50,9 @@ void set_lights(const Camera& camera, std::span<const PointLight> lights, bool g
 float foot_from(const Camera& camera, std::int64_t height);
 
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
+
+// Where pixels look for image tiles; view: whose table.
+void set_images(const ImagePlace& place, std::uint32_t view, shader::FrameBlock& block);
 
 // Linear light as the picture shows it: output.glsl without its dither.
 glm::vec3 encode_picture(glm::vec3 light);

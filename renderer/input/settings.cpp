@@ -46,6 +46,13 @@ Status RendererSettings::validate() const {
     if (!inside(blend_depth, 1, kMostBlendSide)) return invalid("not within 1..1024", "blend_depth");
     if (material_count == 0) return invalid("there are no materials to blend", "blend_width");
   }
+  if (!inside(image_layers, 0, kMostImageLayers))
+    return invalid("not within 0..256", "image_layers", image_layers);
+  const bool has_images = image_layers > 0;
+  if (!inside(image_views, has_images ? 1 : 0, has_images ? kMostViews : 0))
+    return invalid("not within its range", "image_views", image_views);
+  if (has_images != (image_format != ImageFormat::none))
+    return invalid("does not fit image_layers", "image_format");
   if (!inside(anisotropy, 0, kMostAnisotropy)) return invalid("not within 0..16", "anisotropy");
   if (!inside(cascades, 0, kMostCascades)) return invalid("not within 0..3", "cascades");
   if (!inside(air_blocks, 0, kMostAirBlocks)) return invalid("not within 0..8", "air_blocks");

@@ -10,6 +10,7 @@
 #include "karst/types.h"
 #include "terrain/base/budget.h"
 #include "terrain/field/sky_visibility.h"
+#include "terrain/imagery/image_tile.h"
 #include "terrain/shading/materials.h"
 
 namespace karst::core {
@@ -39,6 +40,11 @@ struct RendererSettings {
   // Of its blend map, texels, both 0 or both 1..kMostBlendSide; 0: there is none.
   std::uint32_t blend_width = 0;
   std::uint32_t blend_depth = 0;
+  // Image tiles on the GPU, Config::image_layers, and views that look at them; 0 both, or a drape: the world
+  // has no imagery. 0..kMostImageLayers, 0..kMostViews.
+  std::uint32_t image_layers = 0;
+  std::uint32_t image_views = 0;
+  ImageFormat image_format = ImageFormat::none;
   Detail detail = Detail::medium;
   Precision precision = Precision::automatic;
   // Places at most that a lookup in the ground's textures mixes along a pixel's longer side, 0..16; 0: as

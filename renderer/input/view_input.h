@@ -10,6 +10,7 @@
 #include "renderer/input/frame_counts.h"
 #include "renderer/input/surroundings_block.h"
 #include "terrain/draw/draw_list.h"
+#include "terrain/imagery/image_view.h"
 #include "terrain/lod/morph.h"
 #include "terrain/resident/page_table.h"
 #include "terrain/shading/materials.h"
@@ -50,6 +51,8 @@ struct ViewInput {
   std::span<const std::uint32_t> belts;  // of the region, between items and nodes (terrain/regions/belts.h)
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
+  ImagePlace images;             // of imagery, where the settings have layers
+  std::uint32_t image_view = 0;  // whose table pixels look up, of the settings' image_views
   FrameSurroundings surroundings;
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with

@@ -15,17 +15,14 @@ struct Sampler {
   GLint unit;
 };
 // Names are the same in all shaders; a program that has no such sampler is left alone.
-constexpr Sampler kSamplers[] = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                 {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                 {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                 {"far_textures", KARST_UNIT_FAR_TEXTURES},
-                                 {"near_textures", KARST_UNIT_NEAR_TEXTURES},
-                                 {"variation", KARST_UNIT_VARIATION},
-                                 {"sky_visibility", KARST_UNIT_SKY_VISIBILITY},
-                                 {"drape", KARST_UNIT_DRAPE},
-                                 {"shadow_maps", KARST_UNIT_SHADOW_MAPS},
-                                 {"geometry", KARST_UNIT_GEOMETRY},
-                                 {"blend_map", KARST_UNIT_BLEND_MAP}};
+constexpr Sampler kSamplers[] = {
+    {"page_table", KARST_UNIT_PAGE_TABLE},         {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+    {"morph_rows", KARST_UNIT_MORPH_ROWS},         {"far_textures", KARST_UNIT_FAR_TEXTURES},
+    {"near_textures", KARST_UNIT_NEAR_TEXTURES},   {"variation", KARST_UNIT_VARIATION},
+    {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
+    {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY},
+    {"blend_map", KARST_UNIT_BLEND_MAP},           {"image_tiles", KARST_UNIT_IMAGE_TILES},
+    {"image_table", KARST_UNIT_IMAGE_TABLE}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 
@@ -113,13 +110,14 @@ bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
 Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   std::snprintf(
       defines_, sizeof defines_,
-      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s",
+      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s%s",
       settings.materials, settings.detail, settings.anisotropy,
       settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "",
       settings.edges ? "#define KARST_EDGES 1\n" : "",
       settings.share_depth ? "#define KARST_SHARE_DEPTH 1\n" : "",
       settings.water ? "#define KARST_WATER 1\n" : "",
-      settings.blend_map ? "#define KARST_BLEND_MAP 1\n" : "");
+      settings.blend_map ? "#define KARST_BLEND_MAP 1\n" : "",
+      settings.imagery ? "#define KARST_IMAGERY 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     if (!is_needed(static_cast<ShaderVariant>(i), settings)) continue;
     programs_[i] = gl.CreateProgram();

@@ -21,6 +21,7 @@ struct ProgramSettings {
   bool deferred = false;
   bool water = false;        // the world has some
   bool blend_map = false;    // and one of these
+  bool imagery = false;      // and images over it
   bool edges = false;        // the screen pass smooths silhouettes
   bool share_depth = false;  // and writes no depth: the G-buffer's is the target's
   bool shadows = false;

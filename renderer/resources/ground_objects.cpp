@@ -67,6 +67,61 @@ Status upload_drape(const GlDevice& device, const RendererSettings& settings,
   return {};
 }
 
+GLenum gl_format(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::etc2_rgb:
+      return GL_COMPRESSED_SRGB8_ETC2;
+    case ImageFormat::etc2_rgba:
+      return GL_COMPRESSED_SRGB8_ALPHA8_ETC2_EAC;
+    case ImageFormat::none:
+    case ImageFormat::rgba8:
+      break;
+  }
+  return GL_SRGB8_ALPHA8;
+}
+
+Status upload_image(const GlDevice& device, const RendererSettings& settings, std::uint32_t layer,
+                    std::span<const std::byte> texels) {
+  const ImageFormat format = settings.image_format;
+  if (layer >= settings.image_layers) return {StatusCode::invalid_argument, "not a layer", "layer", layer};
+  if (texels.size() != image_texel_bytes(format))
+    return {StatusCode::invalid_argument, "of another size than a tile's", "texels", texels.size()};
+  const Gl& gl = device.gl;
+  enter_upload(device);
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, name_of(device, Object::image_tiles));
+  for (int level = 0; level < kImageLevels; ++level) {
+    const GLsizei side = kImageSide >> level;
+    const std::size_t bytes = image_level_bytes(format, level);
+    const auto at = static_cast<GLint>(layer);
+    if (format == ImageFormat::rgba8) {
+      gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, at, side, side, 1, GL_RGBA, GL_UNSIGNED_BYTE,
+                       texels.data());
+    } else {
+      gl.CompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, at, side, side, 1, gl_format(format),
+                                 static_cast<GLsizei>(bytes), texels.data());
+    }
+    texels = texels.subspan(bytes);
+  }
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  leave_upload(device);
+  return {};
+}
+
+Status upload_image_table(const GlDevice& device, const RendererSettings& settings, std::uint32_t view,
+                          int size, std::span<const std::uint16_t> part) {
+  if (view >= settings.image_views) return {StatusCode::invalid_argument, "not a view", "view", view};
+  if (size < 0 || size >= kImageSizes || part.size() != kImageWindowTiles)
+    return {StatusCode::invalid_argument, "not a size's window", "part", part.size()};
+  const Gl& gl = device.gl;
+  enter_upload(device);
+  gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::image_table));
+  gl.TexSubImage2D(GL_TEXTURE_2D, 0, kImageWindow * static_cast<GLint>(view), kImageWindow * size,
+                   kImageWindow, kImageWindow, GL_RED_INTEGER, GL_UNSIGNED_SHORT, part.data());
+  gl.BindTexture(GL_TEXTURE_2D, 0);
+  leave_upload(device);
+  return {};
+}
+
 std::size_t rim_bytes(const RendererSettings& settings) {
   return settings.has_rim() ? 2 * (most_rim_points(settings.extent) + 1) * sizeof(RimVertex) : 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is of the whole world: its sky visibility, the image that may be laid over it from above, and the wall
-// around it.
+// What is of the whole world: its sky visibility, the image that may be laid over it from above, image tiles,
+// and the wall around it.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +13,7 @@
 #include "renderer/gl/gl_device.h"
 #include "renderer/input/settings.h"
 #include "terrain/field/sky_visibility.h"
+#include "terrain/imagery/image_view.h"
 
 namespace karst::core {
 
@@ -23,6 +24,13 @@ Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects&
 Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky);
 Status upload_drape(const GlDevice& device, const RendererSettings& settings,
                     std::span<const std::uint8_t> rgba);
+
+// Renderer::upload_image and upload_image_table.
+GLenum gl_format(ImageFormat format);
+Status upload_image(const GlDevice& device, const RendererSettings& settings, std::uint32_t layer,
+                    std::span<const std::byte> texels);
+Status upload_image_table(const GlDevice& device, const RendererSettings& settings, std::uint32_t view,
+                          int size, std::span<const std::uint16_t> part);
 
 // The wall between a world's rim and the plain that it stands on (surroundings.h) is a strip, two vertices a
 // point of the rim, below and on it, and the first point's once more at the end.

@@ -95,6 +95,22 @@ ObjectShape blend_map(const Settings& s) {
   return shape;
 }
 
+ObjectShape image_tiles(const Settings& s) {
+  return {.wanted = s.image_layers > 0,
+          .target = GL_TEXTURE_2D_ARRAY,
+          .format = gl_format(s.image_format),
+          .levels = kImageLevels,
+          .width = kImageSide,
+          .height = kImageSide,
+          .depth = static_cast<int>(s.image_layers),
+          .min_filter = GL_LINEAR_MIPMAP_LINEAR,
+          .mag_filter = GL_LINEAR};
+}
+
+ObjectShape image_table(const Settings& s) {
+  return image(GL_R16UI, kImageWindow * static_cast<int>(s.image_views), kImageWindow * kImageSizes);
+}
+
 ObjectShape sky_visibility(const Settings& s) {
   return {.target = GL_TEXTURE_3D,
           .format = GL_R8,
@@ -213,6 +229,8 @@ constexpr ObjectRow kRows[] = {
     {"variation", Kind::texture, Consumer::textures, variation, fill_variation},
     {"sky_visibility", Kind::texture, Consumer::textures, sky_visibility, fill_sky},
     {"blend_map", Kind::texture, Consumer::materials, blend_map, nullptr},
+    {"image_tiles", Kind::texture, Consumer::imagery, image_tiles, nullptr},
+    {"image_table", Kind::texture, Consumer::imagery, image_table, nullptr},
     {"drape", Kind::texture, Consumer::textures, drape, nullptr},
     {"shadow_maps", Kind::texture, Consumer::shadow_maps, shadow_maps, nullptr},
     {"geometry", Kind::texture, Consumer::g_buffer, [](const Settings& s) { return geometry(s, GL_RG32UI); },
@@ -248,7 +266,9 @@ constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_t
                            {KARST_UNIT_SHADOW_MAPS, GL_TEXTURE_2D_ARRAY, Object::shadow_maps},
                            {KARST_UNIT_NEAR_TEXTURES, GL_TEXTURE_2D_ARRAY, Object::near_textures},
                            {KARST_UNIT_GEOMETRY, GL_TEXTURE_2D, Object::geometry},
-                           {KARST_UNIT_BLEND_MAP, GL_TEXTURE_2D, Object::blend_map}};
+                           {KARST_UNIT_BLEND_MAP, GL_TEXTURE_2D, Object::blend_map},
+                           {KARST_UNIT_IMAGE_TILES, GL_TEXTURE_2D_ARRAY, Object::image_tiles},
+                           {KARST_UNIT_IMAGE_TABLE, GL_TEXTURE_2D, Object::image_table}};
 static_assert(std::size(kUnits) == KARST_UNITS);
 
 }  // namespace

@@ -30,6 +30,8 @@ enum class Object : std::uint8_t {
   variation,
   sky_visibility,
   blend_map,
+  image_tiles,
+  image_table,
   drape,
   shadow_maps,
   geometry,        // the G-buffer, gles_shaders/geometry.glsl

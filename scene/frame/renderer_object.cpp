@@ -96,6 +96,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
+  imagery_.create(world.terrain, gl, inspection);
   shadows_.create(world.terrain, gl, work_, ground_, shadows);
   forget_vertices();
   return {};
@@ -104,6 +105,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
 void RendererObject::forget_vertices() {
   world.terrain.residency.forget();
   ground_.forget();
+  imagery_.forget();
   shadows_.forget();
   first_frame_ = true;
 }
@@ -318,9 +320,12 @@ void RendererObject::fill_result(FrameResult& result) {
     result.triangles += ground.triangles;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
+  result.lacking += imagery_.lacking();
+  if (imagery_.full()) without_room += imagery_.lacking();
   if (governor.pool_full) limits_ |= kLimitVertexMemory;
   if (without_room > 0) limits_ |= kLimitTiles;
-  if ((work_.failing() || ground_.failing()) && (result.lacking > 0 || costs.patches_missing > 0)) {
+  if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
+      (result.lacking > 0 || costs.patches_missing > 0)) {
     limits_ |= kLimitFile;
   } else if (result.lacking > without_room && !governor.pool_full) {
     limits_ |= kLimitWork;
@@ -358,6 +363,9 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   ground_.select(world.terrain.views_of(view_count_), std::span(requests_).first(view_count_), waits, costs);
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
+  status = imagery_.run(std::span(requests_).first(view_count_), input.work_ms, waits, costs);
+  if (!status.ok()) return status;
+  if (input.work_ms == 0 && imagery_.failing()) return world.tiles.trouble();
   if (status = ground_.upload(costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;
@@ -425,6 +433,10 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.pages.family_texels = world.terrain.ground.texels();
+  }
+  if (imagery_.exists()) {
+    input.images = imagery_.place(n);
+    input.image_view = n;
   }
   input.light_space = shadows_.light_space();
   input.cascades = shadows_.cascades();

@@ -10,6 +10,7 @@
 #include "renderer/gl/gl.h"
 #include "renderer/renderer.h"
 #include "scene/frame/ground_frame.h"
+#include "scene/frame/imagery_frame.h"
 #include "scene/frame/shadow_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "scene/world/world_object.h"
@@ -52,6 +53,7 @@ struct RendererObject final : karst::Renderer {
 
   VertexWork work_;
   GroundFrame ground_;
+  ImageryFrame imagery_;
   ShadowFrame shadows_;
   std::array<View, karst::kMostViews> views_{};
   std::array<ViewRequest, karst::kMostViews> requests_{};

@@ -79,9 +79,23 @@ constexpr std::uint32_t kLeastFamilies = 64;
 constexpr std::uint32_t kLeastTiles = kMostSize + 12;
 constexpr std::size_t kFamilyBytes = 4 * kPageVertices * sizeof(GpuVertex);
 
+// Image tiles of a view: what 1280 x 720 pixels take at a texel a pixel or finer, with all coarser ones, and
+// as much again; and those of one place at all sizes.
+constexpr std::uint64_t kImageLayers = 160;
+constexpr std::uint64_t kImageBytes = 16u << 20;  // at most, of them
+constexpr std::uint32_t kLeastImageLayers = 32;
+
 void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   if (!world.ground.exists()) return;
   config.ground_tiles = kTiles;
+  // Under a drape there is none.
+  if (world.imagery.exists() && needs.drape_width == 0) {
+    const std::uint64_t bytes = image_texel_bytes(world.imagery.format);
+    const std::uint64_t wanted =
+        needs.image_bytes > 0 ? needs.image_bytes / bytes : std::min(kImageLayers, kImageBytes / bytes);
+    config.image_layers =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, kLeastImageLayers, kMostImageLayers));
+  }
   config.ground_families = kFamilies;
   config.rim_edges = world.ground.rim_edges;
   if (needs.vertex_bytes > 0 && world.info.patches == 0) {
@@ -158,6 +172,11 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
     renderer.family_pages = 4 * config.ground_families;
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
   }
+  if (config.image_layers > 0) {
+    renderer.image_layers = config.image_layers;
+    renderer.image_views = config.max_views;
+    renderer.image_format = world.imagery.format;
+  }
   renderer.extent = extent_of(world);
   renderer.rim = info.patches > 0 && !world.ground.exists();
   renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
@@ -207,7 +226,7 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
   layout.query_limits.max_level = info.level;
   if (world.ground.exists()) {
     layout.query_limits.ground = {QueryGround::kLeastTiles + 8, TileReader::workspace_bytes()};
-    layout.reading_bytes = whole_lines(TileReader::bytes());
+    layout.reading_bytes = whole_lines(TileReader::bytes(world.imagery.format));
   }
   Budget query;
   Query::add_to(query, layout.query_limits);

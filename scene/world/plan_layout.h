@@ -43,9 +43,10 @@ struct PlannedWorld {
   WorldInfo info;
   MaterialSet materials;  // count 0: none
   GroundInfo ground;      // does not exist: none
+  ImageryInfo imagery;    // the same
 
   static PlannedWorld of(const WorldReader& reader) {
-    return {reader.info(), reader.materials(), reader.ground()};
+    return {reader.info(), reader.materials(), reader.ground(), reader.imagery()};
   }
 };
 // invalid_argument naming the field of needs.

@@ -15,14 +15,24 @@ constexpr std::size_t whole_lines(std::size_t bytes) {
   return (bytes + 63) / 64 * 64;
 }
 
+template <class Asked, std::size_t kMost>
+Asked take_first(std::array<Asked, kMost>& asked, std::size_t& count) {
+  const Asked first = asked[0];
+  std::move(asked.begin() + 1, asked.begin() + static_cast<std::ptrdiff_t>(count), asked.begin());
+  --count;
+  return first;
+}
+
 }  // namespace
 
 std::size_t TileReader::workspace_bytes() {
   return whole_lines(tiles::kMostTileBytes) + tiles::decode_tile_room();
 }
 
-std::size_t TileReader::bytes() {
-  return whole_lines(kMostReady * sizeof(Tile)) + workspace_bytes();
+std::size_t TileReader::bytes(ImageFormat images) {
+  std::size_t bytes = whole_lines(kMostReady * sizeof(Tile)) + whole_lines(workspace_bytes());
+  if (images != ImageFormat::none) bytes += kMostImagesReady * whole_lines(image_tile_bytes(images));
+  return bytes;
 }
 
 Status TileReader::read(const WorldReader& reader, NodeKey tile, const TilePlace& place,
@@ -36,14 +46,24 @@ Status TileReader::read(const WorldReader& reader, NodeKey tile, const TilePlace
                             workspace.subspan(whole_lines(tiles::kMostTileBytes)), out);
 }
 
+Status TileReader::read_image(const WorldReader& reader, NodeKey tile, const TilePlace& place,
+                              std::span<std::byte> out, ImageChildren& children) {
+  if (place.bytes != out.size())
+    return {StatusCode::corrupt, "is of another length than all are", "image tile", place.offset};
+  if (const Status status = reader.read_tile(place, out); !status.ok()) return status;
+  return check_image_tile(reader.ground(), reader.imagery(), tile, place, out, children);
+}
+
 void TileReader::start(const WorldReader& reader, std::span<std::byte> memory) {
-  KARST_ASSERT(memory.size() >= bytes() && reader_ == nullptr);
+  KARST_ASSERT(memory.size() >= bytes(reader.imagery().format) && reader_ == nullptr);
   reader_ = &reader;
   auto* const first = new (memory.data()) Tile[kMostReady];
   tiles_ = {first, kMostReady};
-  workspace_ = memory.subspan(whole_lines(kMostReady * sizeof(Tile)));
-  stopping_ = reading_ = false;
+  workspace_ = memory.subspan(whole_lines(kMostReady * sizeof(Tile)), whole_lines(workspace_bytes()));
+  images_.room = memory.subspan(whole_lines(kMostReady * sizeof(Tile)) + whole_lines(workspace_bytes()));
+  stopping_ = reading_ = images_.reading = images_.is_lent = false;
   asked_count_ = ready_first_ = ready_count_ = 0;
+  images_.asked_count = images_.first = images_.count = 0;
   // Signals are the host's threads'.
   sigset_t all;
   sigset_t before;
@@ -75,22 +95,98 @@ void TileReader::stop() {
 void TileReader::work() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return stopping_ || (asked_count_ > 0 && ready_count_ < kMostReady); });
+    const auto has_tile = [&] { return asked_count_ > 0 && ready_count_ < kMostReady; };
+    const auto has_image = [&] { return images_.asked_count > 0 && images_.count < kMostImagesReady; };
+    changed_.wait(lock, [&] { return stopping_ || has_tile() || has_image(); });
     if (stopping_) return;
-    const Asked next = asked_[0];
-    std::move(asked_.begin() + 1, asked_.begin() + static_cast<std::ptrdiff_t>(asked_count_), asked_.begin());
-    --asked_count_;
-    reading_ = true;
-    const std::size_t at = (ready_first_ + ready_count_) % kMostReady;
-    lock.unlock();
-    const Status status = read(*reader_, next.tile, next.place, workspace_, tiles_[at]);
-    lock.lock();
-    ready_[at] = {next.tile, !status.ok()};
-    if (!status.ok()) trouble_ = status;
-    ++ready_count_;
-    reading_ = false;
+    if (has_tile()) {
+      work_on_tile(lock);
+    } else {
+      work_on_image(lock);
+    }
     changed_.notify_all();
   }
+}
+
+void TileReader::work_on_tile(std::unique_lock<std::mutex>& lock) {
+  const Asked next = take_first(asked_, asked_count_);
+  reading_ = true;
+  const std::size_t at = (ready_first_ + ready_count_) % kMostReady;
+  lock.unlock();
+  const Status status = read(*reader_, next.tile, next.place, workspace_, tiles_[at]);
+  lock.lock();
+  ready_[at] = {next.tile, !status.ok()};
+  if (!status.ok()) trouble_ = status;
+  ++ready_count_;
+  reading_ = false;
+}
+
+std::span<std::byte> TileReader::image_room(std::size_t at) const {
+  const std::size_t bytes = image_tile_bytes(reader_->imagery().format);
+  return images_.room.subspan(at * whole_lines(bytes), bytes);
+}
+
+void TileReader::work_on_image(std::unique_lock<std::mutex>& lock) {
+  const Asked next = take_first(images_.asked, images_.asked_count);
+  images_.reading = true;
+  const std::size_t at = (images_.first + images_.count) % kMostImagesReady;
+  ReadyImage& ready = images_.ready[at];
+  lock.unlock();
+  ready.tile = next.tile;
+  const Status status = read_image(*reader_, next.tile, next.place, image_room(at), ready.children);
+  lock.lock();
+  ready.failed = !status.ok();
+  if (!status.ok()) trouble_ = status;
+  ++images_.count;
+  images_.reading = false;
+}
+
+bool TileReader::ask_image(NodeKey tile, const TilePlace& place) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (images_.asked_count == kMostImagesAsked) return false;
+    images_.asked[images_.asked_count++] = {tile, place};
+  }
+  changed_.notify_all();
+  return true;
+}
+
+TileSource::Answer TileReader::poll_image(ImageArrival& out) {
+  std::unique_lock lock(mutex_);
+  if (images_.is_lent) {
+    images_.is_lent = false;
+    images_.first = (images_.first + 1) % kMostImagesReady;
+    --images_.count;
+    changed_.notify_all();
+  }
+  if (!has_thread_ && images_.asked_count > 0) work_on_image(lock);
+  if (images_.count == 0) return TileSource::Answer::none;
+  images_.is_lent = true;
+  const ReadyImage& ready = images_.ready[images_.first];
+  out.key = ready.tile;
+  if (ready.failed) return TileSource::Answer::failed;
+  out.children = ready.children;
+  out.texels = image_room(images_.first).subspan(kImageHeadBytes);
+  return TileSource::Answer::ready;
+}
+
+void TileReader::wait_for_image() {
+  if (!has_thread_) return;
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] {
+    return images_.count > (images_.is_lent ? 1u : 0u) || (images_.asked_count == 0 && !images_.reading);
+  });
+}
+
+ImageSource TileReader::image_source() {
+  ImageSource source;
+  source.context = this;
+  source.ask = [](void* self, NodeKey tile, const TilePlace& place) {
+    return static_cast<TileReader*>(self)->ask_image(tile, place);
+  };
+  source.poll = [](void* self, ImageArrival& out) { return static_cast<TileReader*>(self)->poll_image(out); };
+  source.wait = [](void* self) { static_cast<TileReader*>(self)->wait_for_image(); };
+  return source;
 }
 
 bool TileReader::ask(NodeKey tile, const TilePlace& place) {
@@ -106,9 +202,7 @@ bool TileReader::ask(NodeKey tile, const TilePlace& place) {
 TileSource::Answer TileReader::poll(NodeKey& tile, Tile& out) {
   std::unique_lock lock(mutex_);
   if (!has_thread_ && asked_count_ > 0) {
-    const Asked next = asked_[0];
-    std::move(asked_.begin() + 1, asked_.begin() + static_cast<std::ptrdiff_t>(asked_count_), asked_.begin());
-    --asked_count_;
+    const Asked next = take_first(asked_, asked_count_);
     tile = next.tile;
     const Status status = read(*reader_, next.tile, next.place, workspace_, out);
     if (!status.ok()) trouble_ = status;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reads a world's tiles: for frames on a thread of its own, so that none waits for a disk; for queries at
-// once.
+// once. And image tiles, on the same thread, when no tile of the ground is asked for.
 //
 // The thread is the only one that karst starts. It takes no signals, and touches the file, through the host's
 // Source, and memory of its own alone. Where it cannot be made, tiles are read by the frame that polls.
@@ -18,6 +18,7 @@
 #include "karst/status.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/ground/tile_source.h"
+#include "terrain/imagery/image_source.h"
 #include "terrain/query/query_ground.h"
 
 namespace karst::core {
@@ -31,13 +32,15 @@ class TileReader {
 
   static constexpr std::size_t kMostAsked = 16;
   static constexpr std::size_t kMostReady = 4;
+  static constexpr std::size_t kMostImagesAsked = 8;
+  static constexpr std::size_t kMostImagesReady = 2;
 
-  // Of memory for start().
-  static std::size_t bytes();
+  // Of memory for start(); images: the world's.
+  static std::size_t bytes(ImageFormat images);
   // Of memory that reading one tile takes: QueryGround::Limits::workspace.
   static std::size_t workspace_bytes();
 
-  // reader: borrowed until stop(), its source too. memory: of bytes(), aligned to 64.
+  // reader: borrowed until stop(), its source too. memory: of bytes(reader.imagery().format), aligned to 64.
   void start(const WorldReader& reader, std::span<std::byte> memory);
   void stop();
   bool has_thread() const { return has_thread_; }
@@ -46,12 +49,17 @@ class TileReader {
 
   // For Ground::attach(); of one thread.
   TileSource source();
+  // For Imagery::attach(); of the same thread.
+  ImageSource image_source();
   // For queries; any thread.
   TileReading reading() const;
 
   // corrupt, unsupported, io, as WorldReader.
   static Status read(const WorldReader& reader, NodeKey tile, const TilePlace& place,
                      std::span<std::byte> workspace, Tile& out);
+  // out: image_tile_bytes() of the world's format; what is behind the head are the texels.
+  static Status read_image(const WorldReader& reader, NodeKey tile, const TilePlace& place,
+                           std::span<std::byte> out, ImageChildren& children);
 
  private:
   struct Asked {
@@ -63,7 +71,19 @@ class TileReader {
     bool failed = false;
   };
 
+  struct ReadyImage {
+    NodeKey tile;
+    ImageChildren children;
+    bool failed = false;
+  };
+
   void work();
+  void work_on_tile(std::unique_lock<std::mutex>& lock);
+  void work_on_image(std::unique_lock<std::mutex>& lock);
+  bool ask_image(NodeKey tile, const TilePlace& place);
+  TileSource::Answer poll_image(ImageArrival& out);
+  void wait_for_image();
+  std::span<std::byte> image_room(std::size_t at) const;
   bool ask(NodeKey tile, const TilePlace& place);
   TileSource::Answer poll(NodeKey& tile, Tile& out);
   void wait();
@@ -84,6 +104,18 @@ class TileReader {
   std::array<Ready, kMostReady> ready_{};
   std::size_t ready_first_ = 0;
   std::size_t ready_count_ = 0;
+
+  // Of images, as above.
+  struct Images {
+    std::span<std::byte> room;  // kMostImagesReady of them, of ready
+    bool reading = false;
+    bool is_lent = false;  // the first ready one
+    std::array<Asked, kMostImagesAsked> asked{};
+    std::size_t asked_count = 0;
+    std::array<ReadyImage, kMostImagesReady> ready{};
+    std::size_t first = 0;
+    std::size_t count = 0;
+  } images_;
 };
 
 }  // namespace karst::core

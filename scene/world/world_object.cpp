@@ -123,6 +123,8 @@ Status WorldObject::open_ground(std::span<std::byte> memory) {
       TileReader::read(reader, root, reader.root_tile(), memory.subspan(whole_lines(sizeof(Tile))), *tile);
   if (!status.ok()) return status;
   terrain.ground.attach(reader.ground(), *tile, tiles.source());
+  if (reader.imagery().exists() && layout.config.image_layers > 0)
+    terrain.imagery.attach(reader.ground(), reader.imagery(), reader.root_image(), tiles.image_source());
   tiles.start(reader, memory);
   if (!tiles.has_thread()) say(Severity::warning, "tiles are read by frames: no thread could be made");
   return {};

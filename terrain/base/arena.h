@@ -28,12 +28,13 @@ enum class Consumer : std::uint8_t {
   draw_list,
   scratch,
   queries,
-  ground
+  ground,
+  imagery
 };
-inline constexpr std::size_t kConsumerCount = 14;
+inline constexpr std::size_t kConsumerCount = 15;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
-    "octets",    "volumes",   "patches",      "heights",   "bounds",  "level_errors", "thresholds",
-    "residency", "occlusion", "index_tables", "draw_list", "scratch", "queries",      "ground"};
+    "octets",    "volumes",      "patches",   "heights", "bounds",  "level_errors", "thresholds", "residency",
+    "occlusion", "index_tables", "draw_list", "scratch", "queries", "ground",       "imagery"};
 
 class Arena {
  public:

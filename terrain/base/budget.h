@@ -22,13 +22,14 @@ enum class GpuConsumer : std::uint8_t {
   uniforms,
   textures,
   materials,
+  imagery,
   shadow_maps,
   g_buffer
 };
-inline constexpr std::size_t kGpuConsumerCount = 9;
+inline constexpr std::size_t kGpuConsumerCount = 10;
 inline constexpr std::array<const char*, kGpuConsumerCount> kGpuConsumerNames = {
-    "vertices", "page_table", "morph_rows",  "stream_indices", "uniforms",
-    "textures", "materials",  "shadow_maps", "g_buffer"};
+    "vertices", "page_table", "morph_rows", "stream_indices", "uniforms",
+    "textures", "materials",  "imagery",    "shadow_maps",    "g_buffer"};
 
 class Budget {
  public:

@@ -42,6 +42,7 @@ struct Config {
   std::uint32_t ground_tiles = 0;
   std::uint32_t ground_families = 0;
   std::uint32_t rim_edges = 0;
+  std::uint32_t image_layers = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1 in each view; value() is what the field holds.
@@ -70,10 +71,12 @@ inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
 inline constexpr std::uint32_t kMostFamilies = kMostPages / 8;
 // Of a region of 512 voxels a side, eight a voxel of its border.
 inline constexpr std::uint32_t kMostRimEdges = 8 * 4 * (1u << kMaxDepth);
+// Layers of the array of image tiles: what OpenGL ES 3.0 allows everywhere.
+inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 16> kConfigFields = {{
+inline constexpr std::array<ConfigField, 17> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -114,6 +117,9 @@ inline constexpr std::array<ConfigField, 16> kConfigFields = {{
      "each has four pages, 2 KiB; page numbers stay below those of vertices that OpenGL ES 3.0 allows"},
     {"rim_edges", &Config::rim_edges, 0, 0, kMostRimEdges, "edges of patches around the region",
      "12 bytes, and in each view indices of the belt there; 0: the ground has no region"},
+    {"image_layers", &Config::image_layers, 0, 0, kMostImageLayers, "image tiles on the GPU",
+     "40 to 320 KiB each by their format; at most what every OpenGL ES 3.0 device takes; 0: the world has no "
+     "imagery"},
 }};
 
 }  // namespace karst::core

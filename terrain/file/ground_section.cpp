@@ -26,6 +26,14 @@ constexpr std::size_t kFirstNode = 0;  // two
 constexpr std::size_t kRimEdges = 8;
 constexpr std::size_t kRegionReserved = 12;
 
+// Of IMAG.
+constexpr std::size_t kFormat = 0;
+constexpr std::size_t kLeastSize = 4;
+constexpr std::size_t kImageOffset = 8;
+constexpr std::size_t kImageBytes = 16;
+constexpr std::size_t kImageCrc = 20;
+constexpr std::size_t kImageReserved = 24;
+
 }  // namespace
 
 Fault check(const WorldGround& ground) {
@@ -110,6 +118,42 @@ void encode_region(const GroundInfo& ground, std::span<std::byte> out) {
   std::fill(out.begin(), out.end(), std::byte{0});
   for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, ground.region.low[axis]);
   store(out, kRimEdges, ground.rim_edges);
+}
+
+Fault check_imagery(const WorldGround& ground) {
+  const ImageryInfo& imagery = ground.imagery;
+  const TilePlace& root = ground.image_root;
+  if (!imagery.exists() || static_cast<std::uint32_t>(imagery.format) >= kImageFormats)
+    return {"the format is not known", kFormat};
+  if (imagery.least_size < 0 || imagery.least_size > ground.info.top_size())
+    return {"the least size is not one of the ground's", kLeastSize};
+  if (root.bytes != image_tile_bytes(imagery.format) || root.offset > ground.tile_bytes ||
+      root.bytes > ground.tile_bytes - root.offset)
+    return {"the root's image tile does not lie in the tiles", kImageOffset};
+  return {};
+}
+
+Fault decode_imagery(std::span<const std::byte, kImageryBytes> section, WorldGround& ground) {
+  WorldGround read = ground;
+  read.imagery.format = static_cast<ImageFormat>(load<std::uint32_t>(section, kFormat));
+  read.imagery.least_size = load<std::int32_t>(section, kLeastSize);
+  read.image_root.offset = load<std::uint64_t>(section, kImageOffset);
+  read.image_root.bytes = load<std::uint32_t>(section, kImageBytes);
+  read.image_root.crc = load<std::uint32_t>(section, kImageCrc);
+  if (!world_layout::all_zero(section.subspan(kImageReserved)))
+    return {"a reserved field is not 0", kImageReserved};
+  const Fault fault = check_imagery(read);
+  if (fault.what == nullptr) ground = read;
+  return fault;
+}
+
+void encode_imagery(const WorldGround& ground, std::span<std::byte, kImageryBytes> out) {
+  std::fill(out.begin(), out.end(), std::byte{0});
+  store(out, kFormat, static_cast<std::uint32_t>(ground.imagery.format));
+  store(out, kLeastSize, ground.imagery.least_size);
+  store(out, kImageOffset, ground.image_root.offset);
+  store(out, kImageBytes, ground.image_root.bytes);
+  store(out, kImageCrc, ground.image_root.crc);
 }
 
 }  // namespace karst::core::ground_section

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; and REGN: where
-// the patches of a world with a ground stand in it. For world_reader.cpp, world_writer.cpp and
-// world_layout.cpp alone; docs/formats.md has the offsets.
+// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; REGN: where the
+// patches of a world with a ground stand in it; and IMAG: its imagery, and where the root's image tile lies.
+// For world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +13,7 @@
 namespace karst::core::ground_section {
 
 inline constexpr std::size_t kBytes = 64;
+inline constexpr std::size_t kImageryBytes = 32;
 
 struct Fault {
   const char* what = nullptr;  // null: none
@@ -34,5 +35,11 @@ Fault check_region(const WorldInfo& world, const GroundInfo& ground);
 Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
 // out: kRegionBytes.
 void encode_region(const GroundInfo& ground, std::span<std::byte> out);
+
+// The same of imagery that exists, over a ground that was checked. decode_imagery() leaves the rest of
+// ground as it is.
+Fault check_imagery(const WorldGround& ground);
+Fault decode_imagery(std::span<const std::byte, kImageryBytes> section, WorldGround& ground);
+void encode_imagery(const WorldGround& ground, std::span<std::byte, kImageryBytes> out);
 
 }  // namespace karst::core::ground_section

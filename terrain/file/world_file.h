@@ -11,6 +11,7 @@
 
 #include "karst/status.h"
 #include "terrain/ground/tile.h"
+#include "terrain/imagery/image_tile.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
@@ -63,10 +64,11 @@ enum class WorldSection : std::uint8_t {
   blend_map,
   ground,
   tiles,
-  region
+  region,
+  imagery
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 18;
+inline constexpr std::size_t kWorldSectionKinds = 19;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.
@@ -109,6 +111,8 @@ struct WorldGround {
   TilePlace root;   // offsets of places count from where the tiles begin
   std::uint64_t tile_bytes = 0;
   std::uint32_t tile_crc = 0;  // of all of them
+  ImageryInfo imagery;         // its tiles lie among those of the ground
+  TilePlace image_root;        // of size info.top_size(); must exist where imagery does
 };
 
 // Ranges of the fields alone. invalid_argument names the first field that is out of its range.

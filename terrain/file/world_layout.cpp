@@ -189,6 +189,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (section == WorldSection::ground) return bytes == ground_section::kBytes;
   if (section == WorldSection::region) return bytes == ground_section::kRegionBytes;
   if (section == WorldSection::tiles) return bytes > 0;
+  if (section == WorldSection::imagery) return bytes == ground_section::kImageryBytes;
   if (section == WorldSection::blend_map) {
     const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
     return bytes > material_section::kBlendHeaderBytes &&
@@ -216,6 +217,7 @@ Status check_presence(const Table& table) {
     if (has_ground && !present(section)) return missing(section);
   }
   if (present(WorldSection::region) && !has_ground) return missing(WorldSection::ground);
+  if (present(WorldSection::imagery) && !has_ground) return missing(WorldSection::ground);
   return {};
 }
 
@@ -418,6 +420,7 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("GRND"), "ground", false, true, nullptr},
     {four_letters("TILE"), "tiles", false, true, nullptr},
     {four_letters("REGN"), "region", false, true, nullptr},
+    {four_letters("IMAG"), "imagery", false, false, nullptr},
 }};
 
 std::array<WorldSection, kWorldSectionKinds> writing_order() {
@@ -447,6 +450,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
   of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
   of(WorldSection::region) = {.bytes = ground_section::kRegionBytes, .present = ground.info.region.exists()};
+  of(WorldSection::imagery) = {.bytes = ground_section::kImageryBytes,
+                               .present = ground.info.exists() && ground.imagery.exists()};
   std::uint64_t end = kHeaderBytes;
   for (const WorldSection section : writing_order()) {
     SectionPlace& place = of(section);

@@ -182,7 +182,17 @@ Status WorldReader::read_ground() {
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   ground_.tile_crc = tiles.crc;
   const auto fault = ground_section::decode(bytes, tiles.bytes, ground_);
-  return fault.what == nullptr ? Status() : corrupt_section(WorldSection::ground, fault.what, fault.offset);
+  if (fault.what != nullptr) return corrupt_section(WorldSection::ground, fault.what, fault.offset);
+  return read_imagery();
+}
+
+Status WorldReader::read_imagery() {
+  if (!place_of(WorldSection::imagery).present) return {};
+  std::array<std::byte, ground_section::kImageryBytes> bytes;
+  if (const Status status = read_section(WorldSection::imagery, bytes); !status.ok()) return status;
+  const auto fault = ground_section::decode_imagery(bytes, ground_);
+  if (fault.what == nullptr) return {};
+  return corrupt_section(WorldSection::imagery, fault.what, fault.offset);
 }
 
 Status WorldReader::read_region(const WorldInfo& info) {

@@ -42,6 +42,8 @@ class WorldReader {
   const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
   const TilePlace& root_tile() const { return ground_.root; }
   std::uint64_t tile_bytes() const { return ground_.tile_bytes; }
+  const ImageryInfo& imagery() const { return ground_.imagery; }  // the same
+  const TilePlace& root_image() const { return ground_.image_root; }
 
   // Reads all of the file, through a small buffer: all that the functions below check, and the checksums of
   // sections of unknown kind; but not the octree's nodes, whose check takes memory, and of tiles
@@ -85,8 +87,8 @@ class WorldReader {
   // surroundings().rim_points of them.
   Status read_rim(std::span<glm::ivec3> rim) const;
 
-  // The bytes of a tile, which are not checked: decode_tile() does. corrupt ("tiles") where the place is not
-  // in the section. out: place.bytes.
+  // The bytes of a tile, which are not checked: decode_tile() or check_image_tile() does. corrupt ("tiles")
+  // where the place is not in the section. out: place.bytes.
   Status read_tile(const TilePlace& place, std::span<std::byte> out) const;
 
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
@@ -112,6 +114,7 @@ class WorldReader {
   Status read_surroundings(glm::ivec3 extent);
   Status read_ground();
   Status read_region(const WorldInfo& info);
+  Status read_imagery();
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;
   Status verify_images() const;

@@ -90,6 +90,12 @@ Status put_region(const ByteSink& sink, const WorldGround& ground) {
   return put(sink, bytes);
 }
 
+Status put_imagery(const ByteSink& sink, const WorldGround& ground) {
+  std::array<std::byte, ground_section::kImageryBytes> bytes;
+  ground_section::encode_imagery(ground, bytes);
+  return put(sink, bytes);
+}
+
 std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& patches,
                                     const WorldMaterials& materials) {
   switch (section) {
@@ -137,6 +143,8 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
       return put_ground(sink, world.ground);
     case WorldSection::region:
       return put_region(sink, world.ground);
+    case WorldSection::imagery:
+      return put_imagery(sink, world.ground);
     default:
       break;
   }
@@ -220,6 +228,9 @@ Status WorldWriter::validate() const {
       return invalid(fault.what, "ground");
     if (const auto fault = ground_section::check_region(info, ground.info); fault.what != nullptr)
       return invalid(fault.what, "region");
+    const auto of_imagery =
+        ground.imagery.exists() ? ground_section::check_imagery(ground) : ground_section::Fault();
+    if (of_imagery.what != nullptr) return invalid(of_imagery.what, "imagery");
   }
   return check_materials(info, materials);
 }

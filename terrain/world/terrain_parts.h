@@ -18,6 +18,7 @@
 #include "terrain/base/budget.h"
 #include "terrain/base/check.h"
 #include "terrain/base/config.h"
+#include "terrain/imagery/imagery.h"
 #include "terrain/world/ground.h"
 #include "terrain/world/residency.h"
 #include "terrain/world/shadow_casters.h"
@@ -51,7 +52,8 @@ struct TerrainParts {
 
   World world;
   Residency residency;
-  Ground ground;  // nothing is attached to it by load(): whoever reads tiles does
+  Ground ground;    // nothing is attached to it by load(): whoever reads tiles does
+  Imagery imagery;  // the same
   ShadowCasters casters;
   std::array<ViewState, kMostViews> views;  // those beyond Config::max_views have no memory
   Arena arena{{}};

@@ -68,6 +68,16 @@ TEST(WorldGrid, SuggestedVoxelSizeFits) {
   for (double size = 100; size < 1'000; size *= 1.007) check({{0, 0.3, 0}, {size, size * 1.7, 20}}, 0.1);
 }
 
+TEST(WorldGrid, WhereNoVoxelSizeFitsNoneIsSuggested) {
+  for (const double voxel_m : {0.3, 0.4275, 0.51, 0.7}) {
+    const std::string message = error_of({{0, 500, 0}, {256, 501, 0.5}}, voxel_m);
+    EXPECT_NE(message.find("no size fits"), std::string::npos) << message;
+  }
+  EXPECT_NE(error_of({{-5, 0, -5}, {5, 9'000, 5}}, 11).find("no size fits"), std::string::npos);
+  // A half of the shorter side is too small, all of it is not.
+  EXPECT_NE(error_of({{0, 0, 0}, {400, 1, 1}}, 3).find("try --voxel 0.99"), std::string::npos);
+}
+
 Elevation slope(int width, int height) {
   Elevation e;
   e.width = width;

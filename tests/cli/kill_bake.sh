@@ -1,17 +1,29 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# kill_bake.sh KARST KARST-BAKE COUNT: ends bakes that overwrite a world until COUNT of them were killed, at
-# times all over their run and, every second one, while the new file is there, with SIGINT, SIGTERM and
-# SIGKILL in turn. Each time the old world or the new one must be there, whole; after SIGINT and SIGTERM
-# nothing else; what SIGKILL leaves must be gone after the next whole bake.
+# kill_bake.sh KARST KARST-BAKE COUNT [ground]: ends bakes that overwrite a world, of voxels or of tiles,
+# until COUNT of them were killed, at times all over their run and, every second one, while the new file is
+# there, with SIGINT, SIGTERM and SIGKILL in turn. Each time the old world or the new one must be there,
+# whole; after SIGINT and SIGTERM nothing else; what SIGKILL leaves must be gone after the next whole bake.
 set -euo pipefail
-karst=$1 bake=$2 count=$3
+karst=$1 bake=$2 count=$3 kind=${4:-voxels}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 mkdir worlds
-# Without textures the bake is short, and its write a large part of it.
-bake_world() { "$bake" --sample hills -o worlds/w.karst --voxel "$1" --levels 3 --materials none --quiet; }
+# Without textures the bake is short, and its write a large part of it. words N: of the Nth of two.
+if [[ $kind == ground ]]; then
+  python3 -c 'import struct
+samples = (x + y + x * y % 7 for y in range(500) for x in range(500))
+open("dem.bil", "wb").write(b"".join(struct.pack("<h", sample) for sample in samples))'
+  printf 'ncols 500\nnrows 500\nnbits 16\npixeltype signedint\nbyteorder I\n' >dem.hdr
+  words() { input=(dem.bil --ground --pixel-size "1$1"); }
+else
+  words() { input=(--sample hills --voxel "$1" --levels 3); }
+fi
+bake_world() {
+  words "$1"
+  "$bake" "${input[@]}" -o worlds/w.karst --materials none --quiet
+}
 
 bake_world 80
 old=$(sha256sum <worlds/w.karst)
@@ -23,11 +35,12 @@ torn=0 leftovers=0 killed=0 replaced=0 writing=0
 for ((n = 0; killed < count; ++n)); do
   signals=(INT TERM KILL)
   signal=${signals[n % 3]}
+  words $((79 + n % 2))
   # A shell's background commands ignore SIGINT.
   python3 -c 'import os, signal, sys
 signal.signal(signal.SIGINT, signal.SIG_DFL)
-os.execv(sys.argv[1], sys.argv[1:])' "$bake" --sample hills -o worlds/w.karst \
-    --voxel "$((79 + n % 2))" --levels 3 --materials none --quiet &
+os.execv(sys.argv[1], sys.argv[1:])' "$bake" "${input[@]}" -o worlds/w.karst \
+    --materials none --quiet &
   child=$!
   # From the start to about the end, by a step that shares no divisor with the range.
   wait_us=$(((n * 7919) % span_us))

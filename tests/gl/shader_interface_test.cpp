@@ -73,6 +73,10 @@ const std::map<std::string, Field> kFields = {KARST_FIELD(clip_from_lattice, GL_
                                               KARST_FIELD(screen_place, GL_INT_VEC4),
                                               KARST_FIELD(screen_scale, GL_FLOAT_VEC4),
                                               KARST_FIELD(screen_depth, GL_FLOAT_VEC4),
+                                              KARST_FIELD(image_centre, GL_INT_VEC4),
+                                              KARST_FIELD(image_sizes, GL_INT_VEC4),
+                                              KARST_FIELD(image_eye, GL_FLOAT_VEC4),
+                                              KARST_FIELD(image_scale, GL_FLOAT_VEC4),
                                               KARST_FIELD(light_scale, GL_FLOAT_VEC4),
                                               KARST_ARRAY(light_place, GL_FLOAT_VEC4),
                                               KARST_ARRAY(light_colour, GL_FLOAT_VEC4)};
@@ -94,8 +98,8 @@ class ShaderInterface : public testing::Test {
  protected:
   void SetUp() override {
     constexpr ProgramSettings kSettings[] = {
-        {.materials = 3, .blend_map = true, .shadows = true},
-        {.materials = 3, .deferred = true, .blend_map = true, .shadows = true},
+        {.materials = 3, .blend_map = true, .imagery = true, .shadows = true},
+        {.materials = 3, .deferred = true, .blend_map = true, .imagery = true, .shadows = true},
         {.drape = true}};
     for (std::size_t n = 0; n < std::size(kSettings); ++n) {
       const Status status = sets_[n].create(context_.gl(), kSettings[n], log_);
@@ -202,17 +206,14 @@ TEST_F(ShaderInterface, BlocksHaveTheOffsetsOfTheStructs) {
 }
 
 TEST_F(ShaderInterface, SamplersReadTheirUnits) {
-  const std::map<std::string, GLint> units = {{"page_table", KARST_UNIT_PAGE_TABLE},
-                                              {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
-                                              {"morph_rows", KARST_UNIT_MORPH_ROWS},
-                                              {"far_textures", KARST_UNIT_FAR_TEXTURES},
-                                              {"near_textures", KARST_UNIT_NEAR_TEXTURES},
-                                              {"variation", KARST_UNIT_VARIATION},
-                                              {"sky_visibility", KARST_UNIT_SKY_VISIBILITY},
-                                              {"drape", KARST_UNIT_DRAPE},
-                                              {"shadow_maps", KARST_UNIT_SHADOW_MAPS},
-                                              {"geometry", KARST_UNIT_GEOMETRY},
-                                              {"blend_map", KARST_UNIT_BLEND_MAP}};
+  const std::map<std::string, GLint> units = {
+      {"page_table", KARST_UNIT_PAGE_TABLE},         {"morph_entries", KARST_UNIT_MORPH_ENTRIES},
+      {"morph_rows", KARST_UNIT_MORPH_ROWS},         {"far_textures", KARST_UNIT_FAR_TEXTURES},
+      {"near_textures", KARST_UNIT_NEAR_TEXTURES},   {"variation", KARST_UNIT_VARIATION},
+      {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
+      {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY},
+      {"blend_map", KARST_UNIT_BLEND_MAP},           {"image_tiles", KARST_UNIT_IMAGE_TILES},
+      {"image_table", KARST_UNIT_IMAGE_TABLE}};
   const auto get_uniform = context_.function<PFNGLGETACTIVEUNIFORMPROC>("glGetActiveUniform");
   const auto get_value = context_.function<PFNGLGETUNIFORMIVPROC>("glGetUniformiv");
   std::set<std::string> seen;

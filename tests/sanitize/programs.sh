@@ -44,10 +44,13 @@ raw nine 9 9 001 010 003 020 002 005 011
 run 0 "$bake" nine.bil -o nine.karst --materials none --pixel-size 1 --levels 1 --voxel 4
 run 0 "$bake" nine.bil -o holes.karst --materials none --pixel-size 1 --voxel 4 --nodata 3,hole --water 2
 
+run 0 "$bake" nine.bil -o tiles.karst --ground --pixel-size 1 --material-side 16 --nodata 3 --water 2
+run 0 "$bake" two.bil -o least.karst --ground --pixel-size 1 --materials none
+
 for sample in arches canyon caves hills; do
   run 0 "$bake" --sample "$sample" -o "$sample.karst" --voxel 100 --levels 2 --material-side 16
 done
-for world in two nine holes caves; do
+for world in two nine holes caves tiles least; do
   run 0 "$karst" info "$world.karst"
   run 0 "$karst" budget "$world.karst" --json
   run 0 "$karst" render "$world.karst" -o "$world.png" --size 48x32 --stats -
@@ -55,6 +58,7 @@ done
 # Next to the ground and with it behind the eye.
 run 0 "$karst" view hills.karst --headless --size 48x32 --frames 4 --camera 0,~36,0,0,0 --stats -
 run 0 "$karst" view hills.karst --headless --size 48x32 --frames 4 --camera 0,~1.7,0,90,80 --shading forward
+run 0 "$karst" view tiles.karst --headless --size 48x32 --frames 4 --camera 0,~1.7,0,90,-10 --stats -
 run 0 "$karst" render hills.karst -o drape.png --size 48x32 --drape two.png --lod full
 run 0 "$karst" budget
 for command in "" view render info budget; do run 0 "$karst" $command --help; done

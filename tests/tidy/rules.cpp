@@ -84,8 +84,8 @@ struct Floor {
 constexpr string_view kCore[] = {"terrain/base",    "terrain/field",    "terrain/surface", "terrain/patch",
                                  "terrain/measure", "terrain/resident", "terrain/view",    "terrain/cull",
                                  "terrain/lod",     "terrain/ground",   "terrain/draw",    "terrain/nodes",
-                                 "terrain/regions", "terrain/shadow",   "terrain/shading", "terrain/query",
-                                 "terrain/file",    "terrain/world"};
+                                 "terrain/regions", "terrain/imagery",  "terrain/shadow",  "terrain/shading",
+                                 "terrain/query",   "terrain/file",     "terrain/world"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};

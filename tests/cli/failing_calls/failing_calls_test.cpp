@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,7 +26,7 @@ constexpr int kTimedOut = 124;  // of timeout(1)
 struct Job {
   const char* name;
   std::string program;
-  Words words;         // OUT and WORLD stand for files
+  Words words;         // OUT, WORLD, DEM and GROUND, a world of it, stand for files
   bool bytes_are_set;  // what it writes is the same every time
 };
 
@@ -33,6 +35,19 @@ const Job kJobs[] = {{"bake",
                       {"--sample", "hills", "-o", "OUT", "--voxel", "400", "--levels", "1", "--materials",
                        "none", "--quiet", "--threads", "2"},
                       true},
+                     {"bake_ground",
+                      KARST_BAKE_PATH,
+                      {"DEM", "-o", "OUT", "--ground", "--pixel-size", "10", "--materials", "none", "--quiet",
+                       "--threads", "2"},
+                      true},
+                     {"render_ground",
+                      KARST_APP_PATH,
+                      {"render", "GROUND", "-o", "OUT", "--size", "32x24", "--camera", "0,~3,0,0,-5"},
+                      true},
+                     {"view_ground",
+                      KARST_APP_PATH,
+                      {"view", "GROUND", "--headless", "--frames", "2", "--size", "32x24", "--stats", "OUT"},
+                      false},
                      {"render", KARST_APP_PATH, {"render", "WORLD", "-o", "OUT", "--size", "32x24"}, true},
                      {"view",
                       KARST_APP_PATH,
@@ -45,6 +60,15 @@ class FailingCalls : public testing::TestWithParam<Job> {
     test::TestWorld world = test::TestWorld::hills();
     world.roughen(2, 9, 500);
     world_ = inputs_.write("world.karst", world.file());
+    std::vector<std::int16_t> samples;
+    for (int k = 0; k < 150 * 150; ++k) samples.push_back(static_cast<std::int16_t>(k % 150 + k % 7));
+    dem_ = inputs_.write("dem.bil", std::as_bytes(std::span(samples)));
+    inputs_.write("dem.hdr",
+                  std::string("ncols 150\nnrows 150\nnbits 16\npixeltype signedint\nbyteorder I\n"));
+    ground_ = inputs_.path("ground.karst");
+    const Words words = {dem_, "-o",          ground_, "--ground", "--pixel-size",
+                         "10", "--materials", "none",  "--quiet"};
+    ASSERT_EQ(test::run_process(KARST_BAKE_PATH, words).code, 0);
   }
 
   // Fails call number `at`; the count of them goes to count_.
@@ -58,7 +82,11 @@ class FailingCalls : public testing::TestWithParam<Job> {
                    "KARST_FAIL_COUNT=" + inputs_.path("count"),
                    job.program};
     for (const std::string& word : job.words)
-      words.push_back(word == "OUT" ? out() : word == "WORLD" ? world_ : word);
+      words.push_back(word == "OUT"      ? out()
+                      : word == "WORLD"  ? world_
+                      : word == "DEM"    ? dem_
+                      : word == "GROUND" ? ground_
+                                         : word);
     return test::run_process("/usr/bin/timeout", words);
   }
   std::string out() const { return outputs_.path("out"); }
@@ -82,7 +110,7 @@ class FailingCalls : public testing::TestWithParam<Job> {
   }
 
   test::Folder inputs_, outputs_;
-  std::string world_;
+  std::string world_, dem_, ground_;
 };
 
 // The first ones and some of the others.
@@ -102,7 +130,7 @@ TEST_P(FailingCalls, LeaveTheOldFileOrTheNewOne) {
     const std::string made = test::read_text(out());
     const std::uint64_t count = counted();
     std::printf("%s: %llu calls of %s\n", GetParam().name, static_cast<unsigned long long>(count), call);
-    // bake of a sample reads nothing.
+    // bake of a sample reads nothing, and of a DEM by its children alone.
     const bool reads = GetParam().program != KARST_BAKE_PATH;
     ASSERT_TRUE(count > 0 || (!reads && std::string_view(call) == "read")) << call;
     for (const std::uint64_t at : chosen(count)) {
@@ -131,7 +159,7 @@ TEST_P(FailingThreads, EndInFewerThreads) {
     EXPECT_TRUE(test::read_text(out()) == made) << at;
   }
 }
-INSTANTIATE_TEST_SUITE_P(OfBake, FailingThreads, testing::Values(kJobs[0]),
+INSTANTIATE_TEST_SUITE_P(OfBake, FailingThreads, testing::Values(kJobs[0], kJobs[1]),
                          [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace

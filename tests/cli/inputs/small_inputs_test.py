@@ -97,6 +97,16 @@ def resources(inputs):
     png("sea.png", 1024, 1024, 16, 0, b"\x10\x00" * 1024)
     inputs.run("elevation of one height, 1024 a side", 1, elevation("sea.png"), "--max-samples 1048576")
     inputs.run("a part of it", 0, elevation("sea.png", "--crop", "0,0,512,512", "--materials", "none"))
+    ground = ["--ground", "--materials", "none"]
+    inputs.run("a ground of one height", 1, elevation("sea.png", *ground), "--max-samples 1048576")
+    png("wide.png", 262_000, 2, 16, 0, b"\x10\x00" * 262_000)
+    inputs.run("a ground of 262000 x 2", 0, elevation("wide.png", *ground))
+    png("long.png", 40_000, 96, 16, 0, b"\x10\x00" * 40_000)
+    with open("long.png", "ab") as out:
+        out.write(bytes(850_000))
+    inputs.run("a ground of 40000 x 96", 1, elevation("long.png", *ground), "--max-samples 3840000")
+    inputs.run("the same, allowed", 0, elevation("long.png", *ground, "--max-samples", "3840000"),
+               most_mib=400)
     png("mat8k.png", 8192, 8192, 1, 0, bytes(1024))
     inputs.run("material of 8192 a side in 8 KB", 1, materials("mat8k.png"), "--max-texels 67108864")
     png("flat16.png", 4096, 4096, 16, 2, b"\x80\x10" * 3 * 4096)
@@ -116,6 +126,14 @@ def resources(inputs):
     png("drape16k.png", 16384, 16384, 8, 2, bytes(3 * 16384), 1)
     inputs.run("drape of 16384 a side", 1, ["karst", "render", "w.karst", "-o", "w.png", "--drape",
                                             "drape16k.png", "--max-memory", "64"], "--max-memory")
+    png("drape8k.png", 8192, 8192, 1, 0, bytes(1024))
+    drape = ["karst", "render", "w.karst", "-o", "w.png", "--size", "64x64", "--drape"]
+    inputs.run("drape of 8192 a side in 8 KB", 1, drape + ["drape8k.png"], "--max-memory")
+    png("drape6k.png", 6000, 6000, 8, 0, bytes(6000))
+    inputs.run("drape of 6000 a side in 35 KB", 1, drape + ["drape6k.png"], "--max-memory above 512")
+    inputs.run("the same, allowed", 0, drape + ["drape6k.png", "--max-memory", "600"], most_mib=500)
+    png("drape2k.png", 2048, 2048, 1, 0, bytes(256))
+    inputs.run("drape of 2048 a side in 1 KB", 0, drape + ["drape2k.png"])
     write("shapes.json", "[" + ",".join(["{}"] * 400_000) + "]")
     inputs.run("400,000 shapes of nothing", 1, elevation("nine.bil", "--carve", "shapes.json"), "shapes.json")
     write("over.json", json.dumps([{"shape": "sphere", "op": "empty", "center": [0, 0, 0], "radius": 90}] *
