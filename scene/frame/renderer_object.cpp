@@ -318,6 +318,7 @@ void RendererObject::fill_result(FrameResult& result) {
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
     result.triangles += ground.triangles;
+    if (ground_.exists()) result.triangles += ground_.belts(n).size() / 3;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   result.lacking += imagery_.lacking();
