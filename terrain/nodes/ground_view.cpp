@@ -411,11 +411,13 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   node_count_ += 4;
   const bool curved = looks.info.basis.is_curved();
   std::array<NodeBox, 4> boxes;
-  if (!curved) child_boxes(looks.info, *node.below, node.key, boxes);
-  // Where the four meet, without what boxes have around them.
-  const glm::dvec3 middle = 0.5 * (boxes[0].high + boxes[3].low);
-  const glm::dvec3 eye = looks.corner + looks.fine;
-  node.nearest = static_cast<std::uint8_t>((eye.x >= middle.x ? 1 : 0) | (eye.z >= middle.z ? 2 : 0));
+  if (!curved) {
+    child_boxes(looks.info, *node.below, node.key, boxes);
+    // Where the four meet, without what boxes have around them.
+    const glm::dvec3 middle = 0.5 * (boxes[0].high + boxes[3].low);
+    const glm::dvec3 eye = looks.corner + looks.fine;
+    node.nearest = static_cast<std::uint8_t>((eye.x >= middle.x ? 1 : 0) | (eye.z >= middle.z ? 2 : 0));
+  }
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child + quadrant)];
     child = {};
