@@ -13,6 +13,7 @@
 #include "app/files/whole_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/frames/flight_times.h"
+#include "bench/ground/bench_sweep.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_flight.h"
 #include "bench/suites/bench_lod.h"
@@ -144,6 +145,19 @@ int run_select(const BenchOptions& options) {
   return run_select_suite(select);
 }
 
+int run_sweep(const BenchOptions& options) {
+  SweepOptions sweep;
+  sweep.look = options.scene;
+  take(options.frames, sweep.frames);
+  take(options.rounds, sweep.rounds);
+  take(options.jumps, sweep.jumps);
+  take(options.disk_mb_per_s, sweep.megabytes_per_s);
+  if (options.disk_seek_ms >= 0) sweep.seek_ms = options.disk_seek_ms;
+  take(options.disk_sleep_ms, sweep.sleep_ms);
+  sweep.json = options.json;
+  return run_sweep_suite(sweep);
+}
+
 }  // namespace
 
 int run_bench(std::span<const char* const> words) {
@@ -175,9 +189,9 @@ int run_bench(std::span<const char* const> words) {
     print_error("karst-bench", error.text());
     return kExitFailure;
   }
-  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto,
-                                                     run_shading, run_shadows, run_queries,
-                                                     run_flight,  run_frames,  run_select};
+  constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto, run_shading,
+                                                     run_shadows, run_queries, run_flight, run_frames,
+                                                     run_select,  run_sweep};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

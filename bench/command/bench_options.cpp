@@ -38,7 +38,7 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows queries flight frames select",
+     .words = "core lod pareto shading shadows queries flight frames select sweep",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
@@ -48,12 +48,13 @@ constexpr OptionRow kSuiteRows[] = {
          "spheres and picks of voxels on one thread; "
          "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows; "
          "frames: times of frames on three flights, drawn as the options say; "
-         "select: choosing levels, listing and writing indices on flights, without GL",
+         "select: choosing levels, listing and writing indices on flights, without GL; "
+         "sweep: the same views of synthetic grounds of 10^6 to 10^12 samples, which take no WORLD",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "core, queries: 9, shading, select: 3, pareto: 1",
+     .initial = "core, queries: 9, shading, select, sweep: 3, pareto: 1",
      .min = 1,
      .max = 1000,
      .help = "medians are over so many rounds; of pareto and select: measured laps (all but lod and shadows)",
@@ -61,7 +62,7 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "frames",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "lod, flight, frames: 24, pareto: 120, shading: 1, shadows: 36, select: 240",
+     .initial = "lod, flight, frames, sweep: 24, pareto: 120, shading: 1, shadows: 36, select: 240",
      .min = 1,
      .max = 100000,
      .help = "of each flight (all but core and queries)",
@@ -177,11 +178,47 @@ constexpr OptionRow kFlightRows[] = {
      .store = put<&BenchOptions::flight>},
 };
 
-constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},
-                                   {"of shading", kShadingRows},
-                                   {"of pareto", kParetoRows},
-                                   {"of queries", kQueryRows},
-                                   {"of flight", kFlightRows}};
+constexpr OptionRow kSweepRows[] = {
+    {.name = "jumps",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "8",
+     .min = 1,
+     .max = 1000,
+     .help = "to new places of each ground",
+     .store = put<&BenchOptions::jumps>},
+    {.name = "disk-speed",
+     .kind = Kind::number,
+     .value = "MB",
+     .initial = "100",
+     .unit = "megabytes a second",
+     .min = 0.01,
+     .max = 1e6,
+     .help = "of what tiles are read from",
+     .store = put<&BenchOptions::disk_mb_per_s>},
+    {.name = "disk-seek",
+     .kind = Kind::number,
+     .value = "MS",
+     .initial = "5",
+     .unit = "milliseconds",
+     .min = 0,
+     .max = 1e4,
+     .help = "before each tile",
+     .store = put<&BenchOptions::disk_seek_ms>},
+    {.name = "disk-sleep",
+     .kind = Kind::number,
+     .value = "MS",
+     .initial = "1000",
+     .unit = "milliseconds",
+     .min = 1,
+     .max = 1e5,
+     .help = "of a disk that no frame may wait for, before each tile",
+     .store = put<&BenchOptions::disk_sleep_ms>},
+};
+
+constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},      {"of shading", kShadingRows},
+                                   {"of pareto", kParetoRows}, {"of queries", kQueryRows},
+                                   {"of flight", kFlightRows}, {"of sweep", kSweepRows}};
 constexpr OptionPart kParts[] = {kGroups, kSceneGroups};
 
 // What a suite has no use for, with blanks around each: it draws nothing, or the option is what it varies.
@@ -191,33 +228,41 @@ constexpr const char* kUnused[] = {
     "size "
     "sun fov haze show precision no-skip lod error-px lod-distance level generate-ms vertex-memory "
     "max-memory "
-    "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays flight ",
+    "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays flight jumps "
+    "disk-speed disk-seek disk-sleep ",
     // lod
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers level "
-    "generate-ms query-level query-patches rays flight ",
+    "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // pareto
-    " against lod error-px lod-distance query-level query-patches rays flight ",
+    " against lod error-px lod-distance query-level query-patches rays flight jumps disk-speed disk-seek "
+    "disk-sleep ",
     // shading
     " path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision no-skip "
-    "generate-ms query-level query-patches rays flight ",
+    "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // shadows
     " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms drape drape-repeat query-level query-patches rays flight ",
+    "generate-ms drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
+    "disk-sleep ",
     // queries
     " frames json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
     "board size sun fov haze show precision no-skip lod error-px lod-distance level generate-ms "
-    "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight ",
+    "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight jumps disk-speed "
+    "disk-seek disk-sleep ",
     // flight
     " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms query-level query-patches rays ",
+    "generate-ms query-level query-patches rays jumps disk-speed disk-seek disk-sleep ",
     // frames
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "generate-ms query-level query-patches rays flight ",
+    "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // select
     " json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers sun haze "
-    "show precision drape drape-repeat query-level query-patches rays flight "};
+    "show precision drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
+    "disk-sleep ",
+    // sweep
+    " against path targets distances full no-errors elevation pixel-size z-scale csv svg peers lod-distance "
+    "level generate-ms drape drape-repeat query-level query-patches rays flight "};
 constexpr const char* kSuiteNames[] = {"core",    "lod",    "pareto", "shading", "shadows",
-                                       "queries", "flight", "frames", "select"};
+                                       "queries", "flight", "frames", "select",  "sweep"};
 
 Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);
@@ -242,25 +287,29 @@ Error check(const CommandLine& line, const BenchOptions& options) {
 constinit const CommandSpec kBenchSpec = {
     .name = "karst-bench",
     .brief = "measures what worlds and frames cost",
-    .usage = "WORLD [--suite NAME] [options]",
+    .usage = "WORLD [--suite NAME] [options]\n--suite sweep [options]",
     .about =
         "Measures a world and prints the results beside those of the paper it follows. Each suite refuses "
-        "the options that it has no use for. In lod and pareto there are no shadow maps unless --shadows or "
+        "the options that it has no use for. In lod, pareto and sweep there are no shadow maps unless "
+        "--shadows or "
         "--board says so; lod and shading keep everything resident unless --vertex-memory or --board says "
         "otherwise.",
     .parts = kParts,
     .examples =
         "karst-bench canyon.karst\n"
-        "karst-bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg\n"};
+        "karst-bench canyon.karst --suite pareto --csv canyon.csv --svg canyon.svg\n"
+        "karst-bench --suite sweep\n"};
 
 Error parse_bench_options(std::span<const char* const> words, CommandLine& line, BenchOptions& options) {
   if (Error error = line.parse(words, kBenchSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
-  if (line.positional().size() != 1) return "takes one WORLD";
-  options.world = line.positional()[0];
   void* const targets[] = {&options, &options.scene};
   if (Error error = line.store(targets); !error.ok()) return error;
-  const bool levels_alone = options.suite == SuiteName::lod || options.suite == SuiteName::pareto;
+  const bool sweeps = options.suite == SuiteName::sweep;
+  if (sweeps && !line.positional().empty()) return "the suite sweep makes its own grounds: takes no WORLD";
+  if (!sweeps && line.positional().size() != 1) return "takes one WORLD";
+  if (!sweeps) options.world = line.positional()[0];
+  const bool levels_alone = sweeps || options.suite == SuiteName::lod || options.suite == SuiteName::pareto;
   if (levels_alone && !line.has("shadows") && !line.has("board")) options.scene.shadows = 0;
   return check(line, options);
 }

@@ -13,7 +13,18 @@
 
 namespace karst::bench {
 
-enum class SuiteName : std::uint8_t { core, lod, pareto, shading, shadows, queries, flight, frames, select };
+enum class SuiteName : std::uint8_t {
+  core,
+  lod,
+  pareto,
+  shading,
+  shadows,
+  queries,
+  flight,
+  frames,
+  select,
+  sweep
+};
 
 enum class FlightName : std::uint8_t { overview, low, oblique, high, teleport };
 inline constexpr const char* kFlightNames[] = {"default", "low", "oblique", "high", "teleport"};
@@ -38,6 +49,10 @@ struct BenchOptions {
   std::uint32_t query_patches = 0;  // 0: the suite's own
   std::uint32_t rays = 0;           // 0: the suite's own
   FlightName flight = FlightName::overview;
+  int jumps = 0;             // 0: the suite's own
+  double disk_mb_per_s = 0;  // 0: the suite's own
+  double disk_seek_ms = -1;  // less than 0: the suite's own
+  double disk_sleep_ms = 0;  // 0: the suite's own
 };
 
 extern const app::CommandSpec kBenchSpec;

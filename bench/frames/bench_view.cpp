@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/frames/bench_view.h"
 
-#include <ctime>
-
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -14,6 +12,7 @@
 #include <optional>
 
 #include "app/stage/camera_ground.h"
+#include "bench/frames/bench_clock.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
 
@@ -25,12 +24,6 @@ namespace {
 constexpr int kAskedAcross = 512;
 // Flights keep away from the ground.
 constexpr double kFree = std::numeric_limits<double>::infinity();
-
-double clock_ms(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
-}
 
 // Since this process was started; 0 where the system does not tell.
 double process_age_ms() {

@@ -18,6 +18,7 @@
 
 #include "app/common/arguments.h"
 #include "bench/frames/bench_view.h"
+#include "bench/ground/select_ground.h"
 #include "terrain/base/checksum.h"
 #include "terrain/draw/expand_indices.h"
 
@@ -313,7 +314,7 @@ Error measure(const SelectSuiteOptions& options) {
   BenchView view;
   if (Error error = view.load(options.world, options.look); !error.ok()) return error;
   auto& world = static_cast<WorldObject&>(view.stage().world());
-  if (world.terrain.world.patch_count() == 0) return options.world + ": has no surface";
+  const bool has_patches = world.terrain.world.patch_count() > 0;
   StageView look = view.look();
   look.work_ms = options.look.generate_ms >= 0 ? options.look.generate_ms : kGenerateMs;
   look.view.width_px = static_cast<std::uint32_t>(options.look.width);
@@ -333,7 +334,11 @@ Error measure(const SelectSuiteOptions& options) {
         return Error("camera", status);
       }
     }
-    if (Error error = flight.run(name, cameras, options.rounds); !error.ok()) return error;
+    if (has_patches) {
+      if (Error error = flight.run(name, cameras, options.rounds); !error.ok()) return error;
+    }
+    if (!world.terrain.ground.exists()) continue;
+    if (Error error = run_select_ground(view, look, name, cameras, options.rounds); !error.ok()) return error;
   }
   return {};
 }

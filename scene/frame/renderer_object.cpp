@@ -85,10 +85,15 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   CascadeSettings shadows;
   shadows.count = settings.cascades;
   shadows.size = settings.shadow_size;
+  // As without a region, whose voxels are finer than four samples.
+  const int finer = world.terrain.world.ground().lattice_size;
   const double reach_m = world.made_for.needs.shadow_reach_m;
   if (reach_m > 0) {
     shadows.reach_voxels = std::clamp(reach_m / world.shown.voxel_size_m, 4.0, 0x1p20);
+  } else {
+    shadows.reach_voxels = std::ldexp(shadows.reach_voxels, finer);
   }
+  shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);

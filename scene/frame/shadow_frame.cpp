@@ -177,25 +177,33 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     ++costs.cascades_skipped;
     return {};
   }
-  const std::int64_t start = clock_ns();
   const ViewState& view = input.views[input.view];
   const bool same_box = input.skip && map.drawn && map.cascade.same_as(cascade);
   if (!same_box) map.error_texels = std::max(map.error_texels / 2, kErrorTexels);
-  ShadowCasters::Result casters;
-  Status status = terrain_->casters.select(terrain_->world, terrain_->residency, view, cascade,
-                                           map.error_texels, casters);
-  costs.select_ms += ms_since(start);
-  if (status.ok() && casters.lacking > 0) {
-    status = complete_casters(input, map, cascade, casters, costs, limits);
-  }
-  if (status.code() == StatusCode::limit_reached) {
-    limits |= kLimitDrawItems;
-    status = {};
-  }
-  if (!status.ok()) return status;
   const double texel_steps = kErrorTexels * cascade.texel * kStepsPerVoxel;
-  const bool whole_ground = ground_->select_casters(
-      view, cascade, texel_steps, !casters.items.empty() && !casters.holes, input.wait, costs);
+  const bool has_patches = terrain_->world.patch_count() > 0;
+  bool whole_ground = ground_->select_casters(view, cascade, texel_steps, has_patches, input.wait, costs);
+  ShadowCasters::Result casters;
+  Status status;
+  // Far away the ground casts where a region is.
+  if (ground_->draws_patches(ground_->shadow_view())) {
+    const std::int64_t casters_start = clock_ns();
+    status = terrain_->casters.select(terrain_->world, terrain_->residency, view, cascade, map.error_texels,
+                                      casters);
+    costs.select_ms += ms_since(casters_start);
+    if (status.ok() && casters.lacking > 0) {
+      status = complete_casters(input, map, cascade, casters, costs, limits);
+    }
+    if (status.code() == StatusCode::limit_reached) {
+      limits |= kLimitDrawItems;
+      casters.holes = true;
+      status = {};
+    }
+    if (!status.ok()) return status;
+    // Until its patches are there the ground casts alone.
+    if (ground_->exists() && (casters.items.empty() || casters.holes))
+      whole_ground = ground_->select_casters(view, cascade, texel_steps, false, input.wait, costs);
+  }
   const std::uint64_t ground_hash = ground_->exists() ? ground_->casters_hash() : 0;
   map.complete = casters.lacking == 0 && whole_ground;
   map.thresholds = version(input);

@@ -39,6 +39,28 @@ constexpr int direction_of(Step step) {
   return -1;
 }
 
+// Where the neighbour of a child lies: a child of what is around its parent, or of the parent itself.
+constexpr std::size_t kOwn = 8;
+struct Link {
+  std::uint8_t from = 0;  // the direction, or kOwn
+  std::uint8_t quadrant = 0;
+};
+constexpr auto kLinks = [] {
+  std::array<std::array<Link, 8>, 4> links{};
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    for (int d = 0; d < 8; ++d) {
+      const int south = (quadrant >> 1) + kAround[d].south;
+      const int east = (quadrant & 1) + kAround[d].east;
+      const Step over{south < 0 ? -1 : south > 1 ? 1 : 0, east < 0 ? -1 : east > 1 ? 1 : 0};
+      const bool is_own = over.south == 0 && over.east == 0;
+      links[static_cast<std::size_t>(quadrant)][static_cast<std::size_t>(d)] = {
+          static_cast<std::uint8_t>(is_own ? kOwn : static_cast<std::size_t>(direction_of(over))),
+          static_cast<std::uint8_t>((east & 1) | (south & 1) << 1)};
+    }
+  }
+  return links;
+}();
+
 // No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
 // times error.
 float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
@@ -70,6 +92,15 @@ Frustum planes_at(const GroundRequest& request) {
 }  // namespace
 
 struct GroundView::Looks {
+  Looks(const GroundInfo& ground, const GroundRequest& asked, TileCache& cache)
+      : info(ground),
+        request(asked),
+        tiles(cache),
+        frustum(planes_at(asked)),
+        fine(asked.camera->fine),
+        corner(glm::dvec3(asked.camera->voxel) * double{kStepsPerVoxel}),
+        forward(asked.camera->forward) {}
+
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
@@ -82,6 +113,21 @@ struct GroundView::Looks {
   double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
+
+  // The tile of nodes' children: neighbours ask for the same one. Null: not there.
+  const Tile* find_below(NodeKey tile) {
+    Found& found = found_[static_cast<std::size_t>((tile.x & 1) | (tile.z & 1) << 1)];
+    if (!found.valid || !(found.key == tile)) found = {tile, tiles.find(tile), true};
+    return found.tile;
+  }
+
+ private:
+  struct Found {
+    NodeKey key;
+    const Tile* tile = nullptr;
+    bool valid = false;
+  };
+  std::array<Found, 4> found_{};
 };
 
 void GroundView::select(const GroundInfo& info, const GroundRequest& request, TileCache& tiles,
@@ -96,14 +142,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     dirty_begin_ = 0;
     dirty_end_ = known_rows_;
   }
-  const Camera& camera = *request.camera;
-  Looks looks{info,
-              request,
-              tiles,
-              planes_at(request),
-              glm::dvec3(camera.fine),
-              glm::dvec3(camera.voxel) * double{kStepsPerVoxel},
-              glm::vec3(camera.forward)};
+  Looks looks(info, request, tiles);
   looks.top = info.top_size();
   const float least_cos2 = request.scale.least_cos2;
   const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
@@ -125,7 +164,9 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   node_count_ = 1;
   KARST_ASSERT(root.tile != nullptr);
   if (root.parent_family == FamilyPool::kNone) return;
-  look_at(looks, root);
+  root.walls = static_cast<std::uint8_t>(node_walls(info, root.key));
+  root.planes = request.culls ? kAllPlanes : 0;
+  look_at(looks, node_box(info, root.tile->nodes[node_in_tile(root.key)], root.key), root);
 
   std::uint32_t begin = 0;
   for (std::uint32_t end = 1; begin < end; begin = end, end = node_count_) {
@@ -145,32 +186,42 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   list(looks);
 }
 
-// Its box, whether that is in view, and how near it is.
-void GroundView::look_at(const Looks& looks, Node& node) const {
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const NodeBox box = node_box(looks.info, measure, node.key);
+// Whether its box is in view, and how near it is. node.planes: in, those that its parent's box crosses.
+void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
   glm::dvec3 low = box.low - looks.corner;
   const glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
   const double lowest = low.y;
-  if (looks.request.culls) {
+  if (node.planes != 0) {
     // Walls are not in its box.
-    if (node_walls(looks.info, node.key) != 0) {
+    if (node.walls != 0) {
       low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
     }
     const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
     const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
-    for (const Plane& plane : looks.frustum.planes) {
+    unsigned crossed = 0;
+    for (unsigned n = 0; n < Frustum::kPlanes; ++n) {
+      if ((node.planes >> n & 1u) == 0) continue;
+      const Plane& plane = looks.frustum.planes[n];
       double inmost = double{plane.offset} + margin;
+      double outmost = double{plane.offset};
       for (int axis = 0; axis < 3; ++axis) {
-        const double normal = plane.normal[axis];
-        inmost += std::max(normal * low[axis], normal * high[axis]);
+        const double a = plane.normal[axis] * low[axis];
+        const double b = plane.normal[axis] * high[axis];
+        inmost += std::max(a, b);
+        outmost += std::min(a, b);
       }
-      if (inmost < 0) node.in_view = false;
+      if (inmost < 0) {
+        // Belts are not in boxes of nodes, and need all nodes around the region.
+        node.in_view = looks.request.has_region && borders_region(looks.info, node.key);
+        if (!node.in_view) return;
+        crossed = node.planes;
+        break;
+      }
+      if (outmost < 0) crossed |= 1u << n;
     }
+    node.planes = static_cast<std::uint8_t>(crossed);
   }
-  // Belts are not in boxes of nodes, and need all nodes around the region.
-  if (looks.request.has_region && borders_region(looks.info, node.key)) node.in_view = true;
   low.y = lowest;
   // As least_apparent_distance(), in double but for what the GPU computes in float.
   const float least_cos2 = looks.request.scale.least_cos2;
@@ -184,9 +235,9 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
     const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
     node.least_apparent = static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
   }
-  node.threshold = 0.0f;
   if (node.key.size == 0) return;
   double threshold = double{kInfinite};
+  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
   const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
   if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
     const double at_n = double{threshold_steps(halves[0])};
@@ -194,11 +245,12 @@ void GroundView::look_at(const Looks& looks, Node& node) const {
     threshold = ((at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor + looks.steps_away) *
                 looks.unit[static_cast<std::size_t>(node.key.size)];
   }
-  node.threshold = threshold_steps(threshold_half(static_cast<float>(threshold)));
+  node.half = threshold_half(static_cast<float>(threshold));
+  node.threshold = threshold_steps(node.half);
 }
 
 // Whether a node is to be split: then it has a family. Its children are not there yet.
-void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
+void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   if (!node.in_view) {
     ++result_.culled;
     return;
@@ -219,7 +271,8 @@ void GroundView::decide(const Looks& looks, FamilyPool& pool, Node& node) {
     return;
   }
   const NodeKey below = tile_of(node.key.child(0));
-  const bool has_tile = looks.tiles.find(below) != nullptr;
+  node.below = looks.find_below(below);
+  const bool has_tile = node.below != nullptr;
   if (!has_tile) {
     // Which of its tile's four children that is.
     const int quadrant = (below.x & 1) | (below.z & 1) << 1;
@@ -244,42 +297,54 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   KARST_ASSERT(node_count_ + 4 <= storage_.nodes.size());
   node.first_child = static_cast<std::int32_t>(node_count_);
   node_count_ += 4;
-  const Tile* const tile = looks.tiles.find(tile_of(node.key.child(0)));
+  std::array<NodeBox, 4> boxes;
+  child_boxes(looks.info, *node.below, node.key, boxes);
+  // Where the four meet, without what boxes have around them.
+  const glm::dvec3 middle = 0.5 * (boxes[0].high + boxes[3].low);
+  const glm::dvec3 eye = looks.corner + looks.fine;
+  node.nearest = static_cast<std::uint8_t>((eye.x >= middle.x ? 1 : 0) | (eye.z >= middle.z ? 2 : 0));
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child + quadrant)];
     child = {};
     child.key = node.key.child(quadrant);
-    child.tile = tile;
+    child.tile = node.below;
     child.parent_family = node.family;
-    if (node_exists(looks.info, child.key)) look_at(looks, child);
+    // Within a node that ends at no wall all is there, and ends at none.
+    if (node.walls != 0) {
+      if (!node_exists(looks.info, child.key)) continue;
+      child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
+    }
+    child.planes = node.planes;
+    look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
   }
 }
 
 void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   const Node& node = storage_.nodes[static_cast<std::size_t>(parent)];
-  for (int quadrant = 0; quadrant < 4; ++quadrant) {
-    Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child + quadrant)];
-    for (int d = 0; d < 8; ++d) {
-      const int south = (quadrant >> 1) + kAround[d].south;
-      const int east = (quadrant & 1) + kAround[d].east;
-      // Whose child that is: the parent's own, or that of one around it.
-      const Step over{south < 0 ? -1 : south > 1 ? 1 : 0, east < 0 ? -1 : east > 1 ? 1 : 0};
-      std::int32_t from = parent;
-      if (over.south != 0 || over.east != 0) from = node.around[direction_of(over)];
-      if (from < 0) {
-        child.around[d] = from;
-        continue;
+  // By direction: the first child of the one around it, or what its children would read.
+  std::array<std::int32_t, kOwn + 1> first;
+  std::array<bool, kOwn + 1> ends;  // some of the children may not exist
+  first[kOwn] = node.first_child;
+  ends[kOwn] = node.walls != 0;
+  for (std::size_t d = 0; d < kOwn; ++d) {
+    first[d] = node.around[d];
+    ends[d] = false;
+    if (first[d] < 0) continue;
+    const Node& other = storage_.nodes[static_cast<std::size_t>(first[d])];
+    first[d] = !other.in_view ? Node::kOutOfView : other.is_split() ? other.first_child : Node::kNotThere;
+    ends[d] = other.walls != 0;
+  }
+  for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
+    Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child) + quadrant];
+    for (std::size_t d = 0; d < 8; ++d) {
+      const Link link = kLinks[quadrant][d];
+      std::int32_t at = first[link.from];
+      if (at >= 0) {
+        at += link.quadrant;
+        if (ends[link.from] && !node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key))
+          at = Node::kOutside;
       }
-      const Node& other = storage_.nodes[static_cast<std::size_t>(from)];
-      if (!other.in_view) {
-        child.around[d] = Node::kOutOfView;
-      } else if (!other.is_split()) {
-        child.around[d] = Node::kNotThere;
-      } else {
-        const std::int32_t at = other.first_child + ((east & 1) | (south & 1) << 1);
-        const bool exists = node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key);
-        child.around[d] = exists ? at : Node::kOutside;
-      }
+      child.around[d] = at;
     }
   }
 }
@@ -287,24 +352,25 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
 // Of a split node, for its family.
 void GroundView::make_row(const Looks& looks, const Node& node) {
   std::array<std::uint16_t, kMorphRow> row{};
-  const auto own = threshold_half(node.threshold);
-  const auto shared = [&](std::uint16_t least, int direction) {
-    const std::int32_t at = node.around[direction];
-    if (at < 0) return least;
-    const Node& other = storage_.nodes[static_cast<std::size_t>(at)];
-    if (!other.in_view) return least;
-    if (other.refused) return std::uint16_t{0};
-    return std::min(least, threshold_half(other.threshold));
-  };
-  row[kFamilyInside] = own;
-  for (int edge = 0; edge < 4; ++edge) row[static_cast<std::size_t>(family_edge(edge))] = shared(own, edge);
-  for (int corner = 0; corner < 4; ++corner) {
-    // The edges that meet there.
-    std::uint16_t least = shared(own, corner);
-    least = shared(least, (corner + 3) % 4);
-    row[static_cast<std::size_t>(family_corner(corner))] = shared(least, 4 + corner);
+  if (looks.request.morphing) {
+    // By direction: at most this, for what is around.
+    std::array<std::uint16_t, 8> most;
+    for (std::size_t d = 0; d < 8; ++d) {
+      most[d] = node.half;
+      if (node.around[d] < 0) continue;
+      const Node& other = storage_.nodes[static_cast<std::size_t>(node.around[d])];
+      if (other.in_view) most[d] = other.refused ? std::uint16_t{0} : std::min(node.half, other.half);
+    }
+    row[kFamilyInside] = node.half;
+    for (std::size_t n = 0; n < 4; ++n) {
+      row[static_cast<std::size_t>(family_edge(static_cast<int>(n)))] = most[n];
+      // The edges that meet there.
+      row[static_cast<std::size_t>(family_corner(static_cast<int>(n)))] =
+          std::min({most[n], most[(n + 3) % 4], most[4 + n]});
+    }
+  } else {
+    std::fill(row.begin(), row.end(), kNeverMorphs);
   }
-  if (!looks.request.morphing) std::fill(row.begin(), row.end(), kNeverMorphs);
   store_row(node.family + 1, row);
 }
 
@@ -353,7 +419,6 @@ void GroundView::list(const Looks& looks) {
   std::array<std::int32_t, 4 * (kMostSize + 2)> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
-  const glm::dvec3 eye = looks.corner + looks.fine;
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
@@ -366,7 +431,7 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
-      item.walls = static_cast<std::uint8_t>(node_walls(looks.info, node.key));
+      item.walls = node.walls;
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=
@@ -374,14 +439,7 @@ void GroundView::list(const Looks& looks) {
       result_.least_size = std::min(result_.least_size, node.key.size);
       continue;
     }
-    // The middle vertex of its family.
-    const auto middle = [&](int axis, int index) {
-      const std::int64_t vertex = (std::int64_t{2} * index + 1) * kNodeQuads;
-      const std::int64_t sample = sample_of(looks.info.samples[axis], node.key.size - 1, vertex);
-      return static_cast<double>(sample_place(looks.info, axis, sample) * kVertexStep);
-    };
-    const int near = (eye.x >= middle(0, node.key.x) ? 1 : 0) | (eye.z >= middle(1, node.key.z) ? 2 : 0);
-    for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (near ^ away);
+    for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (node.nearest ^ away);
   }
 }
 

@@ -47,6 +47,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/draw/draw_list.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/ground/tile_cache.h"
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
@@ -87,12 +88,17 @@ class GroundView {
 
     NodeKey key;
     float threshold = 0;                       // D, as its half says; steps of size 0. 0 of size 0
-    float least_apparent = 0;                  // of its box
+    float least_apparent = 0;                  // of its box. Both: where it is in view
     std::int32_t first_child = -1;             // the first of four, by quadrant; -1: not split
     std::uint32_t family = FamilyPool::kNone;  // of its children
     std::uint32_t parent_family = FamilyPool::kNone;
     std::int32_t around[8] = {};  // nodes of its size: over edges 0..3, at corners 0..3 (family_row.h)
     const Tile* tile = nullptr;   // its own
+    const Tile* below = nullptr;  // its children's, where it is to be split
+    std::uint16_t half = 0;       // threshold, as the GPU has it
+    std::uint8_t planes = 0;      // that its box crosses: its children are inside of the others, too
+    std::uint8_t walls = 0;       // node_walls()
+    std::uint8_t nearest = 0;     // the quadrant over which the eye stands, or that is nearest to it
     bool in_view = false;
     bool refused = false;
 
@@ -160,8 +166,8 @@ class GroundView {
 
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
-  void look_at(const Looks& looks, Node& node) const;
-  void decide(const Looks& looks, FamilyPool& pool, Node& node);
+  static void look_at(const Looks& looks, const NodeBox& box, Node& node);
+  void decide(Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
   bool leaves_region(const Looks& looks) const;

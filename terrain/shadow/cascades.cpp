@@ -16,7 +16,6 @@ namespace {
 // The share of the logarithmic split. At 1 the smallest box would be a few voxels and at 0 the largest ones
 // alike; 0.8 gives the first of two boxes about a fifth of the reach.
 constexpr double kLogarithmic = 0.8;
-constexpr double kNearest = 1.0;  // voxels; where the logarithmic split begins
 
 // Boxes move in this many steps over their side. The eye is within half a step of the middle on each axis.
 constexpr int kSteps = 8;
@@ -43,10 +42,10 @@ double snap(double value, double step) {
   return std::floor(value / step + 0.5) * step;
 }
 
-double split(int n, int count, double reach) {
+double split(int n, int count, double nearest, double reach) {
   const double part = static_cast<double>(n) / count;
-  return kLogarithmic * kNearest * std::pow(reach / kNearest, part) +
-         (1 - kLogarithmic) * (kNearest + (reach - kNearest) * part);
+  return kLogarithmic * nearest * std::pow(reach / nearest, part) +
+         (1 - kLogarithmic) * (nearest + (reach - nearest) * part);
 }
 
 // The four sides, two of them twice: a frustum has six planes. margin: steps that they are moved outwards.
@@ -100,6 +99,8 @@ Status CascadeSettings::validate() const {
   if (!(reach_voxels >= 4 && reach_voxels <= kCameraReach)) {
     return refuse("not within 4..2^20 voxels", "reach_voxels");
   }
+  if (!(nearest_voxels > 0 && nearest_voxels <= reach_voxels / 4))
+    return refuse("not above 0 and at most a quarter of reach_voxels", "nearest_voxels");
   return {};
 }
 
@@ -137,10 +138,10 @@ void FitCascades::run() const {
 
   const glm::dvec3 eye = in_light(*light, eye_lattice(*camera) / static_cast<double>(kStepsPerVoxel));
   const double across = std::max({extent.high.x - extent.low.x, extent.high.y - extent.low.y, 1.0});
-  const double reach = std::min(settings.reach_voxels, std::max(2.0 * kNearest, across));
+  const double reach = std::min(settings.reach_voxels, std::max(2.0 * settings.nearest_voxels, across));
   for (int n = 0; n < settings.count; ++n) {
     Cascade& cascade = cascades[static_cast<std::size_t>(n)];
-    const double radius = split(n + 1, settings.count, reach);
+    const double radius = split(n + 1, settings.count, settings.nearest_voxels, reach);
     cascade.side = 2 * radius * kSteps / (kSteps - 1);
     double step = cascade.side / kSteps;
     glm::dvec2 middle(snap(eye.x, step), snap(eye.y, step));

@@ -46,6 +46,7 @@ struct CascadeSettings {
   int size = 1024;            // kLeastCascadeSize..kMostCascadeSize, a multiple of kCascadeSizeStep
   double reach_voxels = 256;  // 4..2^20: beyond it from the eye there are no shadows, if not in the world's
                               // box; 256 voxels in 1,024 texels are half a voxel each
+  double nearest_voxels = 1;  // where the logarithmic split begins; above 0, at most a quarter of the reach
   // invalid_argument naming the first field outside its range.
   Status validate() const;
 };

@@ -78,7 +78,8 @@ The error of a picture is measured from its depth (`bench/measure/picture_error.
 distance in pixels between what is seen at a pixel and the elevation above or below it. Against a picture of
 the full level: the distance of the surfaces, in pixels at most. Times are medians of frames that end with
 `glFinish`; the metric is not part of them, nor of the memory. By error, `target` is `--error-px`; by
-distance (K's scheme) it is `--lod-distance`, and nothing morphs: levels pop.
+distance it is `--lod-distance`: levels of voxels are K's and pop,
+nodes of a ground are split by distance over side as S splits them, and morph.
 
 END
   echo "Measured on $(date +%F) at $(git -C "$root" rev-parse --short HEAD) with $(nproc) cores and" \
@@ -89,8 +90,11 @@ END
 ## Beside other engines
 
 The scene of the peers: a heightmap of 1025² samples, one texture, 1280 × 720, a flight of 240 frames. karst
-draws it baked with voxels of 100 m at level 4 (fit error RMS 0.078 m), with `--drape`. Programs took turns;
-figures are medians over the rounds. Irrlicht and OSG do not morph. Memory is the process's peak.
+draws it baked with `--ground`, or with `KIND=voxels` with voxels of 100 m at level 4 (fit error RMS 0.078 m),
+with `--drape`. Programs took turns; figures are medians over the rounds. Irrlicht and OSG do not morph. Memory
+is the process's peak. The geometry clipmap and CDLOD are programs of our own after
+A. Asirvatham and H. Hoppe and after F. Strugar (`tests/bench/peers`), in OpenGL ES 3.0 as karst:
+*n* is the side of a level's grid in vertices, *m* the range of the finest level and the quads of a node's side.
 
 END
   header "program|setting|frame ms|p99 ms|CPU ms, all|main thread|triangles|memory MiB|first frame ms" \

@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# karst beside what users would choose instead: the same scene, camera path and machine, in turns.
+# karst beside what users would choose instead and beside published schemes: same scene, camera path and
+# machine, in turns.
 # See usage below, and layers.sh; docs/run-time-against-error.md has the results.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -19,8 +20,9 @@ are absent.
 
   ROUNDS=3      rounds of all programs; figures are medians over them; 0: tables of the last measurements
   ERRORS=1      measures the errors of pictures too; karst: only ours, the peers' are kept; 0: none
+  KIND=ground   what karst bakes the scene as: ground or voxels
   TARGETS       karst's error targets: that of the default settings, and one whose p99 error is at most 1.3 px
-                ("4 2.75")
+                ("4 2.7"; of voxels "4 2.75")
 END
 }
 
@@ -46,7 +48,7 @@ build() {
   add_rms "$peers/src"
   cmake -S "$peers/src" -B "$peers/build" -G Ninja -DKARST_ROOT="$(realpath "$here/../..")" >/dev/null
   nice -n 10 cmake --build "$peers/build" --parallel "${JOBS:-2}" --target gen_terrain gen_layers \
-    peer_ogre peer_ogre_layers peer_irrlicht peer_osg
+    peer_ogre peer_ogre_layers peer_irrlicht peer_osg peer_clipmap peer_cdlod
 }
 
 # name, program and arguments. The first word of a name is the peer, the rest its setting.
@@ -57,6 +59,10 @@ programs=(
   "OGRE Terrain,GLES2 error 8|peer_ogre gles2 8"
   "OGRE Terrain,GL3+ error 8|peer_ogre gl3plus 8"
   "OGRE Terrain,GL3+ error 1|peer_ogre gl3plus 1"
+  "geometry clipmap,n 127|peer_clipmap 127"
+  "geometry clipmap,n 255|peer_clipmap 255"
+  "CDLOD,200 m of 32|peer_cdlod 200 32"
+  "CDLOD,300 m of 16|peer_cdlod 300 16"
 )
 # Only seen once, for the plot.
 more_programs=(
@@ -67,11 +73,15 @@ more_programs=(
   "OSG,ratio 7|peer_osg 7"
   "OGRE Terrain,GL3+ error 4|peer_ogre gl3plus 4"
   "OGRE Terrain,GL3+ error 2|peer_ogre gl3plus 2"
+  "geometry clipmap,n 63|peer_clipmap 63"
+  "CDLOD,150 m of 16|peer_cdlod 150 16"
 )
 
 make_scene() {
   scene_inputs "$peers"
-  "$bake" "${scene_bake[@]}" -o peers.karst >"$out/bake.txt"
+  local bake_as=("${scene_ground[@]}")
+  if [[ $kind == voxels ]]; then bake_as=("${scene_bake[@]}"); fi
+  "$bake" "${bake_as[@]}" -o peers.karst >"$out/bake.txt"
   scene_path >peers.txt
 }
 
@@ -206,7 +216,7 @@ run() {
   peers=$(cd "$1" 2>/dev/null && pwd) || skip "no folder $1; see peers.sh build"
   bench=$(realpath "$2/bench/karst-bench")
   bake=$(realpath "$2/bake/karst-bake")
-  for program in gen_terrain peer_irrlicht peer_osg peer_ogre; do
+  for program in gen_terrain peer_irrlicht peer_osg peer_ogre peer_clipmap peer_cdlod; do
     [[ -x $peers/build/$program ]] || skip "no $peers/build/$program; see peers.sh build"
   done
   [[ -x $bench && -x $bake ]] || skip "no karst-bench in $2"
@@ -214,7 +224,12 @@ run() {
   mkdir -p "$peers/data" "${3:-$peers/out}"
   out=$(cd "${3:-$peers/out}" && pwd)
   cd "$peers/data"
-  read -ra targets <<<"${TARGETS:-4 2.75}"
+  kind=${KIND:-ground}
+  case $kind in
+    ground) read -ra targets <<<"${TARGETS:-4 2.7}" ;;
+    voxels) read -ra targets <<<"${TARGETS:-4 2.75}" ;;
+    *) say "KIND=$kind: is ground or voxels"; exit 2 ;;
+  esac
   make_scene
   if [[ ${ROUNDS:-3} != 0 ]]; then : >"$out/times.txt"; fi
   touch "$out/errors.txt"

@@ -286,5 +286,26 @@ TEST_F(Bench, CoreWritesJson) {
   EXPECT_NE(test::read_text(file("core.json")).find("\"patches\""), std::string::npos);
 }
 
+TEST(BenchSweep, MakesItsOwnGrounds) {
+  const std::vector<std::string> words = {"--suite",  "sweep", "--size",  "64x36", "--frames",     "2",
+                                          "--rounds", "1",     "--jumps", "1",     "--disk-sleep", "1",
+                                          "--json",   "-"};
+  const ProcessResult result = test::run_process(KARST_BENCH_PATH, words);
+  ASSERT_EQ(result.code, 0) << result.err;
+  std::istringstream text(result.out);
+  int grounds = 0;
+  for (std::string line; std::getline(text, line);) {
+    if (line.find("\"samples_a_side\"") != std::string::npos) ++grounds;
+    // The first frame after a jump shows ground in all of its pixels.
+    if (line.find("\"open_pixels\"") != std::string::npos) {
+      EXPECT_NE(line.find("\"open_pixels\": 0"), std::string::npos) << line;
+    }
+  }
+  EXPECT_EQ(grounds, 4);
+  const ProcessResult world = test::run_process(KARST_BENCH_PATH, {"a.karst", "--suite", "sweep"});
+  EXPECT_EQ(world.code, 2);
+  EXPECT_NE(world.err.find("takes no WORLD"), std::string::npos) << world.err;
+}
+
 }  // namespace
 }  // namespace karst::core

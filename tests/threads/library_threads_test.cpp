@@ -3,9 +3,12 @@
 // and given back on two threads beside one that draws.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -41,6 +44,44 @@ std::vector<std::byte> ground_file() {
   });
   return test::ground_file(ground, 0.04);
 }
+
+// A file whose reads stop while it is shut, on a disk that does not answer. Reads of the thread that made it
+// fail then and are counted, so that a frame which would wait does not hang.
+class Gate {
+ public:
+  explicit Gate(const std::vector<std::byte>& bytes) : bytes_(bytes) {}
+  Source source() { return {bytes_.size(), read, this}; }
+  void shut(bool is_shut) {
+    const std::lock_guard lock(mutex_);
+    shut_ = is_shut;
+    changed_.notify_all();
+  }
+  int own_reads() const { return own_reads_; }
+  int waiting() const { return waiting_; }
+
+ private:
+  static bool read(void* user, std::uint64_t offset, std::byte* out, std::size_t count) {
+    auto& gate = *static_cast<Gate*>(user);
+    std::unique_lock lock(gate.mutex_);
+    if (gate.shut_ && std::this_thread::get_id() == gate.made_by_) {
+      ++gate.own_reads_;
+      return false;
+    }
+    ++gate.waiting_;
+    gate.changed_.wait(lock, [&] { return !gate.shut_; });
+    --gate.waiting_;
+    std::memcpy(out, gate.bytes_.data() + offset, count);
+    return true;
+  }
+
+  const std::vector<std::byte>& bytes_;
+  const std::thread::id made_by_ = std::this_thread::get_id();
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool shut_ = false;
+  std::atomic<int> own_reads_ = 0;
+  std::atomic<int> waiting_ = 0;
+};
 
 // Bytes of a file; any thread reads them.
 Source source_of(const std::vector<std::byte>& bytes) {
@@ -198,6 +239,63 @@ void LibraryThreads::compare() {
   EXPECT_EQ(of_two.size(), expected.size());
   EXPECT_EQ(first_difference(of_one, expected), expected.size());
   EXPECT_EQ(first_difference(of_two, expected), expected.size());
+}
+
+// While the disk does not answer at all, frames are drawn, coarser; once it does, they become sharp.
+TEST(GroundOnADeadDisk, FramesAreDrawnAllTheSame) {
+  const std::vector<std::byte> bytes = ground_file();
+  Gate gate(bytes);
+  Plan plan;
+  ASSERT_TRUE(make_plan(gate.source(), plan).ok());
+  const test::AlignedBytes room(plan.cpu_bytes);
+  World* world = nullptr;
+  ASSERT_TRUE(World::create(plan, gate.source(), room.bytes(), world).ok());
+  static_cast<void>(NoopGl::reset());
+  Renderer* renderer = nullptr;
+  ASSERT_TRUE(Renderer::create(*world, NoopGl::loader(), {}, renderer).ok());
+  FrameResult result;
+  const auto draw = [&](double x, double z) {
+    ViewState view;
+    view.width_px = 320;
+    view.height_px = 180;
+    view.eye = {x, 0.5, z};
+    EXPECT_TRUE(look_at(view, {x + 0.5, 0.2, z + 0.1}, {0, 1, 0}));
+    set_perspective(view, 60, 0.01, 50);
+    view.error_px = 1;
+    FrameInput input;
+    input.views = {&view, 1};
+    input.work_ms = 1;
+    Status status = renderer->begin_frame(input, result);
+    if (status.ok()) status = renderer->draw(0, {.viewport = {0, 0, 320, 180}});
+    if (status.ok()) status = renderer->end_frame();
+    EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
+  };
+  // The first frame is complete.
+  draw(4, 4);
+  ASSERT_TRUE(result.complete);
+  gate.shut(true);
+  constexpr int kFrames = 100;
+  int lacking = 0;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    draw(4 + 0.16 * frame, 20 - 0.16 * frame);
+    lacking += result.lacking > 0 ? 1 : 0;
+    EXPECT_GT(result.triangles, 0u);
+  }
+  EXPECT_EQ(gate.own_reads(), 0) << "reads by the thread that draws";
+  EXPECT_GT(lacking, kFrames / 2);
+  // The library's thread is the one that waits.
+  for (int n = 0; n < 1000 && gate.waiting() == 0; ++n)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(gate.waiting(), 1);
+  gate.shut(false);
+  for (int n = 0; n < 5000 && !result.complete; ++n) {
+    draw(4 + 0.16 * kFrames, 20 - 0.16 * kFrames);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(result.complete);
+  EXPECT_LE(result.error_px[0], 1);
+  renderer->destroy();
+  world->destroy();
 }
 
 // Planning and creating worlds needs no thread of its own.

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Programs of five layers, added to the peers' own CMakeLists.txt by peers.sh. KARST_ROOT: of this repository.
+# Programs of five layers and of published schemes, added to the peers' own CMakeLists.txt by peers.sh.
+# KARST_ROOT: of this repository.
 if(PNG_FOUND)
   add_executable(gen_layers ${KARST_ROOT}/tests/bench/peers/gen_layers.cpp)
   target_include_directories(gen_layers PRIVATE ${KARST_ROOT} ${CMAKE_CURRENT_SOURCE_DIR})
@@ -13,4 +14,12 @@ if(TARGET peer_ogre AND PNG_FOUND)
   endforeach()
   target_include_directories(peer_ogre_layers PRIVATE ${KARST_ROOT} ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(peer_ogre_layers PRIVATE PNG::PNG)
+endif()
+# Of published schemes.
+if(EGLGLES_FOUND AND PNG_FOUND)
+  foreach(scheme clipmap cdlod)
+    add_executable(peer_${scheme} ${KARST_ROOT}/tests/bench/peers/peer_${scheme}.cpp)
+    target_include_directories(peer_${scheme} PRIVATE ${KARST_ROOT} ${CMAKE_CURRENT_SOURCE_DIR})
+    target_link_libraries(peer_${scheme} PRIVATE PkgConfig::EGLGLES PNG::PNG)
+  endforeach()
 endif()

@@ -6,6 +6,8 @@
 pixel_size=3.90625
 z_scale=0.0030518043793392844
 scene_bake=(terrain_1025.png --pixel-size "$pixel_size" --z-scale "$z_scale" --voxel 100 --levels 4)
+# The same as a ground.
+scene_ground=(terrain_1025.png --pixel-size "$pixel_size" --z-scale "$z_scale" --ground --materials none)
 scene_drape=(--drape diffuse_1024.png --drape-repeat 32)
 
 # The flight as a path file.
