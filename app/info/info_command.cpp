@@ -51,6 +51,7 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.value(info.ground_spacing_m[0]).value(info.ground_spacing_m[1]).end_array();
     json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
     json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes);
+    json.field("image_texel_m", info.image_texel_m);
     if (info.region_nodes[0] > 0) {
       json.key("region").begin_object().key("first_node").begin_array();
       json.value(info.region_first[0]).value(info.region_first[1]).end_array().key("nodes").begin_array();
@@ -73,9 +74,14 @@ void print_ground(const WorldInfo& info) {
               info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
               info.ground_spacing_m[1] * (deep - 1));
   std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
-  std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
-              static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
-              8 * static_cast<double>(info.tile_bytes) / (wide * deep));
+  const auto tile_bytes = static_cast<unsigned long long>(info.tile_bytes);
+  if (info.image_texel_m > 0) {
+    std::printf("tiles          %llu bytes, %d sizes, with imagery of texels of %.10g m or more\n",
+                tile_bytes, info.ground_sizes, info.image_texel_m);
+  } else {
+    std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n", tile_bytes, info.ground_sizes,
+                8 * static_cast<double>(info.tile_bytes) / (wide * deep));
+  }
   if (info.region_nodes[0] > 0) {
     std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
                 info.region_nodes[0], info.region_nodes[1], info.region_first[0], info.region_first[1]);
