@@ -55,6 +55,7 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes);
     json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
     json.field("geodetic", info.is_geodetic);
+    json.field("image_texel_m", info.image_texel_m);
     if (info.region_nodes[0] > 0) {
       json.key("region").begin_object().key("first_node").begin_array();
       json.value(info.region_first[0]).value(info.region_first[1]).end_array().key("nodes").begin_array();
@@ -84,9 +85,14 @@ void print_ground(const WorldInfo& info) {
                 info.is_geodetic ? "known" : "not known");
   }
   std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
-  std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n",
-              static_cast<unsigned long long>(info.tile_bytes), info.ground_sizes,
-              8 * static_cast<double>(info.tile_bytes) / (wide * deep));
+  const auto tile_bytes = static_cast<unsigned long long>(info.tile_bytes);
+  if (info.image_texel_m > 0) {
+    std::printf("tiles          %llu bytes, %d sizes, with imagery of texels of %.10g m or more\n",
+                tile_bytes, info.ground_sizes, info.image_texel_m);
+  } else {
+    std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n", tile_bytes, info.ground_sizes,
+                8 * static_cast<double>(info.tile_bytes) / (wide * deep));
+  }
   if (info.region_nodes[0] > 0) {
     std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
                 info.region_nodes[0], info.region_nodes[1], info.region_first[0], info.region_first[1]);

@@ -158,7 +158,21 @@ struct BakeImagery::Job {
   Error make_row(int size, std::int64_t row) {
     Level& level = levels[size];
     std::vector<NodeKey> keys;
-    for (std::int64_t x = 0; x <= level.last_column; ++x) {
+    // Where any image may be; parents lie over their children.
+    const double side = std::ldexp(double{kNodeQuads}, size);
+    double low[2] = {1e30, 1e30}, high[2] = {-1e30, -1e30};
+    for (const ImageFacts& facts : report.images) {
+      for (int axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], facts.low[axis] / side - 1);
+        high[axis] = std::max(high[axis], facts.high[axis] / side + 1);
+      }
+    }
+    const auto at = static_cast<double>(row);
+    if (at < low[1] - 1 || at > high[1] + 1) return {};
+    const auto first_column = static_cast<std::int64_t>(std::max(low[0] - 1, 0.0));
+    const auto last_column =
+        static_cast<std::int64_t>(std::min(high[0] + 1, static_cast<double>(level.last_column)));
+    for (std::int64_t x = first_column; x <= last_column; ++x) {
       bool exists = is_wanted(size, x, row);
       for (int q = 0; q < 4 && !exists; ++q)
         exists = quarter(size - 1, 2 * x + (q & 1), 2 * row + (q >> 1)) != nullptr;

@@ -32,7 +32,8 @@ struct WorldInfo {
   std::int64_t ground_samples[2] = {};  // to the east and to the south
   double ground_spacing_m[2] = {};      // from one to the next
   std::int32_t ground_sizes = 0;        // of nodes, each of twice the side of the one before
-  std::uint64_t tile_bytes = 0;         // of all its tiles in the file
+  std::uint64_t tile_bytes = 0;         // of all its tiles in the file, those of imagery too
+  double image_texel_m = 0;             // the finest texel of its imagery, along x; 0: there is none
   // Of its region, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
   // the south. 0: it has none.
   std::int32_t region_first[2] = {}, region_nodes[2] = {};

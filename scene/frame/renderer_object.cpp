@@ -337,6 +337,7 @@ void RendererObject::fill_result(FrameResult& result) {
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
     result.triangles += ground.triangles;
+    if (ground_.exists()) result.triangles += ground_.belts(n).size() / 3;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   result.lacking += imagery_.lacking();
@@ -404,6 +405,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (inspection.wait_for_gpu) gl.finish();
   const std::int64_t shadows_start = clock_ns();
   if (status = shadows_.run(shadow, costs, limits_); !status.ok()) return status;
+  if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
   if (inspection.wait_for_gpu) gl.finish();
   costs.shadow_ms = ms_since(shadows_start);
   if (status = work_.upload_morph_rows(costs); !status.ok()) return status;

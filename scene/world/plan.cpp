@@ -292,6 +292,9 @@ karst::WorldInfo public_info(const WorldReader& reader) {
       out.region_first[axis] = ground.region.low[axis];
       out.region_nodes[axis] = ground.region.high[axis] - ground.region.low[axis];
     }
+    if (reader.imagery().exists()) {
+      out.image_texel_m = std::ldexp(out.ground_spacing_m[0], reader.imagery().least_size) / kTexelsPerSample;
+    }
     const double base_m = ground.basis.is_curved() ? ground.basis.base_m : info.origin_m[1];
     out.ground_low_m = base_m + double{kVertexStep} * ground.low * step_m;
     out.ground_high_m = base_m + double{kVertexStep} * ground.high * step_m;

@@ -252,9 +252,9 @@ TEST_F(ImageryOfAWorld, LiesTurnedWhereTheImageDoes) {
   made(world, folder_.path("i.tif"), {"--image-format", "rgba8"});
   int covered = 0;
   EXPECT_LE(most_off(world, waves, covered), 4.0);
-  // 50 x 40 samples of 3.75^2 texels, less its rim and what lies beyond the DEM.
-  EXPECT_GT(covered, 15'000);
-  EXPECT_LT(covered, 28'125);
+  // 50 x 40 samples of 3.75^2 texels, less its rim; some lie in a tile and in another one's border.
+  EXPECT_GT(covered, 25'000);
+  EXPECT_LT(covered, 32'000);
 }
 
 TEST_F(ImageryOfAWorld, TilesAgreeWithTheirNeighboursAndParents) {
@@ -275,7 +275,8 @@ TEST_F(ImageryOfAWorld, TilesAgreeWithTheirNeighboursAndParents) {
     halve_texels(std::span(tile.texels).first(first), kImageSide, half);
     const auto second = std::span(tile.texels).subspan(first);
     const bool inside = (x + 1) * (4 << size) < kWide - 1 && (z + 1) * (4 << size) < kDeep - 1;
-    if (inside) {
+    const bool amid = inside && x > 0 && z > 0;  // the image covers its border too
+    if (amid) {
       EXPECT_TRUE(std::equal(second.begin(), second.end(), half.begin())) << size << ' ' << x << ' ' << z;
     }
     if (const World::Tile* east = world.find(size, x + 1, z); east != nullptr && inside) {

@@ -88,7 +88,8 @@ Colour colour_at(const Dem& dem, double column, double row, double spacing) {
   }
   const double road = std::abs(std::fmod(row + 7 * noise(column / 40, 3.0), 90.0) - 45.0);
   if (road < 0.22) result = {176, 172, 166};
-  for (double& c : result) c *= 0.9 + 0.2 * grain;
+  // As dark as ground is seen from above.
+  for (double& c : result) c *= 0.72 * (0.9 + 0.2 * grain);
   return result;
 }
 

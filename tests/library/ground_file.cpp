@@ -2,6 +2,7 @@
 #include "tests/library/ground_file.h"
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -18,8 +19,40 @@ using namespace core;
 
 namespace {
 
+// Image tiles by places of their texels, whatever their size, behind the tiles that there are. Returns the
+// root's place.
+TilePlace write_images(const MemoryGround& ground, const GroundImages& images, std::vector<std::byte>& all) {
+  const std::function<TilePlace(NodeKey)> write = [&](NodeKey key) {
+    ImageChildren children;
+    for (int quadrant = 0; quadrant < 4 && key.size > images.least_size; ++quadrant) {
+      const NodeKey child = key.child(quadrant);
+      if (node_exists(ground.info(), child)) children.places[quadrant] = write(child);
+    }
+    std::vector<std::byte> bytes(image_tile_bytes(ImageFormat::rgba8));
+    std::memcpy(bytes.data(), children.places, sizeof children.places);
+    std::size_t at = kImageHeadBytes;
+    for (int level = 0; level < kImageLevels; ++level) {
+      const double texel = std::ldexp(1.0, key.size + level) / kTexelsPerSample;
+      const int inside = kImageInside >> level;
+      const int border = kImageBorder >> level;
+      for (int y = 0; y < kImageSide >> level; ++y) {
+        for (int x = 0; x < kImageSide >> level; ++x, at += 4) {
+          const auto colour = images.at((key.x * inside + x - border + 0.5) * texel,
+                                        (key.z * inside + y - border + 0.5) * texel);
+          std::memcpy(bytes.data() + at, colour.data(), 4);
+        }
+      }
+    }
+    const TilePlace place{all.size(), static_cast<std::uint32_t>(bytes.size()), crc32c(bytes)};
+    all.insert(all.end(), bytes.begin(), bytes.end());
+    return place;
+  };
+  return write(ground.root());
+}
+
 // world: without ground; of its ground, whose region is placed, all but the tiles.
-std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer) {
+std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer,
+                                  const GroundImages& images = {}) {
   tiles::TileEncoder encoder;
   std::vector<std::byte> all, bytes;
   // Children before their parents, which tell where they lie.
@@ -34,6 +67,10 @@ std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer
     return place;
   };
   writer.ground.root = write(tile_of(ground.root()));
+  if (images.at) {
+    writer.ground.imagery = {ImageFormat::rgba8, images.least_size};
+    writer.ground.image_root = write_images(ground, images, all);
+  }
   writer.ground.tile_bytes = all.size();
   writer.ground.tile_crc = crc32c(all);
   std::vector<std::byte> out, tail;
@@ -54,7 +91,7 @@ std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer
 
 }  // namespace
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m) {
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m, const GroundImages& images) {
   core::WorldInfo info;
   info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
   info.extent = {2, 1, 2};
@@ -63,7 +100,7 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m)
   TreeMemory memory(1, 1);
   WorldWriter writer{info, &memory.tree, {}};
   writer.ground.info = ground.info();
-  return with_tiles(ground, writer);
+  return with_tiles(ground, writer, images);
 }
 
 std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels) {

@@ -2,7 +2,10 @@
 // World files that are a ground, with a region of voxels or without.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "tests/support/memory_ground.h"
@@ -10,9 +13,17 @@
 
 namespace karst::test {
 
+// Images over a ground, of 8 bits: red, green, blue and how much they cover at a place in samples, as sRGB
+// has them. at: also of texels beside the ground.
+struct GroundImages {
+  std::function<std::array<std::uint8_t, 4>(double column, double row)> at;
+  int least_size = 0;
+};
+
 // spacing_m: from one sample to the next, along x. The north-west sample lies at (0, 0, 0) where its height
 // is 0.
-std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m);
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m,
+                                   const GroundImages& images = {});
 // The same of a ground with a region, which the voxels are, with heights of all patches. The corner of the
 // voxels lies at (0, 0, 0).
 std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels);

@@ -2,6 +2,7 @@
 // make_seeds FOLDER: what mutations of each target start from, as FOLDER/TARGET/N.
 #include "app/files/png_file.h"
 #include "boards/board_profile.h"
+#include "terrain/imagery/image_tile.h"
 #include "tests/fuzz/run/seed_tile.h"
 #include "tests/fuzz/run/seed_worlds.h"
 #include "tiles/encode_tile.h"
@@ -61,6 +62,10 @@ void write_tiles() {
     if (ZSTD_decompress(contents.data(), contents.size(), bytes.data(), bytes.size()) != contents.size())
       std::exit(1);
     write("tile", head + std::string(text_of(contents)));
+    // The head of an image tile with a child in the north-west.
+    karst::core::ImageChildren children;
+    children.places[0] = {400, karst::core::image_tile_bytes(karst::core::ImageFormat::etc2_rgb), 77};
+    write("tile", head + std::string(text_of(std::as_bytes(std::span(children.places)))));
   }
 }
 

@@ -13,6 +13,7 @@
 namespace karst {
 
 inline constexpr std::uint64_t kSeedTileOffset = 5'000;
+inline constexpr std::uint64_t kSeedImageOffset = 1 << 20;
 
 inline core::GroundInfo seed_ground() {
   core::GroundInfo info;
