@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <thread>
 
 namespace karst::bake {
@@ -78,6 +79,44 @@ Error store_crop(void* options, const OptionValue& value) {
     }
     bake_of(options).job.read.crop[k] = static_cast<int>(v);
   }
+  return {};
+}
+
+Error store_bounds(void* options, const OptionValue& value) {
+  double numbers[4];
+  if (Error error = parse_numbers(value.text, value.what, ',', numbers); !error.ok()) return error;
+  bake_of(options).job.read.bounds = {numbers[0], numbers[1], numbers[2], numbers[3]};
+  return {};
+}
+
+Error store_crs(void* options, const OptionValue& value) {
+  constexpr std::string_view kPrefix = "EPSG:";
+  const std::string_view code = value.text.substr(std::min(kPrefix.size(), value.text.size()));
+  int number = 0;
+  const auto [end, error] = std::from_chars(code.data(), code.data() + code.size(), number);
+  const bool is_code = value.text.starts_with(kPrefix) && !code.empty() && error == std::errc() &&
+                       end == code.data() + code.size() && number > 0;
+  if (!is_code) return wrong(value, quote(value.text) + " is not EPSG:CODE, as EPSG:4326");
+  bake_of(options).job.read.crs = value.text;
+  return {};
+}
+
+Error store_basis(void* options, const OptionValue& value) {
+  BakeBasis& basis = bake_of(options).job.basis;
+  const std::size_t colon = value.text.find(':');
+  const std::string_view kind = value.text.substr(0, colon);
+  constexpr std::string_view kKinds[] = {"plane", "geographic", "cube", "cylinder"};
+  const auto* const found = std::find(std::begin(kKinds), std::end(kKinds), kind);
+  if (found == std::end(kKinds))
+    return wrong(value, quote(kind) + " is not one of plane, geographic, cube, cylinder[:RADIUS]");
+  basis.kind = static_cast<BakeBasis::Kind>(found - std::begin(kKinds));
+  if (colon == std::string_view::npos) return {};
+  const std::string_view radius = value.text.substr(colon + 1);
+  const auto [end, error] = std::from_chars(radius.data(), radius.data() + radius.size(), basis.radius_m);
+  const bool is_radius = !radius.empty() && error == std::errc() && end == radius.data() + radius.size() &&
+                         std::abs(basis.radius_m) >= 1 && std::abs(basis.radius_m) <= 1e9;
+  if (basis.kind != BakeBasis::Kind::cylinder || !is_radius)
+    return wrong(value, "only a cylinder has a radius, of 1 to 1e9 metres, below 0 inside: cylinder:-1000");
   return {};
 }
 
@@ -152,6 +191,14 @@ constexpr OptionRow kWorldRows[] = {
      .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
              "instead of voxels; with --carve voxels stand where shapes meet it",
      .store = put<&BakeOptions::ground>},
+    {.name = "basis",
+     .kind = Kind::other,
+     .value = "B",
+     .initial = "plane",
+     .words = "plane geographic cube cylinder",
+     .help = "what a ground lies on: plane; geographic, longitude and latitude on the ellipsoid as they are; "
+             "cube, a whole planet on six faces; cylinder:RADIUS in metres, below 0 inside",
+     .store = store_basis},
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
@@ -211,6 +258,16 @@ constexpr OptionRow kDemRows[] = {
      .max = kMaxSpacingM,
      .help = "between samples, for images that do not say, or say it wrong",
      .store = put<&BakeOptions::job, &Bake::read, &ReadElevation::pixel_size_m>},
+    {.name = "crs",
+     .kind = Kind::other,
+     .value = "EPSG:CODE",
+     .help = "coordinate reference system, for files that have none, or a wrong one",
+     .store = store_crs},
+    {.name = "bounds",
+     .kind = Kind::other,
+     .value = "W,S,E,N",
+     .help = "where the image's edges lie in it, for files that do not say: --bounds -180,-90,180,90",
+     .store = store_bounds},
     {.name = "z-scale",
      .kind = Kind::number,
      .value = "S",
@@ -342,6 +399,9 @@ Error check_source(const CommandLine& line) {
         return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
+  if (line.has("basis") && !line.has("ground")) return "--basis: only for a ground; add --ground";
+  if (line.has("basis") && (line.has("carve") || line.has("imagery")))
+    return "--basis: carved shapes and imagery lie on a plane alone; leave --basis away";
   if (line.has("imagery") && !line.has("ground"))
     return "--imagery: only over a ground of tiles; give --ground too";
   if (line.has("image-format") && !line.has("imagery")) return "--image-format: without --imagery";

@@ -42,6 +42,46 @@ float stars(vec3 direction) {
   return light * exp(-dot(from_star, from_star) / (radius * radius));
 }
 
+#ifdef KARST_CURVED
+// How bright the air is along a ray from the eye, beside the sky from the ground: above it thins, and is seen
+// from outside where the ray passes close to the ground.
+float air_along(vec3 direction) {
+  float air = level_air.x;
+  if (level_air.y <= 0.0) return air;
+  vec3 s = level_step(direction), eye = level_at_eye();
+  float b = dot(eye, s), a = dot(s, s);
+  if (b >= 0.0) return air;
+  float over = max(level_eye.x - b * b / a, -0.9);
+  float height = over / (1.0 + sqrt(1.0 + over)) * inversesqrt(a);
+  float day = level_day(normalize(level_step(eye - s * (b / a))));
+  return max(air, exp(-max(height, 0.0) * level_air.y) * day);
+}
+
+vec3 open_sky(vec3 direction) {
+  float air = air_along(direction);
+  vec3 light = sky_colour(direction) * air;
+  light += sun_light.rgb * (6.0 * smoothstep(kDiscOuter, kDiscInner, dot(direction, sun_direction.xyz)));
+  float dark = max(sky_zenith.w * min(4.0 * max(dot(direction, level_top.xyz) + level_top.w, 0.0), 1.0),
+                   clamp(1.0 - 5.0 * air, 0.0, 1.0));
+  return dark > 0.0 ? light + dark * stars(direction) : light;
+}
+
+// direction: unit length.
+vec3 background(vec3 direction) {
+  if (level_air.w < 0.5) return open_sky(direction);
+  vec3 s = level_step(direction), eye = level_at_eye();
+  float a = dot(s, s), b = dot(eye, s), c = level_eye.x - level_air.z;
+  float inside = b * b - a * c;
+  if (b >= 0.0 || inside <= 0.0 || c <= 0.0) return open_sky(direction);
+  float far = c / (sqrt(inside) - b);
+  vec3 up = level_up(direction * far);
+  vec3 light = plain.rgb * (sun_light.rgb * max(dot(up, sun_direction.xyz), 0.0) + sky_light.rgb);
+  float day = level_day(up);
+  vec3 haze = sky_colour(normalize(direction - level_top.xyz * min(dot(direction, level_top.xyz), 0.0)));
+  float hazed = 1.0 - exp(-far * view_scale.x * level_haze(level_height(direction * far)));
+  return mix(light, haze, hazed) * (0.02 + 0.98 * day);
+}
+#else
 vec3 open_sky(vec3 direction) {
   vec3 light = sky_colour(direction);
   light += sun_light.rgb * (6.0 * smoothstep(kDiscOuter, kDiscInner, dot(direction, sun_direction.xyz)));
@@ -75,3 +115,4 @@ vec3 background(vec3 direction) {
   vec3 haze = sky_colour(vec3(direction.x, 0.0, direction.z));
   return mix(light, haze, 1.0 - exp(-far * view_scale.x));
 }
+#endif

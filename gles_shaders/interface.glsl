@@ -185,6 +185,15 @@ KARST_BLOCK(FrameBlock) {
   // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye
   vec4 water_wave[KARST_WAVES];
   vec4 plain;              // rgb: albedo, w: height, far above where there is none
+  // Of a curved basis, terrain/basis/level_view.h: rows of the scale, w: of the eye.
+  vec4 level_x;
+  vec4 level_y;
+  vec4 level_z;
+  vec4 level_eye;  // x: |q|^2 - 1 of the eye; y: sign; z: height at which walls end; w: of the eye
+  vec4 level_top;  // xyz: up at the eye; w: the sine by which the horizon is lower than level
+  // x: the sky's brightness at the eye; y: 1 / height in which air thins by e, 1/voxels, or 0
+  // z: |q|^2 - 1 of the plain beyond the ground; w: 1 where there is one, or 0
+  vec4 level_air;
   // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
   // plane, y: the second material, z: the near scale, w: looking at the sun.
   ivec4 least_work;

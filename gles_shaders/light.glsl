@@ -14,6 +14,11 @@ int lookups = 0;
 #else
 #define KARST_COUNT_LOOKUPS(n)
 #endif
+#ifdef KARST_CURVED
+#define KARST_UPWARDS(v) dot(v, up)
+#else
+#define KARST_UPWARDS(v) (v).y
+#endif
 #include "materials.glsl"
 #ifdef KARST_IMAGERY
 #include "imagery.glsl"
@@ -84,11 +89,17 @@ vec3 light_from(Point point) {
     seen_from = 1.0;
   }
   Footprint footprint = footprint_of(seen_from, normal, direction);
+#ifdef KARST_CURVED
+  vec3 up = level_up(point.from_eye);
+  float height = level_height(point.from_eye);
+#else
+  float height = float(point.voxel.y) + point.in_voxel.y;
+#endif
   Lookup at = lookup_at(point.voxel, point.in_voxel, footprint);
 
   KARST_COUNT_LOOKUPS(1);
   KARST_MEDIUM float seen = sky_seen(vec3(point.voxel) + point.in_voxel, normal);
-  KARST_MEDIUM float open = sky_open(seen, normal.y);
+  KARST_MEDIUM float open = sky_open(seen, KARST_UPWARDS(normal));
   float cave = 0.0;
 #ifdef KARST_CAVE
   if (point.cave) cave = cave_depth(seen);
@@ -99,8 +110,8 @@ vec3 light_from(Point point) {
     vec3 noise_place =
         (vec3(point.voxel & (KARST_VARIATION_REPEAT - 1)) + point.in_voxel) / float(KARST_VARIATION_REPEAT);
     vec2 column = vec2(point.voxel.xz) + point.in_voxel.xz;
-    choice = choice_of(normal.y, float(point.voxel.y) + point.in_voxel.y, noise_place, cave,
-                       painted_at(column, footprint, normal.y, cave));
+    choice = choice_of(KARST_UPWARDS(normal), height, noise_place, cave,
+                       painted_at(column, footprint, KARST_UPWARDS(normal), cave));
   }
   Surface ground = blended_surface(choice, at, normal);
 #else
@@ -126,6 +137,10 @@ vec3 light_from(Point point) {
   float facing_sun = dot(bumped, sun_direction.xyz);
   KARST_MEDIUM float sun = max(facing_sun, 0.0);
   sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
+#ifdef KARST_CURVED
+  float day = level_day(up);
+  sun *= day;
+#endif
   bool sunlit = sun > 0.0 || least_work.w > 0;
 #ifdef KARST_SHADOWS
   if (sunlit) {
@@ -136,8 +151,11 @@ vec3 light_from(Point point) {
   sun *= 1.0 - cave * light_scale.y;
 #endif
   KARST_MEDIUM vec3 ambient =
-      mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * bumped.y) * open) *
+      mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * KARST_UPWARDS(bumped)) * open) *
       (0.8 + sun_direction.w * facing_sun);
+#ifdef KARST_CURVED
+  ambient *= 0.02 + 0.98 * day;
+#endif
   KARST_MEDIUM vec3 incoming = sun_light.rgb * sun + ambient * mix(0.4, 1.0, open);
 #ifdef KARST_CAVE
   if (point.cave) {
@@ -159,7 +177,13 @@ vec3 light_from(Point point) {
   float below = water.x - point.from_eye.y;
   if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
 #endif
+#ifdef KARST_CURVED
+  float hazed = 1.0 - exp(-distance_voxels * view_scale.x * level_haze(height));
+  float below_level = max(-dot(direction, level_top.xyz) - level_top.w, 0.0);
+  vec3 haze = sky_colour(normalize(direction + level_top.xyz * below_level)) * day;
+#else
   float hazed = (1.0 - exp(-distance_voxels * view_scale.x)) * (1.0 - 0.9 * cave);
   vec3 haze = sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z));
+#endif
   return mix(arrives, haze, hazed);
 }

@@ -8,6 +8,7 @@ precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
 #include "target_colour.glsl"
+#include "level.glsl"
 #include "sky_colour.glsl"
 #include "water.glsl"
 #ifdef KARST_EDGES

@@ -6,6 +6,7 @@ precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
 #include "target_colour.glsl"
+#include "level.glsl"
 #include "sky_colour.glsl"
 #include "water.glsl"
 #include "light.glsl"

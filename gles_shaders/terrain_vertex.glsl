@@ -9,6 +9,7 @@
 #include "octahedral.glsl"
 #include "morph.glsl"
 #include "place.glsl"
+#include "level.glsl"
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 position_normal;
 layout(location = KARST_LOCATION_MORPH) in ivec4 morph_normal;
@@ -65,8 +66,15 @@ TerrainVertex read_terrain_vertex() {
   int in_page = gl_VertexID & KARST_MASK(KARST_PAGE_BITS);
   if (place >= KARST_FIRST_GROUND_PLACE && in_page >= KARST_NODE_VERTICES) {
     // Below a corner of a node, where its wall ends.
+#ifdef KARST_CURVED
+    vec3 from_eye = (result.position - camera_fine.xyz) / KARST_STEPS_PER_VOXEL;
+    vec3 down = level_up(from_eye) * ((level_height(from_eye) - level_eye.z) * KARST_STEPS_PER_VOXEL);
+    result.in_patch -= down;
+    result.position -= down;
+#else
     result.in_patch.y += camera_fine.w - result.position.y;
     result.position.y = camera_fine.w;
+#endif
   }
   return result;
 }

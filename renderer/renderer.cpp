@@ -93,6 +93,7 @@ Status Renderer::create_objects() {
                                  .drape = settings_.drape_width > 0,
                                  .deferred = settings_.deferred(),
                                  .water = settings_.water,
+                                 .curved = settings_.curved,
                                  .blend_map = settings_.blend_width > 0,
                                  .imagery = settings_.image_layers > 0,
                                  .edges = settings_.smooth_edges,

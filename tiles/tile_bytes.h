@@ -116,6 +116,16 @@ inline NodeKey node_of_tile(NodeKey tile, int node) {
 }
 // Whether a tile has any node.
 inline bool tile_exists(const GroundInfo& info, NodeKey tile) {
+  if (info.is_cube()) {
+    // Where faces are smaller than tiles, the first node may lie beside them.
+    const int face_nodes = 1 << std::max(0, info.top_size() - tile.size);
+    if (face_nodes < kTileNodes) {
+      for (int node = 0; node < kTileMeasures; ++node) {
+        if (node_exists(info, node_of_tile(tile, node))) return true;
+      }
+      return false;
+    }
+  }
   return node_exists(info, {tile.size, tile.x * kTileNodes, tile.z * kTileNodes});
 }
 

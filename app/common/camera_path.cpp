@@ -9,7 +9,19 @@
 namespace karst::app {
 namespace {
 
-void set_place(std::span<const double, 5> numbers, bool above_ground, CameraPlace& place) {
+constexpr char kOnMap = '@';
+
+// Of five numbers which may have a ~ before it.
+std::size_t height_of(std::string_view text) {
+  return text.starts_with(kOnMap) ? 2 : 1;
+}
+std::string_view numbers_of(std::string_view text) {
+  if (text.starts_with(kOnMap)) text.remove_prefix(1);
+  return text;
+}
+
+void set_place(std::span<const double, 5> numbers, bool on_map, bool above_ground, CameraPlace& place) {
+  place.on_map = on_map;
   place.position_m = {numbers[0], numbers[1], numbers[2]};
   place.yaw_deg = numbers[3];
   place.pitch_deg = numbers[4];
@@ -19,10 +31,11 @@ void set_place(std::span<const double, 5> numbers, bool above_ground, CameraPlac
 Error parse_place(std::string_view text, std::string_view what, char separator, CameraPlace& place) {
   double numbers[5];
   bool above_ground = false;
-  if (Error error = parse_numbers(text, what, separator, numbers, 1, &above_ground); !error.ok()) {
+  if (Error error = parse_numbers(numbers_of(text), what, separator, numbers, height_of(text), &above_ground);
+      !error.ok()) {
     return error;
   }
-  set_place(numbers, above_ground, place);
+  set_place(numbers, text.starts_with(kOnMap), above_ground, place);
   return {};
 }
 
@@ -39,8 +52,9 @@ Error parse_camera_line(std::string_view line, std::string_view what, CameraPlac
 bool read_camera_line(std::string_view line, CameraPlace& place) {
   double numbers[5];
   bool above_ground = false;
-  if (read_numbers(line, ' ', numbers, 1, &above_ground).fault != NumbersFault::none) return false;
-  set_place(numbers, above_ground, place);
+  const NumbersRead read = read_numbers(numbers_of(line), ' ', numbers, height_of(line), &above_ground);
+  if (read.fault != NumbersFault::none) return false;
+  set_place(numbers, line.starts_with(kOnMap), above_ground, place);
   return true;
 }
 

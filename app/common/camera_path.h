@@ -13,17 +13,21 @@
 namespace karst::app {
 
 // A camera as users state it: metres to the east, up and to the south; degrees. Yaw 0 looks north (-z) and
-// grows to the left, pitch grows upwards.
+// grows to the left, pitch grows upwards; on a curved basis by north and up at the place.
 struct CameraPlace {
+  // Where on_map: longitude, latitude and altitude in metres, or coordinates of the world's reference system,
+  // which camera_ground.h places.
   glm::dvec3 position_m{0.0};
   double yaw_deg = 0.0;
   double pitch_deg = 0.0;
+  bool on_map = false;
   bool above_ground = false;  // y is metres above the highest ground at x, z, which camera_ground.h finds
 };
 
 inline constexpr std::size_t kMaxPathFrames = 1'000'000;
 
-// "X,Y,Z,YAW,PITCH", or "X,~H,Z,YAW,PITCH" for H metres above the ground. The error names `what`.
+// "X,Y,Z,YAW,PITCH", or "X,~H,Z,YAW,PITCH" for H metres above the ground; "@LON,LAT,ALT,YAW,PITCH" or
+// "@LON,LAT,~H,YAW,PITCH" by longitude and latitude. The error names `what`.
 Error parse_camera(std::string_view text, std::string_view what, CameraPlace& place);
 // The same with blanks in place of the commas, as lines of paths and poses have it.
 Error parse_camera_line(std::string_view line, std::string_view what, CameraPlace& place);

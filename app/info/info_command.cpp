@@ -22,6 +22,8 @@ struct InfoOptions {
 constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store = put<&InfoOptions::json>}};
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
+// In the order of Basis.
+constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder"};
 
 void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;
@@ -51,6 +53,8 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.value(info.ground_spacing_m[0]).value(info.ground_spacing_m[1]).end_array();
     json.key("height_range_m").begin_array().value(info.ground_low_m).value(info.ground_high_m).end_array();
     json.field("sizes", info.ground_sizes).field("tile_bytes", info.tile_bytes);
+    json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
+    json.field("geodetic", info.is_geodetic);
     json.field("image_texel_m", info.image_texel_m);
     if (info.region_nodes[0] > 0) {
       json.key("region").begin_object().key("first_node").begin_array();
@@ -73,6 +77,13 @@ void print_ground(const WorldInfo& info) {
   std::printf("ground         %.0f x %.0f samples of %.10g x %.10g m, over %.10g x %.10g m\n", wide, deep,
               info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
               info.ground_spacing_m[1] * (deep - 1));
+  if (info.basis != Basis::plane) {
+    std::printf("basis          %s of %.10g m\n", kBases[static_cast<int>(info.basis)], info.radius_m);
+  }
+  if (info.epsg > 0) {
+    std::printf("coordinates    EPSG:%u, longitude and latitude %s\n", info.epsg,
+                info.is_geodetic ? "known" : "not known");
+  }
   std::printf("heights        %.10g to %.10g m\n", info.ground_low_m, info.ground_high_m);
   const auto tile_bytes = static_cast<unsigned long long>(info.tile_bytes);
   if (info.image_texel_m > 0) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 
 namespace karst::app {
@@ -52,7 +53,21 @@ Navigator::Navigator(NavigatorSettings settings)
 void Navigator::set_place(const CameraPlace& place) {
   place_ = place;
   if (mode_ != NavigatorMode::orbit) return;
-  target_m_ = place_.position_m + axes(place_.yaw_deg, place_.pitch_deg).forward * distance_m_;
+  target_m_ = place_.position_m + forward() * distance_m_;
+}
+
+glm::dvec3 Navigator::forward() const {
+  const glm::dvec3 local = axes(place_.yaw_deg, place_.pitch_deg).forward;
+  return settings_.axes_at ? settings_.axes_at(place_.position_m) * local : local;
+}
+
+// Of a curved basis, by the axes at the place, which turn with it.
+void Navigator::look_along(const glm::dvec3& forward) {
+  const glm::dvec3 local = glm::transpose(settings_.axes_at(place_.position_m)) * forward;
+  place_.pitch_deg = std::clamp(std::asin(std::clamp(local.y, -1.0, 1.0)) / kRadiansPerDegree,
+                                -kMostPitch_deg, kMostPitch_deg);
+  if (std::hypot(local.x, local.z) > 1e-9)
+    place_.yaw_deg = std::atan2(-local.x, -local.z) / kRadiansPerDegree;
 }
 
 // Whether the camera moved by it.
@@ -61,7 +76,7 @@ bool Navigator::choose(NavigatorMode mode) {
   if (mode_ == NavigatorMode::orbit) {
     // As far before the eye as the world's middle is; so the picture stays as it is.
     distance_m_ = std::max(glm::length(settings_.centre_m - place_.position_m), kLeastSpeed_m_s);
-    target_m_ = place_.position_m + axes(place_.yaw_deg, place_.pitch_deg).forward * distance_m_;
+    target_m_ = place_.position_m + forward() * distance_m_;
   }
   return mode_ == NavigatorMode::walk && settle();
 }
@@ -186,6 +201,14 @@ void Navigator::turn(double yaw_deg, double pitch_deg) {
 void Navigator::move(double right, double up, double forward) {
   const bool level = mode_ == NavigatorMode::walk;
   const Axes a = axes(place_.yaw_deg, level ? 0 : place_.pitch_deg);
+  if (settings_.axes_at) {
+    const glm::dmat3 here = settings_.axes_at(place_.position_m);
+    const glm::dvec3 ahead = this->forward();
+    place_.position_m +=
+        here * (a.right * right + a.forward * forward + glm::dvec3(0.0, level ? 0.0 : up, 0.0));
+    look_along(ahead);
+    return;
+  }
   place_.position_m += a.right * right + a.forward * forward;
   if (!level) place_.position_m.y += up;
 }
@@ -201,7 +224,9 @@ void Navigator::zoom(double steps) {
 }
 
 void Navigator::orbit_to_place() {
-  place_.position_m = target_m_ - axes(place_.yaw_deg, place_.pitch_deg).forward * distance_m_;
+  const glm::dvec3 ahead = forward();
+  place_.position_m = target_m_ - ahead * distance_m_;
+  if (settings_.axes_at) look_along(ahead);
 }
 
 bool Navigator::settle() {
@@ -210,7 +235,11 @@ bool Navigator::settle() {
   if (!ground) return false;
   const double height = *ground + settings_.eye_height_m;
   const bool moved = height != place_.position_m.y;
-  place_.position_m.y = height;
+  if (settings_.axes_at) {
+    place_.position_m += settings_.axes_at(place_.position_m)[1] * (height - place_.position_m.y);
+  } else {
+    place_.position_m.y = height;
+  }
   return moved;
 }
 

@@ -14,6 +14,7 @@
 #include <functional>
 #include <optional>
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 
 #include "app/common/camera_path.h"
@@ -29,6 +30,8 @@ struct NavigatorSettings {
   glm::dvec3 centre_m{0.0};   // of the world; what orbit turns around at first
   double speed_m_s = 10;      // above 0
   double eye_height_m = 1.7;  // of walk
+  // East, up and south at a place, as columns, on a curved basis; empty: x, y and z.
+  std::function<glm::dmat3(const glm::dvec3& place_m)> axes_at;
   // Height of the ground below a place, none where there is none. May be empty: walk then stays at its
   // height.
   std::function<std::optional<double>(const glm::dvec3& place_m)> ground_m;
@@ -80,6 +83,8 @@ class Navigator {
   void move(double right, double up, double forward);  // metres
   void zoom(double steps);
   void orbit_to_place();
+  glm::dvec3 forward() const;  // where it looks
+  void look_along(const glm::dvec3& forward);
   bool settle();  // on the ground, when walking; whether it moved
 
   NavigatorSettings settings_;

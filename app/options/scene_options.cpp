@@ -297,12 +297,13 @@ constexpr OptionRow kCameraRows[] = {
      .value = "X,Y,Z,YAW,PITCH",
      .initial = "the whole world is shown",
      .help = "place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left, pitch grows "
-             "upwards; ~H for Y stands H metres above the highest ground at X,Z",
+             "upwards; ~H for Y stands H metres above the highest ground at X,Z; "
+             "@LON,LAT,H,YAW,PITCH is by longitude and latitude, ~H above the ground there",
      .store = store_camera},
     {.name = "path",
      .kind = Kind::file,
      .value = "FILE",
-     .help = "a frame for each line \"X Y Z YAW PITCH\", Y as above; # starts a comment",
+     .help = "a frame for each line \"X Y Z YAW PITCH\", as above; # starts a comment",
      .store = put<&CameraArguments::path_file>},
 };
 

@@ -89,16 +89,19 @@ class Render {
     CameraGround ground;
     if (Error error = ground.open(stage_.world()); !error.ok()) return error;
     view_ = stage_view(options_.scene, world);
+    bool lit = false;
     bool warned = false;
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const bool path = !options_.camera.path_file.empty();
       const std::string what = path ? options_.camera.path_file + ": frame " + std::to_string(i) : "--camera";
       if (const Error error = ground.stand(places_[i]); !error.ok()) return what + ": " + error.text();
       ViewState& camera = cameras_.emplace_back(view_.view);
-      if (const Status status =
-              place_view(places_[i], world, shape, ground.clearance_m(places_[i].position_m), camera);
+      if (const Status status = place_view(places_[i], world, ground.axes_at(places_[i].position_m), shape,
+                                           ground.clearance_m(places_[i].position_m), camera);
           !status.ok())
         return Error(what, status);
+      if (!lit) turn_sun(ground.axes_at(places_[i].position_m), world, view_);
+      lit = true;
       if (warned) continue;
       if (const Error rock = ground.in_rock(places_[i]); !rock.ok()) {
         print_error("karst render", what + ": " + rock.text());

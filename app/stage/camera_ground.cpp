@@ -11,6 +11,8 @@
 namespace karst::app {
 namespace {
 
+constexpr double kHigh_m = 1e6;  // above any ground
+
 Vec3 vec(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
@@ -27,11 +29,29 @@ Error CameraGround::open(World& world) {
 }
 
 Error CameraGround::stand(CameraPlace& place) {
-  if (!place.above_ground) return {};
   const WorldInfo& info = world_->info();
+  if (place.on_map) {
+    CameraPlace placed = place;
+    if (Error error = find_on_map(placed); !error.ok()) return error;
+    placed.on_map = false;
+    if (Error error = stand(placed); !error.ok()) return error;
+    place = placed;
+    return {};
+  }
+  if (!place.above_ground) return {};
+  Hit hit;
+  if (info.basis != Basis::plane) {
+    // position_m is a place of height 0, height_m_ above which it is wanted.
+    if (!query_->ground(vec(place.position_m), kHigh_m, Wait::for_file, hit))
+      return "there is no ground there";
+    const LocalAxes axes = world_->axes_at(hit.place);
+    const glm::dvec3 up(axes.up.x, axes.up.y, axes.up.z);
+    place.position_m = glm::dvec3(hit.place.x, hit.place.y, hit.place.z) + height_m_ * up;
+    place.above_ground = false;
+    return {};
+  }
   // From above everything: the highest ground.
   const glm::dvec3 above(place.position_m.x, info.high_m.y + info.voxel_size_m, place.position_m.z);
-  Hit hit;
   if (!query_->ground(vec(above), 0, Wait::for_file, hit)) {
     char text[96];
     std::snprintf(text, sizeof text, "there is no ground at %.10g,%.10g to stand on", place.position_m.x,
@@ -41,6 +61,26 @@ Error CameraGround::stand(CameraPlace& place) {
   place.position_m.y += hit.place.y;
   place.above_ground = false;
   return {};
+}
+
+// From a place on the map to one in the world's metres; what counts from the ground still does.
+Error CameraGround::find_on_map(CameraPlace& place) {
+  const WorldInfo& info = world_->info();
+  const glm::dvec3 at = place.position_m;
+  // On a plane y is what is added to the ground; else the place is put at height 0.
+  const bool curved = info.basis != Basis::plane;
+  const double height_m = curved && place.above_ground ? 0.0 : at.z;
+  height_m_ = at.z;
+  Vec3 found;
+  const bool known = info.is_geodetic ? world_->from_geodetic({at.x, at.y, height_m}, found)
+                                      : world_->from_projected({at.x, at.y, height_m}, found);
+  if (!known) return "the world does not know where it lies; --camera X,Y,Z,... is in its own metres";
+  place.position_m = {found.x, found.y, found.z};
+  return {};
+}
+
+LocalAxes CameraGround::axes_at(const glm::dvec3& place_m) const {
+  return world_->axes_at(vec(place_m));
 }
 
 Error CameraGround::in_rock(const CameraPlace& place) {
@@ -62,7 +102,7 @@ Error CameraGround::in_rock(const CameraPlace& place) {
 std::optional<double> CameraGround::below_m(const glm::dvec3& place_m, double step_m) {
   Hit hit;
   if (!query_->ground(vec(place_m), step_m, Wait::for_file, hit)) return std::nullopt;
-  return hit.place.y;
+  return world_->info().basis == Basis::plane ? hit.place.y : place_m.y - hit.distance;
 }
 
 double CameraGround::clearance_m(const glm::dvec3& place_m) {

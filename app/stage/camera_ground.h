@@ -21,20 +21,25 @@ class CameraGround {
   Error open(World& world);
   bool is_open() const { return query_ != nullptr; }
 
-  // Where place counts from the ground, makes it count from the world's zero. Else one line without its
-  // subject: there is no ground at x, z; place is then unchanged.
+  // Where place is on the map or counts from the ground, makes it metres of the world. Else one line without
+  // its subject: the world knows no map, or there is no ground there; place is then unchanged.
   Error stand(CameraPlace& place);
   // One line, where the camera is inside rock; none where it is in the air. place does not count from the
   // ground.
   Error in_rock(const CameraPlace& place);
-  // Height of the ground, metres, that is no higher than step_m above the place; none where there is none.
+  // Height of the ground, metres, that is no higher than step_m above the place; none where there is none. On
+  // a curved basis heights count along up at the place, and that of the place is its y.
   std::optional<double> below_m(const glm::dvec3& place_m, double step_m);
   // Metres from the place to the nearest surface, at most kClearance of the world's voxels.
   double clearance_m(const glm::dvec3& place_m);
+  LocalAxes axes_at(const glm::dvec3& place_m) const;
 
  private:
+  Error find_on_map(CameraPlace& place);
+
   World* world_ = nullptr;
   Query* query_ = nullptr;
+  double height_m_ = 0;  // above the ground, of a place on the map
 };
 
 }  // namespace karst::app

@@ -23,6 +23,8 @@ constexpr double kReach = 1 << 20;
 constexpr double kOverviewHeight = 0.09;
 constexpr double kOverviewYawDeg = 45.0;
 constexpr double kOverviewHorizon = 0.31;
+// Of a planet: radii from its centre, in the frame's axes.
+const glm::dvec3 kPlanetView(0.9, 1.6, 3.1);
 
 // Near planes within the world's box: this, or where surfaces are nearer, a half, a quarter, ... of it. No
 // nearer than kLeastNear_m: at an arm's length from rock nothing is cut.
@@ -54,14 +56,17 @@ std::pair<double, double> sin_cos_deg(double angle_deg) {
   }
 }
 
-void set_rotation(double yaw_deg, double pitch_deg, ViewState& view) {
+void set_rotation(double yaw_deg, double pitch_deg, const LocalAxes* axes, ViewState& view) {
   const auto [sin_yaw, cos_yaw] = sin_cos_deg(std::remainder(yaw_deg, 360.0));
   const auto [sin_pitch, cos_pitch] = sin_cos_deg(pitch_deg);
   const double rows[3][3] = {{cos_yaw, 0.0, -sin_yaw},
                              {sin_yaw * sin_pitch, cos_pitch, cos_yaw * sin_pitch},
                              {sin_yaw * cos_pitch, -sin_pitch, cos_yaw * cos_pitch}};
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) view.view_from_world[column * 3 + row] = rows[row][column];
+    glm::dvec3 in_world(rows[row][0], rows[row][1], rows[row][2]);
+    if (axes != nullptr)
+      in_world = vec(axes->east) * in_world.x + vec(axes->up) * in_world.y - vec(axes->north) * in_world.z;
+    for (int column = 0; column < 3; ++column) view.view_from_world[column * 3 + row] = in_world[column];
   }
 }
 
@@ -95,8 +100,8 @@ Status check_place(const CameraPlace& place, const WorldInfo& world) {
   return {};
 }
 
-Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
-                  double clearance_m, ViewState& view) {
+Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalAxes& axes,
+                  const PictureShape& shape, double clearance_m, ViewState& view) {
   if (const Status status = check_place(place, world); !status.ok()) return status;
   const double size = world.voxel_size_m;
   const bool on_its_side = (shape.quarter_turns & 1) != 0;
@@ -124,7 +129,7 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const Pictur
   near = std::min(near, far * 0.5);
 
   view.eye = {place.position_m.x, place.position_m.y, place.position_m.z};
-  set_rotation(place.yaw_deg, place.pitch_deg, view);
+  set_rotation(place.yaw_deg, place.pitch_deg, world.basis == Basis::plane ? nullptr : &axes, view);
   view.reversed_depth = shape.reversed_depth;
   view.width_px = static_cast<std::uint32_t>(upright_width);
   view.height_px = static_cast<std::uint32_t>(upright_height);
@@ -137,6 +142,23 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const Pictur
 
 CameraPlace overview(const WorldInfo& world, double fov_y_deg) {
   const glm::dvec3 origin = vec(world.origin_m);
+  if (world.basis == Basis::cube) {
+    // All of it, over Africa and Europe.
+    CameraPlace place;
+    place.position_m = world.radius_m * kPlanetView;
+    place.pitch_deg = -90;
+    return place;
+  }
+  if (world.basis == Basis::cylinder) {
+    // Along it: from above its south end, or from inside it there.
+    CameraPlace place;
+    const bool inside = world.radius_m < 0;
+    const double radius_m = std::abs(world.radius_m);
+    place.position_m = {0.0, inside ? 0.6 * radius_m : 1.5 * radius_m, vec(world.high_m).z};
+    if (inside) place.position_m.z -= 0.1 * (world.high_m.z - world.low_m.z);
+    place.pitch_deg = inside ? -5 : -35;
+    return place;
+  }
   const glm::dvec3 low = (vec(world.low_m) - origin) / world.voxel_size_m;
   const glm::dvec3 high = (vec(world.high_m) - origin) / world.voxel_size_m;
   const double diagonal = std::hypot(high.x - low.x, high.z - low.z);

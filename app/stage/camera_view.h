@@ -25,9 +25,10 @@ inline constexpr double kClearance = 0.25;
 
 // Near and far fitted to the world's box, near also to the eye's clearance: metres from it to the nearest
 // surface, or more than kClearance. Near moves in steps of 2, so that it is the same in most frames of a
-// flight. invalid_argument naming position, yaw_deg or pitch_deg.
-Status place_view(const CameraPlace& place, const WorldInfo& world, const PictureShape& shape,
-                  double clearance_m, ViewState& view);
+// flight. axes: at the place (World::axes_at); a plane's are not looked at. invalid_argument naming position,
+// yaw_deg or pitch_deg.
+Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalAxes& axes,
+                  const PictureShape& shape, double clearance_m, ViewState& view);
 
 // What place_view() says of the place itself, whatever the picture's shape: for paths and poses, checked
 // before they are shown.

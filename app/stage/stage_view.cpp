@@ -31,6 +31,17 @@ bool& skip_of(Inspection& inspection, SkipChoice skip) {
   return inspection.skip_cave;
 }
 
+void turn_sun(const LocalAxes& axes, const WorldInfo& world, StageView& view) {
+  if (world.basis == Basis::plane) return;
+  const Vec3 local = view.sun.towards;
+  const auto along = [&](double east, double up, double north) {
+    return east * local.x + up * local.y - north * local.z;
+  };
+  view.sun.towards = {along(axes.east.x, axes.up.x, axes.north.x),
+                      along(axes.east.y, axes.up.y, axes.north.y),
+                      along(axes.east.z, axes.up.z, axes.north.z)};
+}
+
 StageView stage_view(const SceneArguments& arguments, const WorldInfo& world) {
   constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
   StageView view;

@@ -51,6 +51,13 @@ Error CameraSource::begin(World& world) {
                        (info.low_m.z + info.high_m.z) / 2};
   // Across the world in ten seconds.
   settings.speed_m_s = 0.1 * std::max(info.high_m.x - info.low_m.x, info.high_m.z - info.low_m.z);
+  if (info.basis != Basis::plane) {
+    settings.axes_at = [this](const glm::dvec3& place_m) {
+      const LocalAxes axes = ground_.axes_at(place_m);
+      return glm::dmat3(axes.east.x, axes.east.y, axes.east.z, axes.up.x, axes.up.y, axes.up.z, -axes.north.x,
+                        -axes.north.y, -axes.north.z);
+    };
+  }
   settings.ground_m = [this, step_m = kStepVoxels * info.voxel_size_m](const glm::dvec3& place_m) {
     return ground_.below_m(place_m, step_m);
   };

@@ -41,6 +41,7 @@ class CameraSource {
   // since the last one, below 0: by the clock.
   const CameraPlace& advance(double world_s, std::int64_t now_ns, double fixed_s);
   // From that place to the nearest surface: for place_view().
+  LocalAxes axes() const { return ground_.axes_at(place_.position_m); }
   double clearance_m() { return ground_.clearance_m(place_.position_m); }
 
  private:

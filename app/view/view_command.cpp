@@ -328,7 +328,8 @@ Error View::draw() {
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
   const PictureShape shape{size.width, size.height, options_.scene.fov_y_deg, display_->quarter_turns(),
                            stage_.reversed_depth()};
-  const Status placed = place_view(place, stage_.world().info(), shape, camera_.clearance_m(), view_.view);
+  const Status placed =
+      place_view(place, stage_.world().info(), camera_.axes(), shape, camera_.clearance_m(), view_.view);
   if (!placed.ok()) return {"camera", placed};
   if (Error error = draw_scene(); !error.ok()) return error;
   if (vertices_lost_) {

@@ -5,6 +5,7 @@
 // the image's centre in x and z; y is the elevation itself.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -25,6 +26,20 @@ inline constexpr double kMinSpacingM = 1e-4;   // a scanned model
 inline constexpr double kMaxSpacingM = 1e6;    // a planet in 40 samples
 inline constexpr double kMaxElevationM = 1e5;  // |height|; four times Olympus Mons
 
+// Where samples lie on the earth, as far as the files say it.
+struct ElevationEarth {
+  enum class Kind : std::uint8_t { none, degrees, transverse_mercator, other };
+  Kind kind = Kind::none;
+  std::uint32_t epsg = 0;  // 0: not known
+  // Coordinates of the first sample's middle, and how far it is to the next ones, to the east and to the
+  // south: degrees, or the projection's units.
+  double west = 0, north = 0, step_x = 0, step_z = 0;
+  double radius_m = 6'378'137.0, flattening = 1 / 298.257223563;
+  double unit_m = 1;
+  // Of the transverse Mercator projection: degrees and metres.
+  double scale = 1, latitude_deg = 0, longitude_deg = 0, false_east_m = 0, false_north_m = 0;
+};
+
 struct Elevation {
   int width = 0;                      // samples from west to east, 2..kMaxElevationSide
   int height = 0;                     // samples from north to south, 2..kMaxElevationSide
@@ -35,6 +50,7 @@ struct Elevation {
   std::uint64_t voids = 0;            // samples that were void in the file
   std::vector<std::string> warnings;  // what may be read wrongly, a line each
   std::string source;                 // for reports: "GeoTIFF int16, geographic"
+  ElevationEarth earth;
 
   std::size_t samples() const { return heights_m.size(); }
   std::size_t at(int column, int row) const {
@@ -50,8 +66,10 @@ struct ReadElevation {
   bool allow_8bit = false;
   int band = 0;                  // from 1; 0: the only one
   std::int64_t max_samples = 0;  // taken even of files that are too short to hold so many heights
-  std::vector<double> nodata{};  // values that mark voids, besides those the file names
-  int crop[4] = {0, 0, 0, 0};    // first column, first row, columns, rows; all 0: the whole image
+  std::string crs{};             // EPSG:CODE; overrides what the file says; empty: the file's
+  std::optional<std::array<double, 4>> bounds{};  // west, south, east, north of the image's edges; overrides
+  std::vector<double> nodata{};                   // values that mark voids, besides those the file names
+  int crop[4] = {0, 0, 0, 0};  // first column, first row, columns, rows; all 0: the whole image
 
   // Reads what GDAL reads by the drivers of raster_elevation.cpp, and OpenEXR, in a process of its own
   // (bake/base/child.h). Samples that are NaN, infinite, masked, equal to a nodata value or, in signed

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/files/atomic_file.h"
+#include "bake/ground/ground_basis.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
 #include "bake/ground/region_baker.h"
@@ -83,6 +84,8 @@ class GroundBaker {
       return job_.materials.path +
              ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
     }
+    if (is_curved() && job_.water_m)
+      return "--water: stands on a plane alone; leave --basis away, or --water";
     if (Error error = region_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;
@@ -99,6 +102,8 @@ class GroundBaker {
   }
 
  private:
+  bool is_curved() const { return job_.basis.kind != BakeBasis::Kind::plane; }
+
   enum class Outcome : std::uint8_t { done, finer_is_too_steep, out_of_range };
 
   Error write_tiles() {
@@ -135,16 +140,38 @@ class GroundBaker {
     const Elevation& facts = rows_.facts();
     report_.width = rows_.width();
     report_.height = rows_.height();
-    report_.spacing_x_m = facts.spacing_x_m;
-    report_.spacing_z_m = facts.spacing_z_m;
-    const double longer = std::max(facts.spacing_x_m, facts.spacing_z_m);
-    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
-                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
     GroundInfo& ground = info_ = {};
     ground.samples[0] = rows_.width();
     ground.samples[1] = rows_.height();
-    ground.steps[0] = facts.spacing_x_m / step_m;
-    ground.steps[1] = facts.spacing_z_m / step_m;
+    double spacing_m[2] = {facts.spacing_x_m, facts.spacing_z_m};
+    warnings_.clear();
+    if (is_curved()) {
+      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m, warnings_);
+      if (!error.ok()) return error;
+    } else {
+      // Of the georeference.
+      ground.basis.radius_m = facts.earth.radius_m;
+      ground.basis.flattening = facts.earth.flattening;
+    }
+    report_.spacing_x_m = spacing_m[0];
+    report_.spacing_z_m = spacing_m[1];
+    const double longer = std::max(spacing_m[0], spacing_m[1]);
+    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
+                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
+    ground.steps[0] = spacing_m[0] / step_m;
+    ground.steps[1] = spacing_m[1] / step_m;
+    if (is_curved()) {
+      // Rows near a pole may be as narrow as they like.
+      for (double& steps : ground.steps) steps = std::max(steps, kLeastSampleSteps);
+      ground.basis.height_unit_m = step_m * kVertexStep;
+      ground.basis.base_m = base_m;
+      if (const Status status = ground.basis.finish(); !status.ok())
+        return Error(job_.read.path + ": the basis", status);
+      if (ground.is_cube() && !has_cube_) {
+        if (Error error = cube_.open(rows_, ground.basis); !error.ok()) return error;
+        has_cube_ = true;
+      }
+    }
     if (std::min(ground.steps[0], ground.steps[1]) < kLeastSampleSteps) {
       if (halvings == 0) {
         return job_.read.path + ": samples are more than 1024 times as long as wide; gdalwarp makes others";
@@ -154,9 +181,11 @@ class GroundBaker {
     }
     WorldInfo& world = report_.info = {};
     world.voxel_size_m = step_m * kStepsPerVoxel;
-    world.origin_m[0] = -0.5 * facts.spacing_x_m * (rows_.width() - 1);
-    world.origin_m[1] = base_m;
-    world.origin_m[2] = -0.5 * facts.spacing_z_m * (rows_.height() - 1);
+    if (!is_curved()) {
+      world.origin_m[0] = -0.5 * facts.spacing_x_m * (rows_.width() - 1);
+      world.origin_m[1] = base_m;
+      world.origin_m[2] = -0.5 * facts.spacing_z_m * (rows_.height() - 1);
+    }
     world.extent = {2, 1, 2};
     world.depth = 1;
     world.level = 1;
@@ -216,6 +245,7 @@ class GroundBaker {
     writer_.materials = outlined.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
+    writer_.ground.earth = earth();
     return {};
   }
 
@@ -234,6 +264,13 @@ class GroundBaker {
     }
     begin_ = writer_.tiles_begin();
     return {};
+  }
+
+  Georeference earth() const {
+    if (!is_curved()) return plane_earth(rows_.facts(), rows_.width(), rows_.height());
+    Georeference earth;
+    earth.epsg = rows_.facts().earth.epsg;
+    return earth;
   }
 
   // Behind the tiles of the ground.
@@ -262,7 +299,7 @@ class GroundBaker {
 
   Error try_tiles(double base_m, Outcome& outcome, double& offending_m) {
     const double vertex_m = report_.info.voxel_size_m / kStepsPerVoxel * kVertexStep;
-    const Scale scale(vertex_m, base_m, rows_.unit_m());
+    const Scale scale(vertex_m, base_m, info_.is_cube() ? 0.0 : rows_.unit_m());
     Error unwritten;
     std::uint64_t end = 0;
     GroundPyramid pyramid(info_, region_.measure(), scale.quantum(), job_.threads,
@@ -271,7 +308,7 @@ class GroundBaker {
                             end += bytes.size();
                             return unwritten.ok();
                           });
-    std::vector<std::int32_t> row(static_cast<std::size_t>(rows_.width()));
+    std::vector<std::int32_t> row(static_cast<std::size_t>(info_.samples[0]));
     float lowest_m = std::numeric_limits<float>::infinity(), highest_m = -lowest_m;
     int count = 0;
     auto step = GroundPyramid::Outcome::ok;
@@ -289,20 +326,26 @@ class GroundBaker {
       }
       step = pyramid.push(row);
       if (++count % kProgressRows == 0 && progress_)
-        progress_("tiles", static_cast<std::uint64_t>(count), static_cast<std::uint64_t>(rows_.height()));
+        progress_("tiles", static_cast<std::uint64_t>(count), static_cast<std::uint64_t>(info_.samples[1]));
       return step == GroundPyramid::Outcome::ok;
     };
-    if (Error error = rows_.run(take); !error.ok()) return error;
+    if (info_.is_cube()) {
+      cube_.run(take);
+    } else if (Error error = rows_.run(take); !error.ok()) {
+      return error;
+    }
     if (!unwritten.ok()) return unwritten;
     if (step == GroundPyramid::Outcome::too_steep) outcome = Outcome::finer_is_too_steep;
     if (outcome != Outcome::done) return {};
     pyramid.finish();
     report_.ground = pyramid.ground();
+    report_.ground.earth = earth();
     report_.tiles = pyramid.tiles();
     report_.voids = rows_.voids();
     report_.sunk_samples = rows_.sunk_samples();
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
+    report_.warnings.insert(report_.warnings.end(), warnings_.begin(), warnings_.end());
     if (job_.water_m && !rows_.is_held()) {
       report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
@@ -335,7 +378,9 @@ class GroundBaker {
              static_cast<float>(kStepsPerVoxel);
     };
     const GroundInfo& ground = report_.ground.info;
-    materials_.heights = {voxels(ground.low), voxels(ground.high)};
+    // Of a curved basis heights count from its own.
+    const auto base = static_cast<float>(ground.basis.base_m / report_.info.voxel_size_m);
+    materials_.heights = {voxels(ground.low) + base, voxels(ground.high) + base};
     if (Error error = materials_.run(report_.materials); !error.ok()) return error;
     std::vector<std::byte> memory(Octree::bytes_for(1) + Arena::kAlignment);
     void* aligned = memory.data();
@@ -386,6 +431,9 @@ class GroundBaker {
   BakeGround::Report& report_;
   const ReportProgress& progress_;
   GroundRows rows_;
+  CubeRows cube_;
+  bool has_cube_ = false;
+  std::vector<std::string> warnings_;  // of the basis
   RegionBaker region_;
   BakeMaterials materials_;
   GroundInfo info_;

@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
 #include "bake/base/parallel.h"
 #include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/ground/measure_ground.h"
 #include "terrain/nodes/make_node.h"
 #include "tiles/encode_tile.h"
+#include "tiles/tile_bytes.h"
 
 namespace karst::bake {
 namespace {
@@ -306,6 +309,7 @@ void GroundPyramid::fill_tile(NodeKey key, Tile& tile) const {
     const std::int64_t x = key.x * kTileNodes + n % kTileNodes;
     const std::int64_t z = key.z * kTileNodes + n / kTileNodes;
     if (x >= level.nodes[0] || z >= level.nodes[1]) continue;
+    if (!node_exists(ground_.info, {key.size, static_cast<int>(x), static_cast<int>(z)})) continue;
     const NodeRow row = level.node_row(z);
     const auto at = static_cast<std::size_t>(x);
     tile.nodes[n].low = row.low[at];
@@ -329,6 +333,12 @@ bool fits(const GroundInfo& info, NodeKey key, const Tile& tile) {
   for (int n = 0; n < kTileMeasures; ++n) {
     const NodeKey node{key.size, key.x * kTileNodes + n % kTileNodes, key.z * kTileNodes + n / kTileNodes};
     if (!node_exists(info, node)) continue;
+    if (info.basis.is_curved()) {
+      const NodeMeasure& measure = tile.nodes[n];
+      const double reach = std::ldexp(node_radius(info, measure.low, measure.high, key.size), -key.size);
+      if (reach + kStepsPerHalfVoxel > kMostFromOrigin) return false;
+      continue;
+    }
     const int first_i = n % kTileNodes * kNodeQuads;
     const int first_k = n / kTileNodes * kNodeQuads;
     std::int32_t low = tile.height(first_i, first_k);
@@ -365,6 +375,7 @@ GroundPyramid::Outcome GroundPyramid::write_tiles_of(int size, bool& wrote) {
     parallel_chunks(bytes.size(), 1, threads_, [&](std::size_t x, std::size_t, int worker) {
       Workers::Worker& own = *workers_->all[static_cast<std::size_t>(worker)];
       const NodeKey key{size, static_cast<int>(x), static_cast<int>(z)};
+      if (!tiles::tile_exists(ground_.info, key)) return;
       fill_tile(key, own.tile);
       if (!fits(ground_.info, key, own.tile)) too_steep = true;
       own.encoder.run(key, ground_.info, own.tile, quantum_, own.bytes);
@@ -375,6 +386,10 @@ GroundPyramid::Outcome GroundPyramid::write_tiles_of(int size, bool& wrote) {
     });
     if (too_steep) return Outcome::too_steep;
     for (std::size_t x = 0; x < bytes.size(); ++x) {
+      if (bytes[x].empty()) {
+        level.place(static_cast<std::int64_t>(x), z) = {};
+        continue;
+      }
       level.place(static_cast<std::int64_t>(x), z).offset = ground_.tile_bytes;
       if (!write_(bytes[x])) return Outcome::unwritten;
       ground_.tile_crc = crc32c(bytes[x], ground_.tile_crc);

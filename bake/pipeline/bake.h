@@ -20,6 +20,13 @@
 namespace karst::bake {
 using namespace core;
 
+// What a ground lies on (terrain/basis/basis.h).
+struct BakeBasis {
+  enum class Kind : std::uint8_t { plane, geographic, cube, cylinder };
+  Kind kind = Kind::plane;
+  double radius_m = 0;  // of a cylinder, below 0 inside; 0: as wide as the DEM
+};
+
 struct Bake {
   // What: either an elevation image (read.path) or a sample by name.
   ReadElevation read;
@@ -27,6 +34,7 @@ struct Bake {
   bool accept_fit = false;   // a world that misses its elevation by more than a voxel is none, else
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 
+  BakeBasis basis{};   // of a ground
   double voxel_m = 0;  // 0: the sample's, or so that about 128 voxels span the image
   int level = 0;       // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
   std::optional<double> water_m{};  // height of still water; none: the world has none

@@ -27,6 +27,9 @@ void put_settings(const ReadElevation& settings, const std::string& path, WriteM
   message.put(settings.allow_8bit);
   message.put(settings.band);
   message.put_all(settings.nodata);
+  message.put_text(settings.crs);
+  message.put(settings.bounds.has_value());
+  message.put(settings.bounds.value_or(std::array<double, 4>{}));
 }
 
 void take_settings(ReadMessage& message, ReadElevation& settings) {
@@ -40,6 +43,12 @@ void take_settings(ReadMessage& message, ReadElevation& settings) {
   message.take(settings.allow_8bit);
   message.take(settings.band);
   message.take_all(settings.nodata);
+  message.take_text(settings.crs);
+  bool bounded = false;
+  std::array<double, 4> bounds{};
+  message.take(bounded);
+  message.take(bounds);
+  if (bounded) settings.bounds = bounds;
 }
 
 // In a child.
@@ -55,6 +64,7 @@ Error describe(std::span<const std::byte> request, std::vector<std::byte>& resul
   out.put(grid.placed);
   for (const double value : {grid.west, grid.north, grid.step_x, grid.step_z}) out.put(value);
   out.put_text(grid.crs);
+  out.put(grid.earth);
   out.put(grid.block_row_bytes);
   out.put_texts(grid.files);
   return {};
@@ -115,6 +125,7 @@ Error describe_elevation(const ReadElevation& settings, const std::string& path,
   message.take(grid.placed);
   for (double* value : {&grid.west, &grid.north, &grid.step_x, &grid.step_z}) message.take(*value);
   message.take_text(grid.crs);
+  message.take(grid.earth);
   message.take(grid.block_row_bytes);
   message.take_texts(grid.files);
   return message.whole() ? Error() : Error(path + ": its reader stopped early");

@@ -22,6 +22,7 @@ struct ElevationGrid {
   bool placed = false;                                 // west to step_z are known
   double west = 0, north = 0, step_x = 0, step_z = 0;  // in units of crs
   std::string crs;                                     // WKT; empty: none
+  ElevationEarth earth;                                // of the file's first sample; not placed: none
   std::uint64_t block_row_bytes = 0;                   // decoded: what reading a row takes
   std::vector<std::string> files;                      // that it is made of
 };

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <numbers>
 #include <string_view>
@@ -206,8 +207,59 @@ Error Placement::read(GDALDatasetH file) {
   return {};
 }
 
-Error GroundSize::read(GDALDatasetH file, const Placement& placement, const Window& window, double given_m) {
-  const OGRSpatialReferenceH srs = GDALGetSpatialRef(file);
+Error Placement::set_bounds(GDALDatasetH file, const std::array<double, 4>& bounds) {
+  const auto [west, south, east, north] = bounds;
+  if (!(east > west && north > south))
+    return "--bounds: west, south, east and north are wanted, in this order";
+  to_crs = {west, (east - west) / GDALGetRasterXSize(file),  0, north,
+            0,    (south - north) / GDALGetRasterYSize(file)};
+  placed = sized = true;
+  return {};
+}
+
+ElevationEarth earth_of(OGRSpatialReferenceH srs, const Placement& placement) {
+  ElevationEarth earth;
+  if (srs == nullptr || !placement.placed) return earth;
+  const std::array<double, 6>& t = placement.to_crs;
+  earth.west = t[0] + 0.5 * t[1];
+  earth.north = t[3] + 0.5 * t[5];
+  earth.step_x = t[1];
+  earth.step_z = -t[5];
+  const Ellipsoid ellipsoid = ellipsoid_of(srs);
+  earth.radius_m = ellipsoid.equatorial_radius_m;
+  earth.flattening = ellipsoid.flattening;
+  const char* const authority = OSRGetAuthorityName(srs, nullptr);
+  const char* const code = OSRGetAuthorityCode(srs, nullptr);
+  if (authority != nullptr && code != nullptr && std::string_view(authority) == "EPSG")
+    earth.epsg = static_cast<std::uint32_t>(std::max(0, std::atoi(code)));
+  // Longitudes count from Greenwich.
+  const double meridian_deg = OSRGetPrimeMeridian(srs, nullptr);
+  if (OSRIsGeographic(srs) != 0) {
+    const double degrees = OSRGetAngularUnits(srs, nullptr) / kDegree;
+    earth.kind = ElevationEarth::Kind::degrees;
+    for (double* value : {&earth.west, &earth.north, &earth.step_x, &earth.step_z}) *value *= degrees;
+    earth.west += meridian_deg;
+    return earth;
+  }
+  if (OSRIsProjected(srs) == 0) return earth;
+  earth.kind = ElevationEarth::Kind::other;
+  earth.unit_m = OSRGetLinearUnits(srs, nullptr);
+  const char* const projection = OSRGetAttrValue(srs, "PROJECTION", 0);
+  if (projection == nullptr || std::string_view(projection) != SRS_PT_TRANSVERSE_MERCATOR) return earth;
+  const auto number_of = [&](const char* name, double unknown) {
+    return OSRGetNormProjParm(srs, name, unknown, nullptr);
+  };
+  earth.kind = ElevationEarth::Kind::transverse_mercator;
+  earth.scale = number_of(SRS_PP_SCALE_FACTOR, 1);
+  earth.latitude_deg = number_of(SRS_PP_LATITUDE_OF_ORIGIN, 0);
+  earth.longitude_deg = number_of(SRS_PP_CENTRAL_MERIDIAN, 0) + meridian_deg;
+  earth.false_east_m = number_of(SRS_PP_FALSE_EASTING, 0);
+  earth.false_north_m = number_of(SRS_PP_FALSE_NORTHING, 0);
+  return earth;
+}
+
+Error GroundSize::read(GDALDatasetH file, OGRSpatialReferenceH srs, const Placement& placement,
+                       const Window& window, double given_m) {
   char* name = nullptr;
   const double metres = srs == nullptr ? 0 : OSRGetLinearUnits(srs, &name);
   in_feet = srs != nullptr && OSRIsGeographic(srs) == 0 && metres > 0.3 && metres < 0.31;

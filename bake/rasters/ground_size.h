@@ -6,6 +6,7 @@
 #include "platform/base/error.h"
 
 #include <gdal.h>
+#include <ogr_srs_api.h>
 
 #include <array>
 #include <string>
@@ -36,6 +37,8 @@ struct Placement {
 
   // The error, without the file's name, is of a raster that is turned.
   Error read(GDALDatasetH file);
+  // West, south, east and north of the image's edges, instead. The error is of bounds that are none.
+  Error set_bounds(GDALDatasetH file, const std::array<double, 4>& bounds);
 };
 
 struct GroundSize {
@@ -47,7 +50,13 @@ struct GroundSize {
   // given_m > 0: the user's word goes before the file's. In degrees, and in projections that stretch the
   // ground by more than a hundredth there, the size is that at the window's middle. The error is without the
   // file's name.
-  Error read(GDALDatasetH file, const Placement& placement, const Window& window, double given_m);
+  // srs: null: none.
+  Error read(GDALDatasetH file, OGRSpatialReferenceH srs, const Placement& placement, const Window& window,
+             double given_m);
 };
+
+// What a coordinate reference system says of where samples lie; none where it is null or the raster is not
+// placed.
+ElevationEarth earth_of(OGRSpatialReferenceH srs, const Placement& placement);
 
 }  // namespace karst::bake

@@ -39,6 +39,10 @@ constexpr std::uint64_t kCacheBytes = 32u << 20;
 constexpr std::uint64_t kBandBytes = 16u << 20;  // of rows that are read together, as doubles
 constexpr int kBandRows = 64;
 
+struct DestroySrs {
+  void operator()(void* srs) const { OSRRelease(srs); }
+};
+
 // An open raster, and the band of it that holds the heights.
 class Raster {
  public:
@@ -61,8 +65,14 @@ class Raster {
     if (Error error = choose_band(); !error.ok()) return error;
     if (Error error = read_format(); !error.ok()) return error;
     if (Error error = check_raw(); !error.ok()) return error;
+    if (Error error = choose_crs(); !error.ok()) return error;
     const Error turned = placement_.read(file_.get());
-    return turned.ok() ? check_messages() : failure(turned.text());
+    if (!turned.ok()) return failure(turned.text());
+    if (settings_.bounds) {
+      if (Error error = placement_.set_bounds(file_.get(), *settings_.bounds); !error.ok())
+        return failure(error.text());
+    }
+    return check_messages();
   }
 
   // After open(): what takes a look at all of the file, or at files that it names.
@@ -83,7 +93,8 @@ class Raster {
       grid.step_x = placement_.to_crs[1];
       grid.step_z = -placement_.to_crs[5];
     }
-    if (const OGRSpatialReferenceH srs = GDALGetSpatialRef(file_.get())) {
+    grid.earth = earth_of(srs_, placement_);
+    if (const OGRSpatialReferenceH srs = srs_) {
       char* text = nullptr;
       if (OSRExportToWkt(srs, &text) == OGRERR_NONE && text != nullptr) grid.crs = text;
       CPLFree(text);
@@ -96,7 +107,7 @@ class Raster {
 
   Error read(const Window& whole, const Window& part, ElevationPart& result) {
     GroundSize size;
-    if (Error error = size.read(file_.get(), placement_, whole, settings_.pixel_size_m); !error.ok())
+    if (Error error = size.read(file_.get(), srs_, placement_, whole, settings_.pixel_size_m); !error.ok())
       return failure(error.text());
     if (Error error = read_height_unit(size); !error.ok()) return error;
     result.spacing_x_m = size.x_m;
@@ -131,6 +142,19 @@ class Raster {
                    (messages_.failures().empty() ? "truncated or damaged" : messages_.failures().front()));
   }
 
+  // The file's coordinate reference system, or what the user says instead.
+  Error choose_crs() {
+    srs_ = GDALGetSpatialRef(file_.get());
+    if (settings_.crs.empty()) return {};
+    given_srs_.reset(OSRNewSpatialReference(nullptr));
+    const int code = std::atoi(settings_.crs.c_str() + std::string_view("EPSG:").size());
+    if (OSRImportFromEPSG(given_srs_.get(), code) != OGRERR_NONE)
+      return "--crs: " + settings_.crs + " is not known to PROJ";
+    OSRSetAxisMappingStrategy(given_srs_.get(), OAMS_TRADITIONAL_GIS_ORDER);
+    srs_ = given_srs_.get();
+    return {};
+  }
+
   // What GDAL goes on without, and what files mean two things by.
   Error check_messages() const {
     if (messages_.mentions("IO error")) return failure("truncated: what the file says of itself is cut off");
@@ -138,7 +162,7 @@ class Raster {
       return failure(
           "pixel size: below 0; gdal_translate -a_ullr LEFT TOP RIGHT BOTTOM says where its corners are");
     }
-    const OGRSpatialReferenceH srs = GDALGetSpatialRef(file_.get());
+    const OGRSpatialReferenceH srs = srs_;
     if (messages_.mentions("not found") && !settings_.z_scale) {
       return failure(
           "units: it names a coordinate reference system or a unit that PROJ does not know; give "
@@ -217,7 +241,7 @@ class Raster {
   }
 
   Error read_height_unit(GroundSize& size) {
-    const HeightUnit unit = height_unit({file_.get(), band_, path_});
+    const HeightUnit unit = height_unit({file_.get(), band_, path_}, srs_);
     if (unit.is_said && !(unit.metres > 0) && !settings_.z_scale) {
       return failure("heights: their unit '" + unit.name +
                      "' is not known; give --z-scale S, the metres of a unit");
@@ -358,7 +382,9 @@ class Raster {
   GDALRasterBandH mask_ = nullptr;  // 0 where band_ is void; null: it is nowhere
   SampleFormat format_;
   Placement placement_;
-  std::vector<std::string> warnings_;  // without the file's name
+  std::unique_ptr<void, DestroySrs> given_srs_;
+  OGRSpatialReferenceH srs_ = nullptr;  // null: none
+  std::vector<std::string> warnings_;   // without the file's name
 };
 
 }  // namespace

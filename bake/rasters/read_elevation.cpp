@@ -190,6 +190,9 @@ class Reader {
     }
     result_.width = static_cast<int>(width);
     result_.height = static_cast<int>(height);
+    result_.earth = parts_.front().grid.earth;
+    result_.earth.west += result_.earth.step_x * static_cast<double>(west_);
+    result_.earth.north -= result_.earth.step_z * static_cast<double>(north_);
     return {};
   }
 

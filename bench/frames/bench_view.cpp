@@ -183,7 +183,10 @@ std::vector<CameraPlace> BenchView::flight(std::string_view name, int frames) {
 
 Error BenchView::place(const CameraPlace& place, ViewState& camera) {
   camera = look_.view;
-  const Status status = place_view(place, stage_.world().info(), shape_, kFree, camera);
+  const Status status =
+      place_view(place, stage_.world().info(),
+                 stage_.world().axes_at({place.position_m.x, place.position_m.y, place.position_m.z}), shape_,
+                 kFree, camera);
   return Error("camera", status);
 }
 

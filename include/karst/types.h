@@ -29,6 +29,31 @@ struct Placement {
   double turn_deg = 0;  // of the world's north, clockwise seen from above, -360..360: grid convergence
 };
 
+// --- Where places lie on the earth.
+
+// What a world's ground lies on: a plane; longitude and latitude on an ellipsoid; six faces of a cube around
+// it, a whole planet; a cylinder.
+enum class Basis : std::uint8_t { plane, geographic, cube, cylinder };
+
+// In the datum of the elevation that the world was made from. Altitude: as its heights, which stand above the
+// ellipsoid where the basis is one.
+struct Geodetic {
+  double longitude_deg = 0;  // -180..180
+  double latitude_deg = 0;   // -90..90
+  double altitude_m = 0;
+};
+
+// Of a projected or geographic coordinate reference system: to the east and to the north, in its units.
+struct Projected {
+  double east = 0, north = 0;
+  double height_m = 0;
+};
+
+// Directions at a place, of unit length.
+struct LocalAxes {
+  Vec3 east, up, north;
+};
+
 // --- What the simulator lends: a function and its context. All must outlive what they were given to.
 
 enum class Severity : std::uint8_t { note, warning, error };

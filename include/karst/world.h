@@ -38,6 +38,13 @@ struct WorldInfo {
   // the south. 0: it has none.
   std::int32_t region_first[2] = {}, region_nodes[2] = {};
   double ground_low_m = 0, ground_high_m = 0;  // heights of its samples, in the world's own metres
+  // What it lies on. Of a cube samples are those of its grid, which holds six faces; of all that are not
+  // planes spacing is the greatest and heights stand above the basis.
+  Basis basis = Basis::plane;
+  double radius_m = 0;     // of the ellipsoid at the equator, or of the cylinder, below 0 inside; 0: a plane
+  std::uint32_t epsg = 0;  // code of the coordinate reference system it is in; 0: not known
+  bool is_geodetic = false;   // World::to_geodetic() knows places
+  bool is_projected = false;  // World::to_projected() does
   // Box of the surface, in the world's own metres. World::info() alone knows it.
   Vec3 low_m, high_m;
 };
@@ -73,6 +80,18 @@ class KARST_API World {
   // Between the simulator's frame and the world's own metres.
   Vec3 to_world(Vec3 place) const noexcept;
   Vec3 from_world(Vec3 place_m) const noexcept;
+
+  // Longitude, latitude and altitude of a place, and back. Known of worlds on an ellipsoid and of planes
+  // whose coordinates are degrees or a transverse Mercator projection's, as all UTM zones' are; else false.
+  // Any thread.
+  bool to_geodetic(Vec3 place, Geodetic& out) const noexcept;
+  bool from_geodetic(const Geodetic& geodetic, Vec3& place) const noexcept;
+  // The same of coordinates of the elevation's reference system (WorldInfo::epsg). Known of planes that it
+  // was known for; and of cylinders, as metres along the circle and against the axis; else false.
+  bool to_projected(Vec3 place, Projected& out) const noexcept;
+  bool from_projected(const Projected& projected, Vec3& place) const noexcept;
+  // East, up and north at a place: of a plane the same everywhere.
+  LocalAxes axes_at(Vec3 place) const noexcept;
 
  protected:
   World() = default;

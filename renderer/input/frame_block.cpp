@@ -104,12 +104,23 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   return block;
 }
 
+void set_level(const FrameLevel& level, shader::FrameBlock& block) {
+  block.level_x = level.view.x;
+  block.level_y = level.view.y;
+  block.level_z = level.view.z;
+  block.level_eye = level.view.eye;
+  block.level_top = glm::vec4(level.up, level.dip);
+  block.level_air = {level.sky, level.thins, level.plain_over, level.has_plain ? 1.0f : 0.0f};
+}
+
 glm::dvec3 light_direction(const FrameLight& light) {
+  const bool moon = light.sun_elevation_deg < -kMoonTakesOverDeg;
+  if (light.towards != glm::dvec3(0.0)) return moon ? -light.towards : light.towards;
   const double azimuth = light.sun_azimuth_deg * kRadiansPerDegree;
   const double elevation = light.sun_elevation_deg * kRadiansPerDegree;
   const glm::dvec3 sun(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                        -std::cos(azimuth) * std::cos(elevation));
-  return light.sun_elevation_deg < -kMoonTakesOverDeg ? -sun : sun;
+  return moon ? -sun : sun;
 }
 
 void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,

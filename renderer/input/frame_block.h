@@ -8,6 +8,7 @@
 
 #include "karst/status.h"
 #include "renderer/input/shader_interface.h"
+#include "terrain/basis/level_view.h"
 #include "terrain/field/sky_visibility.h"
 #include "terrain/imagery/image_view.h"
 #include "terrain/shading/materials.h"
@@ -22,6 +23,9 @@ struct FrameLight {
   double sun_azimuth_deg = 230.0;   // -360..360; clockwise seen from above, from north (-z): 90 is east (+x)
   double sun_elevation_deg = 35.0;  // -90..90 above the horizon
   double haze_voxels = 400.0;       // above 0, ..2^24: distance at which 63 % of the light is haze
+  // Of a curved basis, in the frame's axes, unit length: towards the sun, whose elevation is then that at the
+  // eye. All 0: by azimuth and elevation.
+  glm::dvec3 towards{0.0};
   // invalid_argument naming the first field outside its range.
   Status validate() const;
 };
@@ -36,6 +40,17 @@ glm::dvec3 light_direction(const FrameLight& light);
 // Shadow maps of `size` texels a side, as FitCascades made them for the camera's frame.
 void set_cascades(const Camera& camera, const LightSpace& space, std::span<const Cascade> cascades, int size,
                   shader::FrameBlock& block);
+// Of a curved basis: what is level for the eye.
+struct FrameLevel {
+  LevelView view;
+  glm::vec3 up{0.0f, 1.0f, 0.0f};  // at the eye
+  float dip = 0;                   // sine of the angle by which the horizon is lower than level
+  float sky = 1;                   // brightness of the sky at the eye
+  float thins = 0;                 // 1 / voxels in which air thins by e; 0: it does not
+  float plain_over = 0;            // |q|^2 - 1 of the plain beyond the ground
+  bool has_plain = false;
+};
+void set_level(const FrameLevel& level, shader::FrameBlock& block);
 // What a pass into a cascade's shadow map needs.
 shader::FrameBlock make_cascade_block(const Cascade& cascade);
 

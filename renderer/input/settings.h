@@ -50,7 +50,8 @@ struct RendererSettings {
   // Places at most that a lookup in the ground's textures mixes along a pixel's longer side, 0..16; 0: as
   // fits the device. create() sets it to what is done.
   int anisotropy = 0;
-  bool water = true;  // of the world; false: shaders know none
+  bool water = true;    // of the world; false: shaders know none
+  bool curved = false;  // its ground lies on a curved basis: up and height are functions of the place
   karst::Shading shading = karst::Shading::automatic;
   // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets
   // them to 0 where pixels are shaded while they are drawn.

@@ -54,6 +54,7 @@ struct ViewInput {
   ImagePlace images;             // of imagery, where the settings have layers
   std::uint32_t image_view = 0;  // whose table pixels look up, of the settings' image_views
   FrameSurroundings surroundings;
+  FrameLevel level;                            // where the settings say that the basis is curved
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables(); with nodes up to kNodeLevel at least
@@ -94,6 +95,7 @@ struct CascadeInput {
   std::uint32_t first_morph_row = 0;
   std::uint32_t first_family_row = 0;
   std::int64_t foot = 0;
+  LevelView level;  // of cascade.eye, where the settings say that the basis is curved
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
   std::span<const std::uint32_t> belts;

@@ -20,6 +20,7 @@ struct ProgramSettings {
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
   bool water = false;        // the world has some
+  bool curved = false;       // its ground lies on a curved basis
   bool blend_map = false;    // and one of these
   bool imagery = false;      // and images over it
   bool edges = false;        // the screen pass smooths silhouettes
@@ -49,7 +50,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[288] = {};  // GLSL lines after the variant's macros
+  char defines_[352] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

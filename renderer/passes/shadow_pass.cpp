@@ -27,6 +27,7 @@ Status draw_shadow_map(const GlDevice& device, const RendererSettings& settings,
   block.first_rows.x = static_cast<int>(input.first_morph_row);
   block.first_rows.y = static_cast<int>(input.first_family_row);
   block.camera_fine.w = foot_from(input.cascade.eye, input.foot);
+  set_level({.view = input.level}, block);
   use_block(device, nth(Object::cascade_block_0, index), KARST_BINDING_FRAME, as_bytes(block));
   gl.BindFramebuffer(GL_FRAMEBUFFER, name_of(device, nth(Object::shadow_target_0, index)));
   DrawState state;

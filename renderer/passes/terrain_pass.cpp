@@ -68,6 +68,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   block.view_scale.w = target.linear ? 1.0f : 0.0f;
   set_drape(settings.extent, settings.drape_repeat, block);
   set_surroundings(input.camera, input.surroundings, block);
+  set_level(input.level, block);
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
   const PixelSkips& skips = input.skips;
   block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};

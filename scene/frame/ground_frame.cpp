@@ -2,6 +2,7 @@
 #include "scene/frame/ground_frame.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "scene/frame/vertex_work.h"
 
@@ -10,6 +11,8 @@ namespace {
 
 // A frame that waits gives up after so many rounds of asking: more than tiles can be deep.
 constexpr int kMostRounds = 4 * kMostSize;
+// Height in which the earth's air thins by e.
+constexpr double kAirThinsM = 8'000;
 
 }  // namespace
 
@@ -119,6 +122,33 @@ Status GroundFrame::upload(FrameCosts& costs) {
   }
   costs.upload_ms += ms_since(start);
   return {};
+}
+
+FrameLevel GroundFrame::level(const Camera& camera) const {
+  FrameLevel level;
+  if (!is_curved()) return level;
+  const GroundInfo& info = terrain_->ground.info();
+  const Basis& basis = info.basis;
+  const double step_m = basis.height_unit_m / kVertexStep, voxel_m = step_m * kStepsPerVoxel;
+  const glm::dvec3 eye_m = eye_lattice(camera) * step_m;
+  level.view = make_level_view(basis, eye_m, voxel_m, basis.height_m(info.low));
+  level.up = glm::vec3(up_of(basis, eye_m));
+  if (!basis.is_ellipsoid()) return level;
+  const double over = double{level.view.eye.x};
+  if (over > 0) level.dip = static_cast<float>(std::sqrt(over / (1.0 + over)));
+  level.sky = static_cast<float>(std::exp(-std::max(0.0, double{level.view.eye.w}) * voxel_m / kAirThinsM));
+  level.thins = static_cast<float>(voxel_m / kAirThinsM);
+  if (basis.kind == BasisKind::geographic) {
+    const double low = 1.0 + basis.height_m(info.low) / basis.radius_m;
+    level.plain_over = static_cast<float>(low * low - 1.0);
+    level.has_plain = true;
+  }
+  return level;
+}
+
+glm::dmat3 GroundFrame::axes(const Camera& camera) const {
+  const Basis& basis = terrain_->ground.info().basis;
+  return axes_of(basis, eye_lattice(camera) * (basis.height_unit_m / kVertexStep));
 }
 
 void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> levels) {

@@ -49,6 +49,11 @@ class GroundFrame {
   }
   // Where walls end: the lowest height of all.
   std::int64_t foot() const { return std::int64_t{terrain_->ground.info().low} * kVertexStep; }
+  // Of a curved basis: whether it is one, and what is level for a camera.
+  bool is_curved() const { return exists() && terrain_->ground.info().basis.is_curved(); }
+  FrameLevel level(const Camera& camera) const;
+  // East, up and south there, as columns.
+  glm::dmat3 axes(const Camera& camera) const;
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
   std::uint64_t casters_hash() const { return terrain_->ground.view(shadow_view()).hash(); }
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <new>
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
 
@@ -17,6 +20,9 @@ constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 const double kVisibilityPerHaze = std::log(20.0);
 // Without a visibility: haze takes 63 % of the light at so many times the world's width.
 constexpr double kHazeWidths = 6.0;
+// On a curved basis, whose width says nothing: metres.
+constexpr double kCurvedHazeM = 60'000;
+constexpr double kWhiteSunDeg = 45;
 
 Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
@@ -61,6 +67,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.desktop = options.desktop;
   settings.detail = options.detail;
   settings.water = world.terrain.world.surroundings().has_water();
+  settings.curved = world.terrain.world.ground().basis.is_curved();
   settings.precision = options.precision;
   settings.anisotropy = static_cast<int>(std::min(options.anisotropy, 255u));
   settings.shading = options.shading;
@@ -154,7 +161,8 @@ Status RendererObject::surround() {
   if (ground.exists()) {
     // Its walls end where it is lowest.
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
-    surroundings_.has_plain = true;
+    // Of a curved basis the background has a plain of its own (FrameLevel).
+    surroundings_.has_plain = !ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
@@ -204,16 +212,27 @@ Status RendererObject::take_views(const FrameInput& input) {
   return {};
 }
 
-Status RendererObject::take_light(const Sun& sun) {
+Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   const glm::dvec3 towards = world.placement.world_direction(sun.towards);
   const double length = glm::length(towards);
   if (!std::isfinite(length) || !(length > 0)) return refuse("no direction", "towards");
   light_.sun_elevation_deg = std::asin(std::clamp(towards.y / length, -1.0, 1.0)) * kDegreesPerRadian;
   light_.sun_azimuth_deg = std::atan2(towards.x, -towards.z) * kDegreesPerRadian;
+  light_.towards = glm::dvec3(0.0);
+  const bool curved = world.terrain.world.ground().basis.is_curved();
+  if (curved) {
+    light_.towards = towards / length;
+    const FrameLevel level = ground_.level(views_[shadow_view].camera);
+    const double sine = glm::dot(light_.towards, glm::dvec3(level.up));
+    // From above the air the sun is white and never sets.
+    const double seen = std::asin(std::clamp(sine, -1.0, 1.0)) * kDegreesPerRadian;
+    light_.sun_elevation_deg = kWhiteSunDeg + double{level.sky} * (seen - kWhiteSunDeg);
+  }
   if (!(sun.visibility_m >= 0)) return refuse("must not be negative", "visibility_m");
   const LatticeBox box = world.terrain.world.box();
   const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
-  const double standard = std::max(1.0, kHazeWidths * std::max(size.x, size.z));
+  const double standard = curved ? kCurvedHazeM / world.shown.voxel_size_m
+                                 : std::max(1.0, kHazeWidths * std::max(size.x, size.z));
   light_.haze_voxels =
       sun.visibility_m == 0 ? standard : sun.visibility_m / world.shown.voxel_size_m / kVisibilityPerHaze;
   if (!light_.validate().ok()) return refuse("beyond its range", "visibility_m");
@@ -318,6 +337,7 @@ void RendererObject::fill_result(FrameResult& result) {
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
     result.triangles += ground.triangles;
+    if (ground_.exists()) result.triangles += ground_.belts(n).size() / 3;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
   }
   result.lacking += imagery_.lacking();
@@ -343,7 +363,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   costs = {};
   limits_ = 0;
   if (const Status status = take_views(input); !status.ok()) return status;
-  if (const Status status = take_light(input.sun); !status.ok()) return status;
+  if (const Status status = take_light(input.sun, input.shadow_view); !status.ok()) return status;
   Residency& residency = world.terrain.residency;
   ShadingSkips skips;
   skips.material = inspection.skip_material;
@@ -385,14 +405,24 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (inspection.wait_for_gpu) gl.finish();
   const std::int64_t shadows_start = clock_ns();
   if (status = shadows_.run(shadow, costs, limits_); !status.ok()) return status;
+  if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
   if (inspection.wait_for_gpu) gl.finish();
   costs.shadow_ms = ms_since(shadows_start);
   if (status = work_.upload_morph_rows(costs); !status.ok()) return status;
   for (std::uint32_t n = 0; n < view_count_; ++n) ground_.build_belts(n, world.terrain.views[n].levels());
   count_views();
   for (std::uint32_t n = 0; n < view_count_; ++n) {
-    const glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
-    if (status = gl.set_air(n, make_air_block(block_of(n), glm::mat4(glm::mat3(axes)))); !status.ok())
+    glm::dmat3 axes = world.placement.world_from_sim() / world.shown.voxel_size_m;
+    shader::FrameBlock block = block_of(n);
+    if (ground_.is_curved()) {
+      // The host's shaders take y for up: theirs are the axes at the eye.
+      const glm::dmat3 here = ground_.axes(views_[n].camera);
+      axes = glm::transpose(here) * axes;
+      for (glm::vec4* v :
+           {&block.sun_direction, &block.ray_forward, &block.shadow_x, &block.shadow_y, &block.shadow_z})
+        *v = glm::vec4(glm::vec3(glm::transpose(here) * glm::dvec3(*v)), v->w);
+    }
+    if (status = gl.set_air(n, make_air_block(block, glm::mat4(glm::mat3(axes)))); !status.ok())
       return status;
   }
   fill_result(result);
@@ -432,6 +462,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.belts = ground_.belts(n);
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
+    input.level = ground_.level(input.camera);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   if (imagery_.exists()) {

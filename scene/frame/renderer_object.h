@@ -43,7 +43,7 @@ struct RendererObject final : karst::Renderer {
   Status upload_blend_map();
   Status surround();
   Status take_views(const FrameInput& input);
-  Status take_light(const Sun& sun);
+  Status take_light(const Sun& sun, std::uint32_t shadow_view);
   Status select(bool cuts);
   Status complete(bool cuts);
   void count_views();

@@ -11,6 +11,8 @@ constexpr double kSunset = -1.5;  // degrees
 
 // How far casters may stray (SelectCasters); and at most, where the pool has no room for better ones.
 constexpr double kErrorTexels = 1;
+// On a curved basis: how far mountains cast at most, times the ground's relief; a sun of 7 degrees.
+constexpr double kShadowLengths = 8;
 constexpr double kMostErrorTexels = 64;
 
 // Whether pixels of the patches listed can lie in the cascade's box and not in a smaller one's.
@@ -62,6 +64,19 @@ void ShadowFrame::create(TerrainParts& terrain, Renderer& renderer, VertexWork& 
   forget();
 }
 
+// What may cast within reach of the eye on a curved basis: all of a planet would leave depth no precision.
+LatticeBox ShadowFrame::box_around(const Camera& camera) const {
+  const GroundInfo& info = terrain_->ground.info();
+  const double relief = (static_cast<double>(info.high) - info.low) * kVertexStep;
+  const double reach = settings_.reach_voxels * kStepsPerVoxel + kShadowLengths * relief;
+  constexpr double kMost = 1 << 30;
+  const LatticeBox all = terrain_->world.box();
+  const glm::dvec3 eye = eye_lattice(camera);
+  const glm::dvec3 low = glm::clamp(eye - reach, glm::dvec3(all.min), glm::dvec3(all.max));
+  const glm::dvec3 high = glm::clamp(eye + reach, glm::dvec3(all.min), glm::dvec3(all.max));
+  return {glm::ivec3(glm::clamp(low, -kMost, kMost)), glm::ivec3(glm::clamp(high, -kMost, kMost))};
+}
+
 void ShadowFrame::forget() {
   for (Map& map : maps_) map = {};
   count_ = 0;
@@ -79,6 +94,7 @@ Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& li
   fit.camera = input.camera;
   fit.to_sun = light_direction(input.light);
   fit.world = terrain_->world.box();
+  if (ground_->is_curved()) fit.world = box_around(*input.camera);
   fit.light = &light_space_;
   fit.cascades = cascades_;
   if (const Status status = fit.validate(); !status.ok()) return status;
@@ -229,6 +245,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     pass.belts = ground_->belts(own_view);
     pass.first_family_row = ground_->first_row(own_view);
     pass.foot = ground_->foot();
+    if (ground_->is_curved()) pass.level = ground_->level(cascade.eye).view;
     pass.pages.family_texels = terrain_->ground.texels();
   }
   HostPass host = host_pass(input.casters, light_space_, cascade);

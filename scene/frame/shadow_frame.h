@@ -53,6 +53,8 @@ class ShadowFrame {
   const LightSpace& light_space() const { return light_space_; }
 
  private:
+  LatticeBox box_around(const Camera& camera) const;
+
   // What a shadow map holds.
   struct Map {
     bool drawn = false;

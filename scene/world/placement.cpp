@@ -32,7 +32,7 @@ bool sim_from_compass(Axes axes, glm::dmat3& out) {
 
 }  // namespace
 
-Status PlacementFrame::create(const Placement& placement, const WorldFrame& frame) {
+Status PlacementFrame::create(const Placement& placement, const WorldFrame& frame, int fraction_bits) {
   glm::dmat3 axes(1.0);
   if (!sim_from_compass(placement.axes, axes)) return refuse("not one of the frames", "axes");
   const glm::dvec3 origin = to_glm(placement.origin);
@@ -47,6 +47,7 @@ Status PlacementFrame::create(const Placement& placement, const WorldFrame& fram
   world_from_sim_ = glm::transpose(sim_from_world_);
   origin_ = origin;
   frame_ = frame;
+  fraction_bits_ = fraction_bits;
   return {};
 }
 
@@ -61,6 +62,7 @@ Status PlacementFrame::make_camera(const karst::ViewState& view, Camera& camera)
     projection[n / 4][n % 4] = n < 12 ? view.clip_from_view[n] : view.clip_from_view[n] / frame_.voxel_size_m;
   }
   CameraMatrices matrices;
+  matrices.fraction_bits = fraction_bits_;
   matrices.position = voxels(view.eye);
   matrices.view_from_world = rotation * sim_from_world_;
   matrices.clip_from_view = projection;

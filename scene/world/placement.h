@@ -22,8 +22,8 @@ inline Vec3 from_glm(const glm::dvec3& v) {
 
 class PlacementFrame {
  public:
-  // invalid_argument naming axes, origin or turn_deg.
-  Status create(const Placement& placement, const WorldFrame& frame);
+  // invalid_argument naming axes, origin or turn_deg. fraction_bits: CameraMatrices'.
+  Status create(const Placement& placement, const WorldFrame& frame, int fraction_bits = kCameraFractionBits);
 
   // The simulator's axes in the world's, and the other way round. Exact for turns by multiples of 90 degrees.
   const glm::dmat3& world_from_sim() const { return world_from_sim_; }
@@ -49,6 +49,7 @@ class PlacementFrame {
   glm::dmat3 sim_from_world_{1.0};
   glm::dvec3 origin_{0.0};
   WorldFrame frame_;
+  int fraction_bits_ = kCameraFractionBits;
 };
 
 }  // namespace karst::core

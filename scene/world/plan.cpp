@@ -295,8 +295,17 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     if (reader.imagery().exists()) {
       out.image_texel_m = std::ldexp(out.ground_spacing_m[0], reader.imagery().least_size) / kTexelsPerSample;
     }
-    out.ground_low_m = info.origin_m[1] + double{kVertexStep} * ground.low * step_m;
-    out.ground_high_m = info.origin_m[1] + double{kVertexStep} * ground.high * step_m;
+    const double base_m = ground.basis.is_curved() ? ground.basis.base_m : info.origin_m[1];
+    out.ground_low_m = base_m + double{kVertexStep} * ground.low * step_m;
+    out.ground_high_m = base_m + double{kVertexStep} * ground.high * step_m;
+    out.basis = static_cast<karst::Basis>(ground.basis.kind);
+    if (ground.basis.is_curved()) out.radius_m = ground.basis.radius_m;
+    const Georeference& earth = reader.earth();
+    out.epsg = earth.epsg;
+    out.is_projected =
+        ground.basis.kind == BasisKind::cylinder || (!ground.basis.is_curved() && earth.exists());
+    out.is_geodetic = ground.basis.is_ellipsoid() || earth.projection == MapProjection::degrees ||
+                      earth.projection == MapProjection::transverse_mercator;
   }
   out.has_water = surroundings.has_water();
   if (out.has_water) out.water_m = info.origin_m[1] + info.voxel_size_m * double{surroundings.water_level};

@@ -73,8 +73,9 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   if (layout.cpu_bytes() != plan.cpu_bytes || layout.budget.gpu_bytes() != plan.gpu_bytes) {
     return {StatusCode::invalid_argument, "changed since make_plan()", "plan", layout.cpu_bytes()};
   }
+  const int bits = reader.ground().basis.is_curved() ? kFinestCameraFractionBits : kCameraFractionBits;
   const WorldFrame frame{{info.origin_m[0], info.origin_m[1], info.origin_m[2]}, info.voxel_size_m};
-  if (const Status status = placement.create(plan.placement, frame); !status.ok()) return status;
+  if (const Status status = placement.create(plan.placement, frame, bits); !status.ok()) return status;
 
   Pieces pieces(memory);
   pieces.take(whole_lines(sizeof(WorldObject)));  // this
@@ -190,6 +191,61 @@ Vec3 World::to_world(Vec3 place) const noexcept {
 
 Vec3 World::from_world(Vec3 place_m) const noexcept {
   return core::self(this).placement.place(core::to_glm(place_m));
+}
+
+namespace core {
+namespace {
+
+const WorldReader& reader_of(const karst::World* world) {
+  return self(world).terrain.world.reader();
+}
+
+}  // namespace
+}  // namespace core
+
+bool World::to_geodetic(Vec3 place, Geodetic& out) const noexcept {
+  const core::WorldReader& reader = core::reader_of(this);
+  core::Geodetic geodetic;
+  if (!core::to_geodetic(reader.ground().basis, reader.earth(), core::self(this).placement.world_m(place),
+                         geodetic))
+    return false;
+  out = {geodetic.longitude_deg, geodetic.latitude_deg, geodetic.altitude_m};
+  return true;
+}
+
+bool World::from_geodetic(const Geodetic& geodetic, Vec3& place) const noexcept {
+  const core::WorldReader& reader = core::reader_of(this);
+  glm::dvec3 world_m;
+  const core::Geodetic at{geodetic.longitude_deg, geodetic.latitude_deg, geodetic.altitude_m};
+  if (!core::from_geodetic(reader.ground().basis, reader.earth(), at, world_m)) return false;
+  place = core::self(this).placement.place(world_m);
+  return true;
+}
+
+bool World::to_projected(Vec3 place, Projected& out) const noexcept {
+  const core::WorldReader& reader = core::reader_of(this);
+  glm::dvec3 at;
+  if (!core::to_projected(reader.ground().basis, reader.earth(), core::self(this).placement.world_m(place),
+                          at))
+    return false;
+  out = {at.x, at.y, at.z};
+  return true;
+}
+
+bool World::from_projected(const Projected& projected, Vec3& place) const noexcept {
+  const core::WorldReader& reader = core::reader_of(this);
+  glm::dvec3 world_m;
+  if (!core::from_projected(reader.ground().basis, reader.earth(),
+                            {projected.east, projected.north, projected.height_m}, world_m))
+    return false;
+  place = core::self(this).placement.place(world_m);
+  return true;
+}
+
+LocalAxes World::axes_at(Vec3 place) const noexcept {
+  const core::PlacementFrame& placement = core::self(this).placement;
+  const glm::dmat3 axes = core::axes_of(core::reader_of(this).ground().basis, placement.world_m(place));
+  return {placement.direction(axes[0]), placement.direction(axes[1]), placement.direction(-axes[2])};
 }
 
 std::uint32_t api_version() noexcept {

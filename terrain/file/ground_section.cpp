@@ -2,7 +2,9 @@
 #include "terrain/file/ground_section.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "terrain/base/check.h"
 #include "terrain/base/config.h"
 #include "terrain/file/world_layout.h"
 
@@ -21,6 +23,112 @@ constexpr std::size_t kRootOffset = 40;
 constexpr std::size_t kRootBytes = 48;
 constexpr std::size_t kRootCrc = 52;
 constexpr std::size_t kReserved = 56;
+// Of the second part, from its start.
+constexpr std::size_t kKind = 0;
+constexpr std::size_t kFlags = 4;
+constexpr std::size_t kFirst = 8;  // two
+constexpr std::size_t kStep = 24;  // two
+constexpr std::size_t kRadius = 40;
+constexpr std::size_t kFlattening = 48;
+constexpr std::size_t kAnchor = 56;  // two
+constexpr std::size_t kBase = 72;
+constexpr std::size_t kFaceQuads = 80;
+constexpr std::size_t kProjection = 84;
+constexpr std::size_t kEpsg = 88;
+constexpr std::size_t kZero = 92;
+constexpr std::size_t kOrigin = 96;  // two
+constexpr std::size_t kPerM = 112;   // two
+constexpr std::size_t kScale = 128;
+constexpr std::size_t kLatitude = 136;
+constexpr std::size_t kLongitude = 144;
+constexpr std::size_t kFalseEast = 152;
+constexpr std::size_t kFalseNorth = 160;
+constexpr std::size_t kUnit = 168;
+constexpr std::size_t kEarthReserved = 176;
+constexpr std::uint32_t kCentred = 1;
+
+Fault check_basis(const GroundInfo& info) {
+  Basis basis = info.basis;
+  if (basis.kind == BasisKind::function) return {"a function cannot be in a file", kBytes + kKind};
+  if (!basis.finish().ok()) return {"the basis is none", kBytes + kKind};
+  if (!info.is_cube()) return {};
+  for (int axis = 0; axis < 2; ++axis) {
+    if (info.samples[axis] != std::int64_t{kCubeCells[axis]} * basis.face_quads + 1)
+      return {"samples are not those of a cube", kSamples};
+  }
+  return {};
+}
+
+Fault check_earth(const WorldGround& ground) {
+  const Georeference& earth = ground.earth;
+  if (earth.projection > MapProjection::other) return {"a projection of unknown kind", kBytes + kProjection};
+  for (const double value : {earth.origin[0], earth.origin[1], earth.false_east_m, earth.false_north_m}) {
+    if (!(std::abs(value) <= 1e12)) return {"coordinates are not within +-1e12", kBytes + kOrigin};
+  }
+  for (const double value : {earth.per_m[0], earth.per_m[1], earth.scale, earth.unit_m}) {
+    if (!(value >= 1e-12 && value <= 1e12)) return {"a scale is not within 1e-12..1e12", kBytes + kPerM};
+  }
+  if (!(std::abs(earth.latitude_deg) <= 90 && std::abs(earth.longitude_deg) <= 540))
+    return {"no longitude and latitude", kBytes + kLatitude};
+  const Basis& basis = ground.info.basis;
+  if (earth.exists() &&
+      !(basis.radius_m >= 1 && basis.radius_m <= 1e9 && basis.flattening >= 0 && basis.flattening <= 0.1))
+    return {"the ellipsoid is none", kBytes + kRadius};
+  return {};
+}
+
+void load_earth(std::span<const std::byte> in, WorldGround& ground) {
+  Basis& basis = ground.info.basis;
+  Georeference& earth = ground.earth;
+  basis.kind = static_cast<BasisKind>(std::min<std::uint32_t>(load<std::uint32_t>(in, kKind), 255));
+  basis.centred = (load<std::uint32_t>(in, kFlags) & kCentred) != 0;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    basis.first[axis] = load<double>(in, kFirst + axis * 8);
+    basis.step[axis] = load<double>(in, kStep + axis * 8);
+    basis.anchor_deg[axis] = load<double>(in, kAnchor + axis * 8);
+    earth.origin[axis] = load<double>(in, kOrigin + axis * 8);
+    earth.per_m[axis] = load<double>(in, kPerM + axis * 8);
+  }
+  basis.radius_m = load<double>(in, kRadius);
+  basis.flattening = load<double>(in, kFlattening);
+  basis.base_m = load<double>(in, kBase);
+  basis.face_quads = load<std::int32_t>(in, kFaceQuads);
+  earth.projection =
+      static_cast<MapProjection>(std::min<std::uint32_t>(load<std::uint32_t>(in, kProjection), 255));
+  earth.epsg = load<std::uint32_t>(in, kEpsg);
+  earth.scale = load<double>(in, kScale);
+  earth.latitude_deg = load<double>(in, kLatitude);
+  earth.longitude_deg = load<double>(in, kLongitude);
+  earth.false_east_m = load<double>(in, kFalseEast);
+  earth.false_north_m = load<double>(in, kFalseNorth);
+  earth.unit_m = load<double>(in, kUnit);
+}
+
+void store_earth(const WorldGround& ground, std::span<std::byte> out) {
+  const Basis& basis = ground.info.basis;
+  const Georeference& earth = ground.earth;
+  store(out, kKind, static_cast<std::uint32_t>(basis.kind));
+  store(out, kFlags, basis.centred ? kCentred : 0u);
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    store(out, kFirst + axis * 8, basis.first[axis]);
+    store(out, kStep + axis * 8, basis.step[axis]);
+    store(out, kAnchor + axis * 8, basis.anchor_deg[axis]);
+    store(out, kOrigin + axis * 8, earth.origin[axis]);
+    store(out, kPerM + axis * 8, earth.per_m[axis]);
+  }
+  store(out, kRadius, basis.radius_m);
+  store(out, kFlattening, basis.flattening);
+  store(out, kBase, basis.base_m);
+  store(out, kFaceQuads, basis.face_quads);
+  store(out, kProjection, static_cast<std::uint32_t>(earth.projection));
+  store(out, kEpsg, earth.epsg);
+  store(out, kScale, earth.scale);
+  store(out, kLatitude, earth.latitude_deg);
+  store(out, kLongitude, earth.longitude_deg);
+  store(out, kFalseEast, earth.false_east_m);
+  store(out, kFalseNorth, earth.false_north_m);
+  store(out, kUnit, earth.unit_m);
+}
 // In REGN.
 constexpr std::size_t kFirstNode = 0;  // two
 constexpr std::size_t kRimEdges = 8;
@@ -50,10 +158,13 @@ Fault check(const WorldGround& ground) {
   if (!ground.root.exists() || ground.root.offset > ground.tile_bytes ||
       ground.root.bytes > ground.tile_bytes - ground.root.offset)
     return {"the root's tile does not lie in the tiles", kRootOffset};
-  return {};
+  if (const Fault fault = check_basis(info); fault.what != nullptr) return fault;
+  return check_earth(ground);
 }
 
-Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground) {
+Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, double voxel_m,
+             WorldGround& ground) {
+  KARST_ASSERT(section.size() == kBytes || section.size() == kMostBytes);
   WorldGround read;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     read.info.samples[axis] = load<std::int64_t>(section, kSamples + axis * 8);
@@ -66,13 +177,27 @@ Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_byte
   read.root.crc = load<std::uint32_t>(section, kRootCrc);
   read.tile_bytes = tile_bytes;
   read.tile_crc = ground.tile_crc;
-  if (!world_layout::all_zero(section.subspan(kReserved))) return {"a reserved field is not 0", kReserved};
-  const Fault fault = check(read);
-  if (fault.what == nullptr) ground = read;
-  return fault;
+  if (!world_layout::all_zero(section.subspan(kReserved, kBytes - kReserved)))
+    return {"a reserved field is not 0", kReserved};
+  read.info.basis.height_unit_m = voxel_m / kStepsPerVoxel * kVertexStep;
+  if (section.size() > kBytes) {
+    const auto second = section.subspan(kBytes);
+    if ((load<std::uint32_t>(second, kFlags) & ~kCentred) != 0) return {"a flag is unknown", kBytes + kFlags};
+    if (load<std::uint32_t>(second, kZero) != 0 || !world_layout::all_zero(second.subspan(kEarthReserved)))
+      return {"a reserved field is not 0", kBytes + kZero};
+    load_earth(second, read);
+    if (read.info.basis.kind > BasisKind::cylinder) return {"a basis of unknown kind", kBytes + kKind};
+    if (!has_earth(read)) return {"a basis and a georeference are missing", kBytes + kKind};
+  }
+  if (const Fault fault = check(read); fault.what != nullptr) return fault;
+  const Status status = read.info.basis.finish();
+  KARST_ASSERT(status.ok());
+  ground = read;
+  return {};
 }
 
-void encode(const WorldGround& ground, std::span<std::byte, kBytes> out) {
+void encode(const WorldGround& ground, std::span<std::byte> out) {
+  KARST_ASSERT(out.size() == section_bytes(ground));
   std::fill(out.begin(), out.end(), std::byte{0});
   for (std::size_t axis = 0; axis < 2; ++axis) {
     store(out, kSamples + axis * 8, ground.info.samples[axis]);
@@ -83,6 +208,7 @@ void encode(const WorldGround& ground, std::span<std::byte, kBytes> out) {
   store(out, kRootOffset, ground.root.offset);
   store(out, kRootBytes, ground.root.bytes);
   store(out, kRootCrc, ground.root.crc);
+  if (has_earth(ground)) store_earth(ground, out.subspan(kBytes));
 }
 
 Fault check_region(const WorldInfo& world, const GroundInfo& ground) {

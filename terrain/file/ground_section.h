@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; REGN: where the
-// patches of a world with a ground stand in it; and IMAG: its imagery, and where the root's image tile lies.
-// For world_reader.cpp, world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
+// The section GRND of a world file: the ground, and where the tile of its root lies in TILE; then, of a
+// curved basis or where a georeference is known, those. REGN: where the patches of a world with a ground
+// stand in it. IMAG: its imagery, and where the root's image tile lies. For world_reader.cpp,
+// world_writer.cpp and world_layout.cpp alone; docs/formats.md has the offsets.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,15 @@
 namespace karst::core::ground_section {
 
 inline constexpr std::size_t kBytes = 64;
+inline constexpr std::size_t kEarthBytes = 192;  // of the second part
+inline constexpr std::size_t kMostBytes = kBytes + kEarthBytes;
+
+inline bool has_earth(const WorldGround& ground) {
+  return ground.info.basis.is_curved() || ground.earth.exists();
+}
+inline std::size_t section_bytes(const WorldGround& ground) {
+  return has_earth(ground) ? kMostBytes : kBytes;
+}
 inline constexpr std::size_t kImageryBytes = 32;
 
 struct Fault {
@@ -22,9 +32,12 @@ struct Fault {
 
 // Of a ground that exists: fields out of their range, or a root that does not lie in the tiles.
 Fault check(const WorldGround& ground);
-// ground is untouched on a fault; its tile_crc always. tile_bytes: of TILE.
-Fault decode(std::span<const std::byte, kBytes> section, std::uint64_t tile_bytes, WorldGround& ground);
-void encode(const WorldGround& ground, std::span<std::byte, kBytes> out);
+// ground is untouched on a fault; its tile_crc always. section: kBytes or kMostBytes. tile_bytes: of TILE.
+// voxel_m: the world's.
+Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, double voxel_m,
+             WorldGround& ground);
+// out: section_bytes().
+void encode(const WorldGround& ground, std::span<std::byte> out);
 
 // Of REGN, which is there where a world has a ground and patches.
 inline constexpr std::size_t kRegionBytes = 16;

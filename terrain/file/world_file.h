@@ -10,6 +10,7 @@
 #pragma once
 
 #include "karst/status.h"
+#include "terrain/basis/georeference.h"
 #include "terrain/ground/tile.h"
 #include "terrain/imagery/image_tile.h"
 #include "terrain/measure/normal_cone.h"
@@ -104,11 +105,13 @@ struct WorldMaterials {
 };
 
 // The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
-// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m. With
-// patches they are its region: place_region() was called for the extent, and rim_edges are counted.
+// voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m; of a
+// curved basis the frame's origin does, which is 0. With patches they are its region: place_region() was
+// called for the extent, and rim_edges are counted.
 struct WorldGround {
   GroundInfo info;  // does not exist: the world has no ground
-  TilePlace root;   // offsets of places count from where the tiles begin
+  Georeference earth;
+  TilePlace root;  // offsets of places count from where the tiles begin
   std::uint64_t tile_bytes = 0;
   std::uint32_t tile_crc = 0;  // of all of them
   ImageryInfo imagery;         // its tiles lie among those of the ground

@@ -186,7 +186,8 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
   if (section == WorldSection::surroundings)
     return bytes >= sizeof(Surroundings) &&
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
-  if (section == WorldSection::ground) return bytes == ground_section::kBytes;
+  if (section == WorldSection::ground)
+    return bytes == ground_section::kBytes || bytes == ground_section::kMostBytes;
   if (section == WorldSection::region) return bytes == ground_section::kRegionBytes;
   if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::imagery) return bytes == ground_section::kImageryBytes;
@@ -447,7 +448,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
                                     .present = materials.surroundings.has_water() || !materials.rim.empty()};
   of(WorldSection::blend_map) = {.bytes = material_section::blend_section_bytes(materials.set.blend_map),
                                  .present = materials.set.blend_map.exists()};
-  of(WorldSection::ground) = {.bytes = ground_section::kBytes, .present = ground.info.exists()};
+  of(WorldSection::ground) = {.bytes = ground_section::section_bytes(ground),
+                              .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
   of(WorldSection::region) = {.bytes = ground_section::kRegionBytes, .present = ground.info.region.exists()};
   of(WorldSection::imagery) = {.bytes = ground_section::kImageryBytes,

@@ -74,7 +74,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_blend_map();
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
-  if (status.ok()) status = read_ground();
+  if (status.ok()) status = read_ground(info.voxel_size_m);
   if (status.ok()) status = read_region(info);
   if (!status.ok()) {
     *this = {};
@@ -175,13 +175,14 @@ Status WorldReader::read_surroundings(glm::ivec3 extent) {
   return corrupt_section(WorldSection::surroundings, "the section's length does not fit its points", 12);
 }
 
-Status WorldReader::read_ground() {
+Status WorldReader::read_ground(double voxel_m) {
   if (!place_of(WorldSection::ground).present) return {};
-  std::array<std::byte, ground_section::kBytes> bytes;
+  std::array<std::byte, ground_section::kMostBytes> room;
+  const auto bytes = std::span(room).first(static_cast<std::size_t>(place_of(WorldSection::ground).bytes));
   if (const Status status = read_section(WorldSection::ground, bytes); !status.ok()) return status;
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   ground_.tile_crc = tiles.crc;
-  const auto fault = ground_section::decode(bytes, tiles.bytes, ground_);
+  const auto fault = ground_section::decode(bytes, tiles.bytes, voxel_m, ground_);
   if (fault.what != nullptr) return corrupt_section(WorldSection::ground, fault.what, fault.offset);
   return read_imagery();
 }

@@ -40,6 +40,7 @@ class WorldReader {
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
   const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
+  const Georeference& earth() const { return ground_.earth; }
   const TilePlace& root_tile() const { return ground_.root; }
   std::uint64_t tile_bytes() const { return ground_.tile_bytes; }
   const ImageryInfo& imagery() const { return ground_.imagery; }  // the same
@@ -112,7 +113,7 @@ class WorldReader {
   Status read_blend_map();
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
-  Status read_ground();
+  Status read_ground(double voxel_m);
   Status read_region(const WorldInfo& info);
   Status read_imagery();
   Status verify_section(WorldSection section) const;

@@ -79,7 +79,8 @@ Status put_blend_map(const ByteSink& sink, const WorldMaterials& materials) {
 }
 
 Status put_ground(const ByteSink& sink, const WorldGround& ground) {
-  std::array<std::byte, ground_section::kBytes> bytes;
+  std::array<std::byte, ground_section::kMostBytes> room;
+  const auto bytes = std::span(room).first(ground_section::section_bytes(ground));
   ground_section::encode(ground, bytes);
   return put(sink, bytes);
 }

@@ -8,7 +8,12 @@
 // Lattice. The ground's space is measured in lattice steps, kStepsPerVoxel a voxel; here a voxel is only a
 // unit. Sample (i, k) of size 0 lies at x = steps[0] i, y = kVertexStep times its height, z = steps[1] k,
 // rounded to kVertexStep. Samples beyond the last one lie where the last one does: quads there have no area,
-// so that a ground may have any number of samples.
+// so that a ground may have any number of samples. Of a curved basis (terrain/basis/basis.h) a sample lies
+// where that puts it, in steps along the axes of its frame, rounded to kVertexStep likewise; steps[] are then
+// the most that samples are apart at height 0.
+//
+// A cube has six roots, the nodes that its faces are; nodes in other cells of its grid do not exist. No edge
+// of a face is one of the ground's: neighbours are found across (neighbour_of).
 //
 // A vertex of size s lies on a lattice of 2^s times as coarse steps: place_at_size() of its place at size
 // 0, which halves and rounds once a size. So two sizes agree on where the coarser one's vertices are,
@@ -24,7 +29,10 @@
 
 #include <cstdint>
 
+#include <glm/vec3.hpp>
+
 #include "terrain/base/lattice.h"
+#include "terrain/basis/basis.h"
 
 namespace karst::core {
 
@@ -66,12 +74,19 @@ struct GroundInfo {
   std::uint32_t rim_edges = 0;  // of patches at the region's border (terrain/regions/region_rim.h)
   std::int32_t low = 0;         // heights of all samples, +-kMostHeight
   std::int32_t high = 0;
+  Basis basis;  // finished; its height_unit_m are the metres of kVertexStep
 
   bool exists() const { return samples[0] > 0; }
   // Of the page that a node of a size has.
   int page_size(int size) const { return size + lattice_size; }
-  // Of the one root: the least size at which one node covers everything.
+  bool is_cube() const { return basis.kind == BasisKind::cube; }
+  // Of the one root, the least size at which one node covers everything; of the cube's six, that of a face.
   int top_size() const {
+    if (is_cube()) {
+      int size = 0;
+      while ((kNodeQuads << size) < basis.face_quads) ++size;
+      return size;
+    }
     const std::int64_t most = (samples[0] > samples[1] ? samples[0] : samples[1]) - 1;
     int size = 0;
     while ((std::int64_t{kNodeQuads} << size) < most) ++size;
@@ -92,14 +107,23 @@ struct NodeKey {
   friend bool operator==(const NodeKey&, const NodeKey&) = default;
 };
 
+// The face that a node lies on: of a cube, of the cell of its grid, or -1; else 0.
+inline int face_of(const GroundInfo& info, NodeKey key) {
+  if (!info.is_cube()) return 0;
+  const int cells = info.top_size() - key.size;
+  return cells < 0 ? -1 : cube_face(key.x >> cells, key.z >> cells);
+}
+
 // Whether any of the node has area.
 inline bool node_exists(const GroundInfo& info, NodeKey key) {
+  if (info.is_cube()) return key.x >= 0 && key.z >= 0 && face_of(info, key) >= 0;
   return key.x >= 0 && key.z >= 0 && (std::int64_t{key.x} * kNodeQuads << key.size) < info.samples[0] - 1 &&
          (std::int64_t{key.z} * kNodeQuads << key.size) < info.samples[1] - 1;
 }
 
 // The edges of a node at which the ground ends: bit e, edges as family_row.h numbers them.
 inline unsigned node_walls(const GroundInfo& info, NodeKey key) {
+  if (info.is_cube()) return 0;
   return (key.x == 0 ? 1u : 0u) | (node_exists(info, {key.size, key.x, key.z + 1}) ? 0u : 2u) |
          (node_exists(info, {key.size, key.x + 1, key.z}) ? 0u : 4u) | (key.z == 0 ? 8u : 0u);
 }
@@ -116,7 +140,7 @@ inline std::int64_t place_at_size(std::int64_t value, int size) {
   return value;
 }
 
-// x or z of a sample of size 0 from sample 0, in kVertexStep.
+// x or z of a sample of size 0 from sample 0, in kVertexStep; of a plane.
 std::int64_t sample_place(double steps, std::int64_t sample);
 // The same from the world's corner. axis: 0 x, 1 z.
 inline std::int64_t sample_place(const GroundInfo& info, int axis, std::int64_t sample) {
@@ -157,5 +181,38 @@ inline InRegion in_region(const GroundInfo& info, NodeKey key) {
   }
   return all ? InRegion::all : InRegion::part;
 }
+
+// Of a cube: the node of its size beside one, so many to the east and to the south of it, -1..1, over an edge
+// of the face too. False: at a corner, where three faces meet, there is none.
+bool neighbour_of(const GroundInfo& info, NodeKey key, int east, int south, NodeKey& neighbour);
+
+// The places of a node's vertices and of those around it, from vertex -kMostRim to kNodeQuads + kMostRim of
+// its grid.
+class NodePlaces {
+ public:
+  static constexpr int kMostRim = 2;
+
+  // Precondition: the node exists.
+  NodePlaces(const GroundInfo& info, NodeKey node);
+
+  // kVertexStep of size 0 from the ground's corner or its frame's origin.
+  glm::i64vec3 at(int i, int k, std::int32_t height) const {
+    if (info_.basis.is_curved()) return curved(i, k, height);
+    return {plane_[0][index(i)], height, plane_[1][index(k)]};
+  }
+  std::int64_t x(int i) const { return plane_[0][index(i)]; }  // of a plane
+  std::int64_t z(int k) const { return plane_[1][index(k)]; }
+  glm::dvec3 up(int i, int k) const;  // of a curved basis
+
+ private:
+  static constexpr int kCount = kNodeSide + 2 * kMostRim;
+  static std::size_t index(int n) { return static_cast<std::size_t>(n + kMostRim); }
+  glm::i64vec3 curved(int i, int k, std::int32_t height) const;
+
+  const GroundInfo& info_;
+  int face_;
+  std::int64_t plane_[2][kCount];
+  AxisPlace axes_[2][kCount];
+};
 
 }  // namespace karst::core

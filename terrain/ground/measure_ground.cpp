@@ -6,11 +6,13 @@
 #include <limits>
 
 #include "terrain/base/check.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/lod/morph.h"
 
 namespace karst::core {
 namespace {
 
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kNodeMorphShare;
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
@@ -218,6 +220,16 @@ class QuadMeasure {
   std::int64_t first_;
 };
 
+// Metres that what is drawn of a node of a curved basis may be off beside its deviation in height: a place is
+// B + h U, base and up, h' being how far h is from the node's middle. At a place of a quad of the node B and
+// the middle's part bend by E at most, in the state that is drawn (children's vertices lie in the quad or in
+// its chords) and from the full surface; U differs from its middle's by no more than it turns, so that h' U
+// differs from h' times that by half the node's heights times the turn, in each of the two.
+double curved_error(const GroundInfo& info, int size, std::int32_t low, std::int32_t high, double stretch) {
+  const double tall_m = (static_cast<double>(high) - low) * info.basis.height_unit_m;
+  return 2 * bend_m(info.basis, size) * stretch + tall_m * std::min(2.0, bend_rad(info.basis, size));
+}
+
 }  // namespace
 
 void measure_quads(std::span<const std::int32_t> north, std::span<const std::int32_t> south,
@@ -284,9 +296,11 @@ void MeasureNodes::run() const {
   // Of the size's lattice.
   const double unit = std::ldexp(1.0, info->page_size(size));
   const double half = unit / 2;
+  const bool curved = info->basis.is_curved();
+  const double steps_per_m = kVertexStep / info->basis.height_unit_m;
   const bool on_lattice =
       is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && !info->region.exists();
-  const int axes = on_lattice ? 1 : 3;
+  const int axes = on_lattice && !curved ? 1 : 3;
   const double rounding = std::sqrt(static_cast<double>(axes)) * 2 * unit;
   const double quads = std::ldexp(0.5, size);
   const double quad[2] = {quads * info->steps[0], quads * info->steps[1]};
@@ -302,7 +316,14 @@ void MeasureNodes::run() const {
     other_side(north, x, 1);
     other_side(south, x, 3);
     error += rounding;
-    const double reach = length(quad[0], double{own->tall[x]}, quad[1]) + 8 * unit;
+    double stretch = 1, pad = 8 * unit;
+    if (curved) {
+      stretch = height_stretch(*info, own->low[x], own->high[x]);
+      pad = 16 * unit;
+      if (bend_m(info->basis, size) > info->basis.most_bend_m) error = kInfinite;
+      error += curved_error(*info, size, own->low[x], own->high[x], stretch) * steps_per_m / kKept;
+    }
+    const double reach = length(quad[0] * stretch, double{own->tall[x]}, quad[1] * stretch) + pad;
     const double least = kSteepest * reach / kKept;
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
@@ -322,8 +343,9 @@ void MeasureNodes::run() const {
       const std::size_t end = std::min(2 * x + 3, row->low.size());
       for (std::size_t q = begin; q < end; ++q) {
         const double tall = 2 * (static_cast<double>(row->high[q]) - row->low[q]) + 8 * half;
-        const double rise =
-            kSteepest * length(kNodeQuads * quad[0] + 8 * half, tall, kNodeQuads * quad[1] + 8 * half);
+        const double rise = kSteepest * (curved ? 2 * node_radius(*info, row->low[q], row->high[q], size - 1)
+                                                : length(kNodeQuads * quad[0] + 8 * half, tall,
+                                                         kNodeQuads * quad[1] + 8 * half));
         for (int n = 0; n < kDemands; ++n) {
           const std::uint16_t finer_half = row->thresholds[q * kDemands + static_cast<std::size_t>(n)];
           // Where nothing of q ever moves there is nothing to keep.

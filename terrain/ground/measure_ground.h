@@ -15,6 +15,9 @@
 // A quad that reaches beyond the last sample has vertices that move sideways. There all states lie, like the
 // full surface, between two planes that are parallel to its slope; the distance of the planes counts.
 //
+// Of a curved basis deviations in height are measured alike, and MeasureNodes adds the most that the basis
+// itself bends, in space; nodes that bend by more than is drawn have thresholds that nothing is beyond.
+//
 // Edges are numbered as families have them (family_row.h): 0 west, 1 south, 2 east, 3 north. Lengths are
 // lattice steps of size 0, heights kVertexStep.
 #pragma once

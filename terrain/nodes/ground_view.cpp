@@ -89,6 +89,53 @@ Frustum planes_at(const GroundRequest& request) {
   return make_frustum(camera);
 }
 
+// What the ellipsoid itself hides from an eye above it. All of the ground is above its lowest height, so what
+// lies behind the horizon of an ellipsoid at that is not seen. In the space in which the ellipsoid is the
+// unit sphere, which keeps lines, a place at distance r from the centre is seen if the angle between it and
+// the eye there is at most acos(low / eye) + acos(low / r).
+class Horizon {
+ public:
+  // None: nothing is hidden.
+  Horizon() = default;
+  Horizon(const GroundInfo& info, const glm::dvec3& eye_steps) : info_(&info) {
+    const Basis& basis = info.basis;
+    if (!basis.is_ellipsoid() || !level_shape(basis, shape_)) return;
+    polar_m_ = basis.polar_radius_m();
+    step_m_ = basis.height_unit_m / kVertexStep;
+    eye_ = shape_.scale * (eye_steps * step_m_ - shape_.centre_m);
+    const double distance = glm::length(eye_);
+    low_ = 1.0 + least(basis.height_m(info.low)) - kSlack;
+    if (!(distance > low_)) return;
+    eye_ /= distance;
+    eye_angle_ = std::acos(low_ / distance);
+    exists_ = true;
+  }
+
+  bool hides(const NodeMeasure& measure, const NodeBall& ball) const {
+    if (!exists_) return false;
+    const glm::dvec3 centre = shape_.scale * (ball.centre * step_m_ - shape_.centre_m);
+    const double distance = glm::length(centre);
+    const double reach = ball.radius * step_m_ / polar_m_;
+    if (!(reach < 0.9 * distance)) return false;
+    const double angle =
+        std::acos(std::clamp(glm::dot(eye_, centre) / distance, -1.0, 1.0)) - std::asin(reach / distance);
+    const double top = 1.0 + most(info_->basis.height_m(measure.high)) + kSlack;
+    return angle > eye_angle_ + std::acos(std::min(1.0, low_ / top)) + kSlack;
+  }
+
+ private:
+  static constexpr double kSlack = 1e-6;
+  double least(double height_m) const { return height_m / (height_m < 0 ? polar_m_ : info_->basis.radius_m); }
+  double most(double height_m) const { return height_m / (height_m > 0 ? polar_m_ : info_->basis.radius_m); }
+
+  const GroundInfo* info_ = nullptr;
+  LevelShape shape_;
+  double polar_m_ = 1, step_m_ = 1;
+  glm::dvec3 eye_{0.0};
+  double low_ = 0, eye_angle_ = 0;
+  bool exists_ = false;
+};
+
 }  // namespace
 
 struct GroundView::Looks {
@@ -113,6 +160,7 @@ struct GroundView::Looks {
   double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
   std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
+  Horizon horizon{};
 
   // The tile of nodes' children: neighbours ask for the same one. Null: not there.
   const Tile* find_below(NodeKey tile) {
@@ -155,21 +203,12 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   looks.steps_away =
       std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / looks.unit[0];
 
-  Node& root = storage_.nodes[0];
-  root = {};
-  root.key = {looks.top, 0, 0};
-  for (std::int32_t& there : root.around) there = Node::kOutside;
-  root.tile = tiles.find(tile_of(root.key));
-  root.parent_family = pool.see(root.key.parent());
-  node_count_ = 1;
-  KARST_ASSERT(root.tile != nullptr);
-  if (root.parent_family == FamilyPool::kNone) return;
-  root.walls = static_cast<std::uint8_t>(node_walls(info, root.key));
-  root.planes = request.culls ? kAllPlanes : 0;
-  look_at(looks, node_box(info, root.tile->nodes[node_in_tile(root.key)], root.key), root);
+  if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !request.camera->parallel)
+    looks.horizon = Horizon(info, looks.corner + looks.fine);
+  if (!add_roots(looks, pool)) return;
 
   std::uint32_t begin = 0;
-  for (std::uint32_t end = 1; begin < end; begin = end, end = node_count_) {
+  for (std::uint32_t end = node_count_; begin < end; begin = end, end = node_count_) {
     for (std::uint32_t n = begin; n < end; ++n) decide(looks, pool, storage_.nodes[n]);
     for (std::uint32_t n = begin; n < end; ++n) {
       if (storage_.nodes[n].family != FamilyPool::kNone) add_children(looks, static_cast<std::int32_t>(n));
@@ -184,6 +223,86 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   result_.visited = node_count_;
   result_.region = request.has_region && leaves_region(looks);
   list(looks);
+}
+
+// The root, or a cube's six. False: there is no room.
+bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
+  const int wide = looks.info.is_cube() ? kCubeCells[0] : 1, deep = looks.info.is_cube() ? kCubeCells[1] : 1;
+  for (int z = 0; z < deep; ++z) {
+    for (int x = 0; x < wide; ++x) {
+      const NodeKey key{looks.top, x, z};
+      if (!node_exists(looks.info, key)) continue;
+      Node& root = storage_.nodes[node_count_];
+      root = {};
+      root.key = key;
+      for (std::int32_t& there : root.around) there = Node::kOutside;
+      root.tile = looks.tiles.find(tile_of(root.key));
+      root.parent_family = pool.see(root.key.parent());
+      KARST_ASSERT(root.tile != nullptr);
+      if (root.parent_family == FamilyPool::kNone) {
+        node_count_ = 0;
+        return false;
+      }
+      ++node_count_;
+      root.walls = static_cast<std::uint8_t>(node_walls(looks.info, root.key));
+      root.planes = looks.request.culls ? kAllPlanes : 0;
+      if (looks.info.basis.is_curved()) {
+        look_at_ball(looks, root);
+      } else {
+        look_at(looks, node_box(looks.info, root.tile->nodes[node_in_tile(root.key)], root.key), root);
+      }
+    }
+  }
+  root_count_ = node_count_;
+  for (std::uint32_t n = 0; n < root_count_ && looks.info.is_cube(); ++n) {
+    Node& root = storage_.nodes[n];
+    for (int d = 0; d < 8; ++d) {
+      NodeKey key;
+      if (!neighbour_of(looks.info, root.key, kAround[d].east, kAround[d].south, key)) continue;
+      for (std::uint32_t other = 0; other < root_count_; ++other) {
+        const Node& there = storage_.nodes[other];
+        if (there.key == key)
+          root.around[d] = there.in_view ? static_cast<std::int32_t>(other) : Node::kOutOfView;
+      }
+    }
+  }
+  return true;
+}
+
+// Its ball, of a curved basis, as look_at() does with boxes.
+void GroundView::look_at_ball(const Looks& looks, Node& node) {
+  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
+  const NodeBall ball = node_ball(looks.info, measure, node.key);
+  const glm::dvec3 centre = ball.centre - looks.corner;
+  node.in_view = true;
+  if (looks.request.culls) {
+    double reach = ball.radius;
+    // Walls are not in it.
+    if (node.walls != 0) reach += (static_cast<double>(measure.low) - looks.info.low) * kVertexStep;
+    const glm::dvec3 farthest = glm::abs(centre) + reach;
+    const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
+    for (const Plane& plane : looks.frustum.planes) {
+      const glm::dvec3 normal(plane.normal);
+      if (double{plane.offset} + margin + glm::dot(normal, centre) + reach * glm::length(normal) < 0)
+        node.in_view = false;
+    }
+    if (node.in_view && looks.horizon.hides(measure, ball)) node.in_view = false;
+  }
+  node.least_apparent = least_apparent(looks, centre, ball.radius);
+  set_threshold(looks, node);
+}
+
+// As least_apparent_distance(), in double but for what the GPU computes in float. centre: from the camera's
+// voxel.
+float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) {
+  const float least_cos2 = looks.request.scale.least_cos2;
+  if (least_cos2 < 0.0f) return -least_cos2;
+  const glm::dvec3 d = centre - looks.fine;
+  const double reach = kSteepest * radius;
+  const double r = glm::length(d);
+  const double ahead = std::max(0.0, glm::dot(d, glm::dvec3(looks.forward)));
+  const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
+  return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
 }
 
 // Whether its box is in view, and how near it is. node.planes: in, those that its parent's box crosses.
@@ -223,18 +342,11 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
     node.planes = static_cast<std::uint8_t>(crossed);
   }
   low.y = lowest;
-  // As least_apparent_distance(), in double but for what the GPU computes in float.
-  const float least_cos2 = looks.request.scale.least_cos2;
-  if (least_cos2 < 0.0f) {
-    node.least_apparent = -least_cos2;
-  } else {
-    const glm::dvec3 d = 0.5 * (low + high) - looks.fine;
-    const double reach = 0.5 * kSteepest * glm::length(high - low);
-    const double r = glm::length(d);
-    const double ahead = std::max(0.0, glm::dot(d, glm::dvec3(looks.forward)));
-    const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
-    node.least_apparent = static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
-  }
+  node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
+  set_threshold(looks, node);
+}
+
+void GroundView::set_threshold(const Looks& looks, Node& node) {
   if (node.key.size == 0) return;
   double threshold = double{kInfinite};
   const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
@@ -297,8 +409,9 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   KARST_ASSERT(node_count_ + 4 <= storage_.nodes.size());
   node.first_child = static_cast<std::int32_t>(node_count_);
   node_count_ += 4;
+  const bool curved = looks.info.basis.is_curved();
   std::array<NodeBox, 4> boxes;
-  child_boxes(looks.info, *node.below, node.key, boxes);
+  if (!curved) child_boxes(looks.info, *node.below, node.key, boxes);
   // Where the four meet, without what boxes have around them.
   const glm::dvec3 middle = 0.5 * (boxes[0].high + boxes[3].low);
   const glm::dvec3 eye = looks.corner + looks.fine;
@@ -315,7 +428,16 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
       child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
     }
     child.planes = node.planes;
-    look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
+    if (!curved) {
+      look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
+      continue;
+    }
+    look_at_ball(looks, child);
+    const auto apparent = [&](int n) {
+      return storage_.nodes[static_cast<std::size_t>(node.first_child + n)].least_apparent;
+    };
+    if (quadrant == 0 || apparent(quadrant) < apparent(node.nearest))
+      node.nearest = static_cast<std::uint8_t>(quadrant);
   }
 }
 
@@ -340,8 +462,17 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
       const Link link = kLinks[quadrant][d];
       std::int32_t at = first[link.from];
       if (at >= 0) {
-        at += link.quadrant;
-        if (ends[link.from] && !node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key))
+        NodeKey over_edge;
+        if (looks.info.is_cube() && link.from != kOwn) {
+          // Faces may be turned.
+          const bool exists =
+              neighbour_of(looks.info, child.key, kAround[d].east, kAround[d].south, over_edge);
+          at = exists ? at + over_edge.quadrant() : Node::kOutside;
+        } else {
+          at += link.quadrant;
+        }
+        if (at >= 0 && ends[link.from] &&
+            !node_exists(looks.info, storage_.nodes[static_cast<std::size_t>(at)].key))
           at = Node::kOutside;
       }
       child.around[d] = at;
@@ -416,9 +547,9 @@ bool GroundView::leaves_region(const Looks& looks) const {
 // From the root on, of four children the one that the eye stands over first.
 void GroundView::list(const Looks& looks) {
   result_.least_size = looks.top;
-  std::array<std::int32_t, 4 * (kMostSize + 2)> stack;
+  std::array<std::int32_t, 4 * (kMostSize + 2) + kCubeFaces> stack;
   std::size_t depth = 0;
-  stack[depth++] = 0;
+  for (std::uint32_t n = root_count_; n > 0; --n) stack[depth++] = static_cast<std::int32_t>(n - 1);
   while (depth > 0) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];

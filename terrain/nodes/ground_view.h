@@ -24,6 +24,10 @@
 //  - Error: as in morph.h, with one more case less: in a triangle two vertices move at most, by the same
 //    threshold or by that of a border.
 //
+// Of a curved basis the same holds with balls in the place of boxes (ground_box.h), R(q) being G times the
+// ball's diameter, and deviations in space (measure_ground.h). Around a cube's corners there are seven nodes.
+// What the ellipsoid's horizon hides counts as out of view.
+//
 // The region (ground.h). Thresholds of nodes that have it in part hold
 //   (3)  D(p) >= k error + G (reach + R(p) / G)
 // error being how far what is seen of the region is from the ground that stands for it, and reach the
@@ -164,8 +168,12 @@ class GroundView {
  private:
   struct Looks;
 
+  bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
+  static void look_at_ball(const Looks& looks, Node& node);
+  static void set_threshold(const Looks& looks, Node& node);
+  static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius);
   static void look_at(const Looks& looks, const NodeBox& box, Node& node);
   void decide(Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
@@ -176,6 +184,7 @@ class GroundView {
   Storage storage_;
   Result result_;
   std::uint32_t node_count_ = 0;
+  std::uint32_t root_count_ = 0;
   std::uint32_t dirty_begin_ = 0;  // rows
   std::uint32_t dirty_end_ = 0;
   std::uint32_t known_rows_ = 0;  // 0: none was taken since reset()

@@ -2,9 +2,12 @@
 #include "terrain/nodes/make_node.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+
+#include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/ground/ground_box.h"
 #include "terrain/patch/octahedral.h"
 
 namespace karst::core {
@@ -22,25 +25,23 @@ class Grid {
         tile_(tile),
         node_(node),
         i_((node.x & (kTileNodes - 1)) * kNodeQuads),
-        k_((node.z & (kTileNodes - 1)) * kNodeQuads) {
-    for (int n = -kTileRim; n <= kNodeQuads + kTileRim; ++n) {
-      x_[static_cast<std::size_t>(n + kTileRim)] = place(0, std::int64_t{node.x} * kNodeQuads + n);
-      z_[static_cast<std::size_t>(n + kTileRim)] = place(1, std::int64_t{node.z} * kNodeQuads + n);
-    }
-  }
+        k_((node.z & (kTileNodes - 1)) * kNodeQuads),
+        places_(info, node) {}
 
   std::int32_t height(int i, int k) const { return tile_.height(i_ + i, k_ + k); }
 
   // kVertexStep of the lattice of `coarser` sizes more than the node's.
   glm::i64vec3 place_of(int i, int k, int coarser) const {
     const int size = info_.page_size(node_.size) + coarser;
-    return {place_at_size(x(i), size), place_at_size(height(i, k), size), place_at_size(z(k), size)};
+    const glm::i64vec3 place = places_.at(i, k, height(i, k));
+    return {place_at_size(place.x, size), place_at_size(place.y, size), place_at_size(place.z, size)};
   }
 
   // Not of unit length. reach: 1 for the node's grid, 2 for its parent's.
   glm::vec3 normal(int i, int k, int reach) const {
-    const auto wide = static_cast<float>(x(i + reach) - x(i - reach));
-    const auto deep = static_cast<float>(z(k + reach) - z(k - reach));
+    if (info_.basis.is_curved()) return curved_normal(i, k, reach);
+    const auto wide = static_cast<float>(places_.x(i + reach) - places_.x(i - reach));
+    const auto deep = static_cast<float>(places_.z(k + reach) - places_.z(k - reach));
     const auto east = static_cast<float>(height(i + reach, k) - height(i - reach, k));
     const auto south = static_cast<float>(height(i, k + reach) - height(i, k - reach));
     const glm::vec3 n(-east * deep, wide * deep, -south * wide);
@@ -48,19 +49,32 @@ class Grid {
     return length > 0.0f ? glm::vec3(n.x / length, n.y / length, n.z / length) : glm::vec3(0.0f, 1.0f, 0.0f);
   }
 
- private:
-  std::int64_t place(int axis, std::int64_t index) const {
-    return sample_place(info_, axis, sample_of(info_.samples[axis], node_.size, index));
+  // From one vertex to another of the node, across its edge: horizontal, not of unit length.
+  glm::vec3 way(int i, int k, int from_i, int from_k) const {
+    const glm::dvec3 d(places_.at(i, k, 0) - places_.at(from_i, from_k, 0));
+    const double length = glm::length(d);
+    return length > 0 ? glm::vec3(d / length) : glm::vec3(0.0f);
   }
-  std::int64_t x(int i) const { return x_[static_cast<std::size_t>(i + kTileRim)]; }
-  std::int64_t z(int k) const { return z_[static_cast<std::size_t>(k + kTileRim)]; }
+
+ private:
+  glm::vec3 curved_normal(int i, int k, int reach) const {
+    const auto place = [&](int at_i, int at_k) { return places_.at(at_i, at_k, height(at_i, at_k)); };
+    const glm::dvec3 east(place(i + reach, k) - place(i - reach, k));
+    const glm::dvec3 south(place(i, k + reach) - place(i, k - reach));
+    const glm::dvec3 n(south.y * east.z - south.z * east.y, south.z * east.x - south.x * east.z,
+                       south.x * east.y - south.y * east.x);
+    const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    // At a pole all of a row is one place.
+    return glm::vec3(length > 0 ? n / length : places_.up(i, k));
+  }
 
   const GroundInfo& info_;
   const Tile& tile_;
   NodeKey node_;
   int i_, k_;
-  std::array<std::int64_t, kNodeSide + 2 * kTileRim> x_, z_;
+  NodePlaces places_;
 };
+static_assert(NodePlaces::kMostRim == kTileRim);
 
 // The two vertices of the parent's grid that a vertex goes to the middle of; the same one twice where it is
 // one of them.
@@ -78,7 +92,7 @@ constexpr std::int64_t kMostReach = 32'766;  // steps, of an int16; even
 
 // The vertices below the corners: the corners' own places, which whoever draws them lowers. So they move as
 // the corners do, and walls of neighbours meet.
-void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
+void add_feet(const GroundInfo& info, NodeKey node, const Grid& grid, std::span<GpuVertex> out) {
   const unsigned walls = node_walls(info, node);
   // Outwards, by edge.
   constexpr float kOut[4][2] = {{-1, 0}, {0, 1}, {1, 0}, {0, -1}};
@@ -89,7 +103,14 @@ void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
     foot = out[static_cast<std::size_t>(vertex_order(kNodeLevel, south, east))];
     glm::vec3 normal(0.0f);
     for (const int edge : {corner, (corner + 3) % 4}) {
-      if ((walls >> edge & 1u) != 0) normal += glm::vec3(kOut[edge][0], 0.0f, kOut[edge][1]);
+      if ((walls >> edge & 1u) == 0) continue;
+      if (info.basis.is_curved()) {
+        const bool along_x = kOut[edge][0] != 0.0f;
+        normal +=
+            grid.way(east, south, along_x ? kNodeQuads - east : east, along_x ? south : kNodeQuads - south);
+      } else {
+        normal += glm::vec3(kOut[edge][0], 0.0f, kOut[edge][1]);
+      }
     }
     if (normal == glm::vec3(0.0f)) continue;
     foot.normal = foot.morph_normal = encode_octahedral(normal);
@@ -99,6 +120,13 @@ void add_feet(const GroundInfo& info, NodeKey node, std::span<GpuVertex> out) {
 }  // namespace
 
 glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeKey node) {
+  if (info.basis.is_curved()) {
+    const glm::dvec3 centre = node_ball(info, measure, node).centre;
+    const double voxel = std::ldexp(double{kStepsPerVoxel}, node.size);
+    return {static_cast<int>(std::floor(centre.x / voxel + 0.5)),
+            static_cast<int>(std::floor(centre.y / voxel + 0.5)),
+            static_cast<int>(std::floor(centre.z / voxel + 0.5))};
+  }
   const int size = info.page_size(node.size);
   const auto at = [&](int axis, int index) {
     const std::int64_t sample = sample_of(info.samples[axis], node.size, std::int64_t{index} * kNodeQuads);
@@ -142,7 +170,7 @@ void MakeNode::run() const {
           encode_octahedral(grid.normal(p.i[0], p.k[0], 2) + grid.normal(p.i[1], p.k[1], 2));
     }
   }
-  add_feet(*info, node, out);
+  add_feet(*info, node, grid, out);
 }
 
 }  // namespace karst::core

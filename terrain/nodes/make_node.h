@@ -11,7 +11,8 @@
 
 namespace karst::core {
 
-// Place of the node's vertices: voxels of its size from the ground's corner.
+// Where the places of the node's vertices count from: voxels of its size from the ground's corner, or of a
+// curved basis from its frame's origin.
 glm::ivec3 node_origin(const GroundInfo& info, const NodeMeasure& measure, NodeKey node);
 
 struct MakeNode {

@@ -23,6 +23,7 @@ constexpr double kLeastLength = 1e-30;
 // for all questions, so that what is not met at the rim does not change the bits of what is met inside.
 // Lattice steps.
 constexpr double kCutGrowth = kMaxHeight + kStepsPerVoxel;
+constexpr double kHigh = 1e9;  // voxels; above everything
 
 bool good(glm::dvec3 place) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -202,6 +203,24 @@ void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Li
   walk_segment(segment, 0.0, wait, t_limit, visit_tile);
 }
 
+// On a curved basis: the ground below a place, no higher than step above it, along the place's own up. There
+// is one surface at most.
+bool Query::drop(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
+  hit = {};
+  const GroundInfo& info = ground_.info();
+  const double voxel_m = info.basis.height_unit_m / kVertexStep * kStepsPerVoxel;
+  GridPlace at;
+  if (!grid_of(info.basis, place * voxel_m, at)) return false;
+  const glm::dvec3 up = up_at(info.basis, at);
+  const double height = at.height_m / voxel_m;
+  const double top = std::min(height + step, info.basis.height_m(info.high) / voxel_m + 1.0);
+  const double bottom = info.basis.height_m(info.low) / voxel_m - 1.0;
+  if (!(top > bottom) || !ray(place + up * (top - height), place + up * (bottom - height), wait, hit))
+    return false;
+  hit.distance = glm::dot(place - hit.place, up);
+  return true;
+}
+
 Status Query::prepare(glm::dvec3 place, double radius) {
   if (!good(place)) return {StatusCode::invalid_argument, "not a place near a world", "place"};
   if (!(radius >= 0.0 && radius <= kReach)) {
@@ -215,14 +234,16 @@ Status Query::prepare(glm::dvec3 place, double radius) {
     struct Around final : QueryGround::Walk {
       double distance(const NodeBox& box) const override {
         const glm::dvec3 d = at - glm::clamp(at, box.low, box.high);
-        const double away = std::max(std::abs(d.x), std::abs(d.z));
+        const double away = curved ? glm::length(d) : std::max(std::abs(d.x), std::abs(d.z));
         return away <= reach ? away : -1.0;
       }
       void visit(const QueryGround::Met&, const TileVertices&) override {}
-      Around(glm::dvec3 place_steps, double steps) : at(place_steps), reach(steps) {}
+      Around(glm::dvec3 place_steps, double steps, bool has_basis)
+          : at(place_steps), reach(steps), curved(has_basis) {}
       glm::dvec3 at;
       double reach;
-    } around(at, reach);
+      bool curved;
+    } around(at, reach, ground_.info().basis.is_curved());
     ground_.run(true, around);
     if (ground_.failed_reads() != failed) return ground_.trouble();
   }
@@ -252,6 +273,12 @@ Status Query::prepare(glm::dvec3 place, double radius) {
 
 std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out) {
   if (is_empty() || !good(place)) return 0;
+  if (is_curved()) {
+    QueryHit hit;
+    if (!drop(place, kHigh, wait, hit)) return 0;
+    if (!out.empty()) out[0] = hit;
+    return 1;
+  }
   const LatticeBox box = world_box();
   const double reach = patches_.undisplaced_reach() + kBoxMargin;
   const double bottom = box.min.y - reach;
@@ -284,6 +311,7 @@ std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out
 bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
   hit = {};
   if (is_empty() || !good(place) || !(std::abs(step) <= kReach)) return false;
+  if (is_curved()) return drop(place, step, wait, hit);
   const LatticeBox box = world_box();
   const double reach = patches_.undisplaced_reach() + kBoxMargin;
   const double bottom = box.min.y - reach;
@@ -308,6 +336,10 @@ bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
 
 bool Query::inside(glm::dvec3 place, Wait wait) {
   if (is_empty() || !good(place)) return false;
+  if (is_curved()) {
+    QueryHit above;
+    return drop(place, kHigh, wait, above) && above.distance < 0;
+  }
   const LatticeBox box = world_box();
   const double top = box.max.y + patches_.undisplaced_reach() + kBoxMargin;
   const double height_of_place = place.y * kSteps;

@@ -152,6 +152,8 @@ class Query {
   bool has_patches() const { return level() != 0 && !patches_.world().surface.patches.empty(); }
   bool is_empty() const { return !has_patches() && !ground_.exists(); }
   LatticeBox world_box() const;
+  bool is_curved() const { return ground_.exists() && ground_.info().basis.is_curved(); }
+  bool drop(glm::dvec3 place, double step, Wait wait, QueryHit& hit);
   template <class Limit, class Visit>
   void walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit);
   template <class Limit, class Visit>

@@ -63,6 +63,21 @@ const Tile* QueryGround::tile(NodeKey key, const TilePlace& place, bool read) {
 
 void QueryGround::make_places(const Tile& tile, NodeKey node,
                               std::array<glm::dvec3, kNodeVertices>& places) const {
+  if (info_.basis.is_curved()) {
+    const std::int64_t curved_unit = std::int64_t{kVertexStep} << node.size;
+    const NodePlaces at(info_, node);
+    const int first_x = (node.x & (kTileNodes - 1)) * kNodeQuads;
+    const int first_z = (node.z & (kTileNodes - 1)) * kNodeQuads;
+    for (int k = 0; k < kNodeSide; ++k) {
+      for (int i = 0; i < kNodeSide; ++i) {
+        const glm::i64vec3 exact = at.at(i, k, tile.height(first_x + i, first_z + k));
+        glm::dvec3& out = places[static_cast<std::size_t>(k * kNodeSide + i)];
+        for (int axis = 0; axis < 3; ++axis)
+          out[axis] = static_cast<double>(place_at_size(exact[axis], node.size) * curved_unit);
+      }
+    }
+    return;
+  }
   const int size = info_.page_size(node.size);
   const std::int64_t unit = std::int64_t{kVertexStep} << size;
   const auto place = [&](int axis, std::int64_t vertex) {
@@ -97,11 +112,16 @@ void QueryGround::run(bool read, Walk& walk) {
     NodeBox box;
     double distance;
   };
-  std::array<Entry, 3 * (kMostSize + 2)> stack;
+  std::array<Entry, 3 * (kMostSize + 2) + kCubeFaces> stack;
   std::size_t depth = 0;
   const NodeKey top{info_.top_size(), 0, 0};
-  const NodeBox whole = node_box(info_, root_->nodes[0], top);
-  stack[depth++] = {top, {}, whole, 0.0};
+  for (int z = 0; z < (info_.is_cube() ? kCubeCells[1] : 1); ++z) {
+    for (int x = 0; x < (info_.is_cube() ? kCubeCells[0] : 1); ++x) {
+      const NodeKey root{top.size, x, z};
+      if (!node_exists(info_, root)) continue;
+      stack[depth++] = {root, {}, node_box(info_, root_->nodes[node_in_tile(root)], root), 0.0};
+    }
+  }
   while (depth > 0) {
     const Entry at = stack[--depth];
     // Again: what was met since may have made it unwanted.

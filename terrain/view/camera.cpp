@@ -14,8 +14,8 @@ namespace karst::core {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::int64_t kFineUnits = std::int64_t{kStepsPerVoxel} << kCameraFractionBits;  // a voxel
-static_assert(kFineUnits <= 1 << 24, "the fine part must be exact in float");
+static_assert(std::int64_t{kStepsPerVoxel} << kFinestCameraFractionBits <= 1 << 24,
+              "the fine part must be exact in float");
 
 // False for NaN, because every comparison with it is.
 constexpr bool inside(double value, double least, double most) {
@@ -65,14 +65,13 @@ glm::dmat4 perspective(const CameraSettings& s) {
   return m;
 }
 
-void set_place(glm::dvec3 position, Camera& camera) {
+void set_place(glm::dvec3 position, int fraction_bits, Camera& camera) {
+  const auto units_a_voxel = static_cast<double>(std::int64_t{kStepsPerVoxel} << fraction_bits);
   for (int axis = 0; axis < 3; ++axis) {
-    const double units =
-        std::floor(position[axis] * static_cast<double>(kFineUnits) + 0.5);  // below 2^38: exact
-    const double voxel = std::floor(units / static_cast<double>(kFineUnits));
+    const double units = std::floor(position[axis] * units_a_voxel + 0.5);  // below 2^44: exact
+    const double voxel = std::floor(units / units_a_voxel);
     camera.voxel[axis] = static_cast<std::int32_t>(voxel);
-    camera.fine[axis] =
-        static_cast<float>((units - voxel * static_cast<double>(kFineUnits)) / (1 << kCameraFractionBits));
+    camera.fine[axis] = static_cast<float>((units - voxel * units_a_voxel) / (1 << fraction_bits));
   }
 }
 
@@ -143,7 +142,7 @@ Status make_camera(const CameraSettings& s, Camera& camera) {
     return refuse("not within 1/8192..2^20 voxels", "far_voxels");
   if (s.near_voxels >= s.far_voxels) return refuse("not beyond near_voxels", "far_voxels");
 
-  set_place(s.position, camera);
+  set_place(s.position, kCameraFractionBits, camera);
   camera.view_from_world = glm::transpose(axes_of(s));
   camera.clip_from_view = perspective(s);
   camera.reversed_depth = s.reversed_depth;
@@ -172,7 +171,7 @@ Status make_camera(const CameraMatrices& m, Camera& camera) {
   if (const Status status = normalise_projection(made.clip_from_view, centre); !status.ok()) return status;
   const glm::dvec3 position = m.position + world_from_view(made) * centre;
   if (!inside_reach(position)) return refuse("its centre is not within 2^20 voxels of the world", "position");
-  set_place(position, made);
+  set_place(position, m.fraction_bits, made);
   if (const Status status = derive_view(made); !status.ok()) return status;
   camera = made;
   return {};

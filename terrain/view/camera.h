@@ -24,6 +24,8 @@ namespace karst::core {
 // m to 1.9e-9 m, which is 1/64 step of a voxel of 1 mm; a place given on this grid still comes out exactly.
 // Not coarser, because 1/16 step is 1/131072 voxel: at 1/10 voxel from the eye less than a tenth of a pixel.
 inline constexpr int kCameraFractionBits = 4;
+// As fine as a float can hold, for worlds on curved bases: their voxels may be as large as a country.
+inline constexpr int kFinestCameraFractionBits = 11;
 
 // Farthest that a camera may be from the octree's minimum corner, on each axis.
 inline constexpr double kCameraReach = 1 << 20;  // voxels; 2,000 times the largest world
@@ -46,10 +48,11 @@ inline constexpr double kLeastNear = 1.0 / kStepsPerVoxel;  // voxels; one latti
 // A camera in matrices: any rotation, mirrored or not, and any perspective or parallel projection.
 // make_camera says what is refused.
 struct CameraMatrices {
-  glm::dvec3 position{0.0};         // the view's origin, as in CameraSettings
-  glm::dmat3 view_from_world{1.0};  // orthonormal within kRotationSlack; determinant -1: mirrored
-  glm::dmat4 clip_from_view{1.0};   // OpenGL: what is seen has -w <= x, y, z <= w
-  bool reversed_depth = false;      // z / w is 1 at the near plane and falls with distance
+  glm::dvec3 position{0.0};                 // the view's origin, as in CameraSettings
+  glm::dmat3 view_from_world{1.0};          // orthonormal within kRotationSlack; determinant -1: mirrored
+  glm::dmat4 clip_from_view{1.0};           // OpenGL: what is seen has -w <= x, y, z <= w
+  bool reversed_depth = false;              // z / w is 1 at the near plane and falls with distance
+  int fraction_bits = kCameraFractionBits;  // ..kFinestCameraFractionBits
 };
 inline constexpr double kRotationSlack = 1e-5;     // of a product of two rows
 inline constexpr double kWidestCorner = 1 << 10;   // tangent of the angle between forward and a corner
@@ -68,8 +71,8 @@ inline constexpr double kDefaultScale = 1.7320508075688772;  // 1 / tan 30 degre
 // Made by make_camera; the members after reversed_depth follow from those before. The default looks north
 // with CameraSettings' defaults.
 struct Camera {
-  glm::ivec3 voxel{0};   // whole voxels from the octree's minimum corner
-  glm::vec3 fine{0.0f};  // lattice steps in [0, kStepsPerVoxel), a multiple of 2^-kCameraFractionBits
+  glm::ivec3 voxel{0};              // whole voxels from the octree's minimum corner
+  glm::vec3 fine{0.0f};             // lattice steps in [0, kStepsPerVoxel), a multiple of 2^-fraction_bits
   glm::dmat3 view_from_world{1.0};  // orthonormal
   // Of a perspective: its centre is the eye, and w is the distance along forward in voxels. Parallel: w is 1.
   glm::dmat4 clip_from_view{kDefaultScale * 9 / 16,

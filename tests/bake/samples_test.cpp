@@ -2,8 +2,8 @@
 // The procedural samples: the same bits everywhere, and about the shape that their descriptions promise.
 #include "bake/samples/samples.h"
 
-#include "bake/voxels/settle_voxels.h"
 #include "bake/samples/noise.h"
+#include "bake/voxels/settle_voxels.h"
 #include "tests/bake/bake_jobs.h"
 
 #include <gtest/gtest.h>

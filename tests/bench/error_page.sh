@@ -90,11 +90,11 @@ END
 ## Beside other engines
 
 The scene of the peers: a heightmap of 1025² samples, one texture, 1280 × 720, a flight of 240 frames. karst
-draws it baked with `--ground`, or with `KIND=voxels` with voxels of 100 m at level 4 (fit error RMS 0.078 m),
-with `--drape`. Programs took turns; figures are medians over the rounds. Irrlicht and OSG do not morph. Memory
-is the process's peak. The geometry clipmap and CDLOD are programs of our own after
-A. Asirvatham and H. Hoppe and after F. Strugar (`tests/bench/peers`), in OpenGL ES 3.0 as karst:
-*n* is the side of a level's grid in vertices, *m* the range of the finest level and the quads of a node's side.
+draws it baked with `--ground`, or with `KIND=voxels` with voxels of 100 m at level 4 (fit error RMS 0.078
+m), with `--drape`. Programs took turns; figures are medians over the rounds. Irrlicht and OSG do not morph.
+Memory is the process's peak. The geometry clipmap and CDLOD are programs of our own after A. Asirvatham and
+H. Hoppe and after F. Strugar (`tests/bench/peers`), in OpenGL ES 3.0 as karst: *n* is the side of a level's
+grid in vertices, *m* the range of the finest level, then the quads of a node's side.
 
 END
   header "program|setting|frame ms|p99 ms|CPU ms, all|main thread|triangles|memory MiB|first frame ms" \

@@ -36,7 +36,7 @@ Planes planes_at(const WorldInfo& world, const glm::dvec3& position_m, double cl
   CameraPlace place;
   place.position_m = position_m;
   ViewState view;
-  EXPECT_TRUE(place_view(place, world, shape, clearance_m, view).ok());
+  EXPECT_TRUE(place_view(place, world, {}, shape, clearance_m, view).ok());
   EXPECT_EQ(view.reversed_depth, shape.reversed_depth);
   return planes_of(view);
 }

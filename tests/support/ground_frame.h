@@ -16,6 +16,9 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/base/storage_plan.h"
+#include "terrain/basis/level_view.h"
+#include "terrain/draw/index_batches.h"
+#include "terrain/draw/wall_indices.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/nodes/make_node.h"
 #include "terrain/nodes/node_place.h"
@@ -121,7 +124,15 @@ class DrawnNode {
                           static_cast<float>(from.morph[2] - from.position[2]) * unit);
       place_[v] = share < 1.0f ? home + way * share : target;
       moving_ += share > 0.0f && share < 1.0f ? 1 : 0;
-      if (v >= kNodeVertices) {
+      if (v >= kNodeVertices && info.basis.is_curved()) {
+        const double step_m = info.basis.height_unit_m / kVertexStep;
+        const glm::dvec3 eye = glm::dvec3(camera.voxel) * double{kStepsPerVoxel} + glm::dvec3(camera.fine);
+        const LevelView level =
+            make_level_view(info.basis, eye * step_m, step_m * kStepsPerVoxel, info.basis.height_m(info.low));
+        const glm::vec3 from_eye = (place_[v] - camera.fine) / float{kStepsPerVoxel};
+        place_[v] -= level_up(level, from_eye) *
+                     ((level_height(level, from_eye) - level.eye.z) * float{kStepsPerVoxel});
+      } else if (v >= kNodeVertices) {
         place_[v].y = static_cast<float>(std::int64_t{info.low} * kVertexStep -
                                          std::int64_t{camera.voxel.y} * kStepsPerVoxel);
       }
@@ -134,5 +145,20 @@ class DrawnNode {
   std::array<glm::vec3, kNodePageVertices> place_;
   int moving_ = 0;
 };
+
+// Calls take(corners) for each triangle of an item, by vertices of the node's page.
+template <class Take>
+void for_each_triangle(const DrawItem& item, std::span<const std::uint16_t> table, const Take& take) {
+  IndexRange ranges[kMaxIndexRanges];
+  const int count = index_ranges(item.level, item.lower_edges, item.skipped_edges, ranges);
+  for (int r = 0; r < count; ++r) {
+    for (std::uint32_t at = ranges[r].first; at < ranges[r].first + ranges[r].count; at += 3)
+      take(table.data() + at);
+  }
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    for (std::size_t at = 0; (item.walls >> edge & 1u) != 0 && at < kIndicesPerWall; at += 3)
+      take(kWallIndices[edge].data() + at);
+  }
+}
 
 }  // namespace karst::test

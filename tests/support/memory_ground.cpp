@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "terrain/ground/ground_box.h"
 #include "terrain/ground/measure_ground.h"
 #include "terrain/lod/morph.h"
 #include "terrain/measure/level_error.h"
@@ -20,38 +21,67 @@ constexpr double kSlack = 1.002;
 
 }  // namespace
 
+namespace {
+
+GroundInfo plane(std::int64_t wide, std::int64_t deep, double step_x, double step_z) {
+  GroundInfo info;
+  info.samples[0] = wide;
+  info.samples[1] = deep;
+  info.steps[0] = step_x;
+  info.steps[1] = step_z;
+  return info;
+}
+
+}  // namespace
+
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const Errors& errors, const MemoryRegion& region) {
-  make_tiles(wide, deep, step_x, step_z, heights, region);
+                           const Heights& heights, const Errors& errors, const MemoryRegion& region)
+    : info_(plane(wide, deep, step_x, step_z)) {
+  make_tiles(heights, region);
   measure(errors);
 }
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const MemoryRegion& region) {
-  make_tiles(wide, deep, step_x, step_z, heights, region);
+                           const Heights& heights, const MemoryRegion& region)
+    : info_(plane(wide, deep, step_x, step_z)) {
+  make_tiles(heights, region);
   measure(heights);
 }
 
-void MemoryGround::make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                              const Heights& heights, const MemoryRegion& region) {
-  info_.samples[0] = wide;
-  info_.samples[1] = deep;
-  info_.steps[0] = step_x;
-  info_.steps[1] = step_z;
+MemoryGround::MemoryGround(const GroundInfo& shape, const Heights& heights, const Errors& errors)
+    : info_(shape) {
+  make_tiles(heights, {});
+  measure(errors);
+}
+
+MemoryGround::MemoryGround(const GroundInfo& shape, const Heights& heights) : info_(shape) {
+  make_tiles(heights, {});
+  measure(heights);
+}
+
+void MemoryGround::for_each_node(int size, const std::function<void(NodeKey)>& take) const {
+  for (int z = 0; z < nodes_along(info_, 1, size); ++z) {
+    for (int x = 0; x < nodes_along(info_, 0, size); ++x) {
+      if (node_exists(info_, {size, x, z})) take({size, x, z});
+    }
+  }
+}
+
+void MemoryGround::make_tiles(const Heights& heights, const MemoryRegion& region) {
   region_ = region.measure;
   if (region.extent_x > 0 && !place_region(info_, region.extent_x, region.extent_z, region.x, region.z))
     std::abort();
   info_.low = info_.high = heights(0, 0);
-  for (std::int64_t k = 0; k < deep; ++k) {
-    for (std::int64_t i = 0; i < wide; ++i) {
+  for (std::int64_t k = 0; k < info_.samples[1]; ++k) {
+    for (std::int64_t i = 0; i < info_.samples[0]; ++i) {
       info_.low = std::min(info_.low, heights(i, k));
       info_.high = std::max(info_.high, heights(i, k));
     }
   }
   for (int size = info_.top_size(); size >= 0; --size) {
-    for (int z = 0; node_exists(info_, {size, 0, z * kTileNodes}); ++z) {
-      for (int x = 0; node_exists(info_, {size, x * kTileNodes, 0}); ++x) make_tile({size, x, z}, heights);
-    }
+    for_each_node(size, [&](NodeKey node) {
+      if (!tiles_.contains(key_of(tile_of(node)))) make_tile(tile_of(node), heights);
+    });
   }
 }
 
@@ -71,8 +101,11 @@ void MemoryGround::make_tile(NodeKey key, const Heights& heights) {
   }
   for (int quadrant = 0; quadrant < 4 && key.size > 0; ++quadrant) {
     const NodeKey child = key.child(quadrant);
-    const bool exists = node_exists(info_, {child.size, child.x * kTileNodes, child.z * kTileNodes});
-    if (exists) tile.children[quadrant] = {1, 1, 0};
+    for (int n = 0; n < kTileMeasures; ++n) {
+      if (node_exists(info_, {child.size, child.x * kTileNodes + n % kTileNodes,
+                              child.z * kTileNodes + n / kTileNodes}))
+        tile.children[quadrant] = {1, 1, 0};
+    }
   }
   for (int n = 0; n < kTileMeasures; ++n) {
     const NodeKey node{key.size, key.x * kTileNodes + n % kTileNodes, key.z * kTileNodes + n / kTileNodes};
@@ -98,47 +131,57 @@ NodeMeasure* MemoryGround::measure_of(NodeKey node) {
 }
 
 void MemoryGround::measure(const Errors& errors) {
+  const bool curved = info_.basis.is_curved();
   for (int size = 1; size <= info_.top_size(); ++size) {
-    for (int z = 0; node_exists(info_, {size, 0, z}); ++z) {
-      for (int x = 0; node_exists(info_, {size, x, z}); ++x) {
-        NodeMeasure& own = *measure_of({size, x, z});
-        const double quad = std::ldexp(1.0, size - 1);
-        const double unit = std::ldexp(1.0, info_.page_size(size));  // of the size's lattice
-        const double tall = 2.0 * (double(own.high) - own.low);
-        const double reach =
-            std::sqrt(quad * quad * (info_.steps[0] * info_.steps[0] + info_.steps[1] * info_.steps[1]) +
-                      tall * tall) +
-            8.0 * unit;
-        const double error = errors({size, x, z});
-        double steps[kDemands];
+    for_each_node(size, [&](NodeKey node) {
+      NodeMeasure& own = *measure_of(node);
+      const double quad = std::ldexp(1.0, size - 1);
+      const double unit = std::ldexp(1.0, info_.page_size(size));  // of the size's lattice
+      const double tall = 2.0 * (double(own.high) - own.low);
+      const double reach =
+          std::sqrt(quad * quad * (info_.steps[0] * info_.steps[0] + info_.steps[1] * info_.steps[1]) +
+                    tall * tall) +
+          8.0 * unit;
+      const double error = errors(node);
+      double steps[kDemands];
+      for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kNodeMorphShare);
+      if (in_region(info_, node) == InRegion::part) {
         for (int n = 0; n < kDemands; ++n)
-          steps[n] = demand(n) * error + kG * reach / (1.0 - kNodeMorphShare);
-        if (in_region(info_, {size, x, z}) == InRegion::part) {
-          for (int n = 0; n < kDemands; ++n)
-            steps[n] = std::max(steps[n], kSlack * (demand(n) * region_.error +
-                                                    kG * (region_.reach + 2 * kNodeQuads * reach)));
-        }
-        for (int dz = -1; dz <= 2; ++dz) {
-          for (int dx = -1; dx <= 2; ++dx) {
-            const NodeKey q{size - 1, 2 * x + dx, 2 * z + dz};
-            const NodeMeasure* const finer = measure_of(q);
-            if (finer == nullptr) continue;
-            const double pad = 4 * unit;
-            const double wide = kNodeQuads * quad * info_.steps[0] + pad;
-            const double deep = kNodeQuads * quad * info_.steps[1] + pad;
-            const double high = 2.0 * (double(finer->high) - finer->low) + pad;
-            const double rise = kG * std::sqrt(wide * wide + deep * deep + high * high);
-            for (int n = 0; n < kDemands; ++n) {
-              const double of_q = double{threshold_steps(finer->thresholds[n])} * unit / 2;
-              steps[n] = std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kNodeMorphShare) + 8 * unit);
-            }
-          }
-        }
+          steps[n] = std::max(
+              steps[n], kSlack * (demand(n) * region_.error + kG * (region_.reach + 2 * kNodeQuads * reach)));
+      }
+      const auto keep = [&](NodeKey q) {
+        const NodeMeasure* const finer = measure_of(q);
+        if (finer == nullptr) return;
+        const double pad = 4 * unit;
+        const double wide = kNodeQuads * quad * info_.steps[0] + pad;
+        const double deep = kNodeQuads * quad * info_.steps[1] + pad;
+        const double high = 2.0 * (double(finer->high) - finer->low) + pad;
+        const double rise = kG * (curved ? 2 * node_radius(info_, finer->low, finer->high, q.size)
+                                         : std::sqrt(wide * wide + deep * deep + high * high));
         for (int n = 0; n < kDemands; ++n) {
-          own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / unit * (1 + 1e-6)));
+          const double of_q = double{threshold_steps(finer->thresholds[n])} * unit / 2;
+          steps[n] = std::max(steps[n], (of_q + rise) * kSlack / (1.0 - kNodeMorphShare) + 8 * unit);
+        }
+      };
+      // The children and what is around them.
+      for (int dz = -1; dz <= 2; ++dz) {
+        for (int dx = -1; dx <= 2; ++dx) {
+          NodeKey q{size - 1, 2 * node.x + std::clamp(dx, 0, 1), 2 * node.z + std::clamp(dz, 0, 1)};
+          const int east = dx - std::clamp(dx, 0, 1), south = dz - std::clamp(dz, 0, 1);
+          if (!info_.is_cube()) {
+            q.x += east;
+            q.z += south;
+          } else if (!neighbour_of(info_, q, east, south, q)) {
+            continue;
+          }
+          keep(q);
         }
       }
-    }
+      for (int n = 0; n < kDemands; ++n) {
+        own.thresholds[n] = threshold_half(static_cast<float>(steps[n] / unit * (1 + 1e-6)));
+      }
+    });
   }
 }
 

@@ -32,12 +32,15 @@ class MemoryGround {
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
                const Errors& errors, const MemoryRegion& region = {});
+  // Of any basis: samples, steps and basis of shape.
+  MemoryGround(const core::GroundInfo& shape, const Heights& heights, const Errors& errors);
+  MemoryGround(const core::GroundInfo& shape, const Heights& heights);
   // With what measure_ground.h measures.
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
                const MemoryRegion& region = {});
 
   const core::GroundInfo& info() const { return info_; }
-  core::NodeKey root() const { return {info_.top_size(), 0, 0}; }
+  core::NodeKey root() const { return {info_.top_size(), 0, 0}; }  // of a cube, in its tile
   const core::Tile& tile(core::NodeKey key) const;
   std::size_t tile_count() const { return tiles_.size(); }
 
@@ -58,8 +61,9 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
-  void make_tiles(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
-                  const MemoryRegion& region);
+  void make_tiles(const Heights& heights, const MemoryRegion& region);
+  // Of a size.
+  void for_each_node(int size, const std::function<void(core::NodeKey)>& take) const;
   void make_tile(core::NodeKey key, const Heights& heights);
   void measure(const Errors& errors);
   void measure(const Heights& heights);

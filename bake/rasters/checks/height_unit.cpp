@@ -71,14 +71,13 @@ void read_zunits(const CheckedRaster& raster, HeightUnit& unit) {
 
 }  // namespace
 
-HeightUnit height_unit(const CheckedRaster& raster) {
+HeightUnit height_unit(const CheckedRaster& raster, OGRSpatialReferenceH srs) {
   HeightUnit unit;
   unit.name = GDALGetRasterUnitType(raster.band);
   const std::size_t first = unit.name.find_first_not_of(' '), last = unit.name.find_last_not_of(' ');
   unit.name = first == std::string::npos ? std::string() : unit.name.substr(first, last - first + 1);
   unit.metres = metres_of(unit.name);
   unit.is_said = !unit.name.empty();
-  const OGRSpatialReferenceH srs = GDALGetSpatialRef(raster.file);
   const bool is_vertical = srs != nullptr && OSRGetAttrValue(srs, "VERT_CS", 0) != nullptr;
   if (is_vertical) {
     OGRAxisOrientation axis = OAO_Other;

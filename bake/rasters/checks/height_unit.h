@@ -15,6 +15,7 @@ struct HeightUnit {
   std::string name;       // as the file has it
 };
 
-HeightUnit height_unit(const CheckedRaster& raster);
+// srs: of the raster, or what the user says instead; null: none.
+HeightUnit height_unit(const CheckedRaster& raster, OGRSpatialReferenceH srs);
 
 }  // namespace karst::bake

@@ -30,7 +30,7 @@ bool is_masked(GDALRasterBandH band) {
 }
 
 double metres_of_unit(const CheckedRaster& raster) {
-  const HeightUnit unit = height_unit(raster);
+  const HeightUnit unit = height_unit(raster, GDALGetSpatialRef(raster.file));
   const double metres = unit.metres > 0 ? unit.metres : 1;
   return unit.is_depth ? -metres : metres;
 }

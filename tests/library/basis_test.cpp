@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+// Worlds on curved bases: closed from space and from 2 m; places by longitude and latitude; queries along up.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/library/ground_file.h"
+#include "tests/library/host.h"
+#include "tests/support/curved_ground.h"
+
+namespace karst {
+namespace {
+
+using test::Pixels;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr float kMagenta[3] = {1, 0, 1};
+
+Vec3 along(Vec3 from, Vec3 direction, double metres) {
+  return {from.x + direction.x * metres, from.y + direction.y * metres, from.z + direction.z * metres};
+}
+Vec3 mixed(Vec3 a, double wa, Vec3 b, double wb, Vec3 c, double wc) {
+  return {a.x * wa + b.x * wb + c.x * wc, a.y * wa + b.y * wb + c.y * wc, a.z * wa + b.z * wb + c.z * wc};
+}
+double distance(Vec3 a, Vec3 b) {
+  return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+// Heights by the place that a sample has, so that they fit over the edges of faces.
+test::MemoryGround::Heights waves_over(const core::GroundInfo& info, double tall_m, double length_m) {
+  return [info, tall_m, length_m](std::int64_t i, std::int64_t k) {
+    const int face = info.is_cube() ? core::cube_home(info.basis.face_quads, i, k) : 0;
+    const glm::dvec3 p = core::place_m(info.basis, {double(i), double(k), 0, face}) * (6.28 / length_m);
+    const double share = std::sin(p.x) * std::sin(p.y + 1) + std::sin(p.z + 2);
+    return static_cast<std::int32_t>(tall_m / info.basis.height_unit_m * share);
+  };
+}
+
+class WorldsOnBases : public test::HostTest {
+ protected:
+  WorldsOnBases() : HostTest(kWidth, kHeight) {}
+
+  void open_shape(const core::GroundInfo& shape, double tall_m, double length_m, bool deferred = false) {
+    Needs needs;
+    needs.queries = 1;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    const test::MemoryGround ground(shape, waves_over(shape, tall_m, length_m));
+    const double spacing_m = shape.basis.height_unit_m / core::kVertexStep * shape.steps[0];
+    open(needs, {}, options, test::ground_file(ground, spacing_m));
+  }
+  World& world() { return *host_->world; }
+
+  bool ground_at(Vec3 place, Hit& hit) {
+    Query* query = nullptr;
+    EXPECT_TRUE(world().take_query(query).ok());
+    const bool found = query->ground(place, 1e5, Wait::for_file, hit);
+    world().release(query);
+    return found;
+  }
+
+  // Pixels that show what was there before a frame without sky.
+  std::size_t holes(ViewState view, double near_m, double far_m, double fov_deg, double work_ms) {
+    view.width_px = kWidth;
+    view.height_px = kHeight;
+    set_perspective(view, fov_deg, near_m, far_m);
+    FrameInput input;
+    input.views = {&view, 1};
+    input.work_ms = work_ms;
+    FrameResult result;
+    EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+    picture_.clear(1, kMagenta);
+    Target target;
+    target.viewport = {0, 0, kWidth, kHeight};
+    target.framebuffer = picture_.name();
+    target.sky = false;
+    picture_.bind();
+    EXPECT_TRUE(renderer_->draw(0, target).ok());
+    EXPECT_TRUE(renderer_->end_frame().ok());
+    const Pixels pixels = picture_.read();
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4) {
+      if (pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255) ++count;
+    }
+    return count;
+  }
+};
+
+TEST_F(WorldsOnBases, APlanetIsClosedFromSpaceAndFromTwoMetres) {
+  for (const bool deferred : {false, true}) {
+    open_shape(test::planet(128, core::kWgs84RadiusM), 4000, 3e6, deferred);
+    ASSERT_EQ(world().info().basis, Basis::cube);
+    std::mt19937 random(3);
+    const auto between = [&](double a, double b) {
+      return std::uniform_real_distribution<double>(a, b)(random);
+    };
+    for (int n = 0; n < 120; ++n) {
+      // Poles, corners of faces at 35.26 degrees and odd multiples of 45, and anywhere.
+      Geodetic at{between(-180, 180), between(-90, 90), 0};
+      if (n % 4 == 1) at = {45.0 + 90 * (n % 3), 35.26, 0};
+      if (n % 4 == 2) at = {between(-180, 180), n % 8 == 2 ? 89.99 : -89.99, 0};
+      if (n % 4 == 3) at = {-135.0 + 90 * (n % 4), 0, 0};
+      Vec3 place;
+      ASSERT_TRUE(world().from_geodetic(at, place));
+      Hit hit;
+      ASSERT_TRUE(ground_at(place, hit)) << at.longitude_deg << ' ' << at.latitude_deg;
+      const LocalAxes axes = world().axes_at(hit.place);
+      ViewState view;
+      view.error_px = std::exp2(between(-1, 4));
+      const bool from_space = n % 2 == 0;
+      const double height_m = from_space ? 2e7 : 2;
+      view.eye = along(hit.place, axes.up, height_m);
+      const double turn = between(0, 6.28);
+      const Vec3 ahead = mixed(axes.east, std::cos(turn), axes.north, std::sin(turn), axes.up, 0);
+      // While it is coarse the ground may be higher than the eye, which then waits.
+      // From space its middle, which fills the picture; else down in front of the feet.
+      const Vec3 look = from_space ? mixed(axes.up, -1, ahead, 0.05, axes.up, 0)
+                                   : mixed(axes.up, -1.2, ahead, 1, axes.up, 0);
+      ASSERT_TRUE(look_at(view, along(view.eye, look, 1), ahead));
+      ASSERT_EQ(holes(view, from_space ? 1e7 : 0.1, from_space ? 4e7 : 1e6, from_space ? 12 : 40,
+                      from_space && n % 3 != 0 ? 0.05 : 0),
+                0u)
+          << n << ' ' << at.longitude_deg << ' ' << at.latitude_deg << ' ' << deferred;
+    }
+    EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+    close();
+  }
+}
+
+TEST_F(WorldsOnBases, ACylindersInsideIsClosed) {
+  const double radius_m = 500;
+  const double around_m = 2 * 3.14159265358979323846 * radius_m;
+  const std::int64_t side = 257;
+  open_shape(test::tube(side, side, -radius_m, around_m / double(side - 1)), 10, 300);
+  ASSERT_EQ(world().info().basis, Basis::cylinder);
+  std::mt19937 random(4);
+  const auto between = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  for (int n = 0; n < 100; ++n) {
+    Vec3 place;
+    ASSERT_TRUE(world().from_projected({between(-0.4, 0.4) * around_m, between(-800, 800), 0}, place));
+    Hit hit;
+    ASSERT_TRUE(ground_at(place, hit));
+    const LocalAxes axes = world().axes_at(hit.place);
+    ViewState view;
+    view.error_px = std::exp2(between(-1, 4));
+    view.eye = along(hit.place, axes.up, std::exp2(between(1, 7)));
+    const double turn = between(0, 6.28);
+    const Vec3 ahead = mixed(axes.east, std::cos(turn), axes.north, std::sin(turn), axes.up, 0);
+    ASSERT_TRUE(look_at(view, along(view.eye, mixed(axes.up, -1.5, ahead, 1, axes.up, 0), 1), ahead));
+    ASSERT_EQ(holes(view, 0.5, 5000, 40, n % 2 == 0 ? 0 : 0.05), 0u) << n;
+    // The axis is above everywhere.
+    const Vec3 axis = world().to_world(along(place, world().axes_at(place).up, radius_m));
+    EXPECT_NEAR(axis.x, 0, 1e-6);
+    EXPECT_NEAR(std::abs(axis.y), radius_m, 1e-6);
+  }
+}
+
+TEST_F(WorldsOnBases, PlacesByLongitudeAndLatitudeComeBack) {
+  const core::GroundInfo shape = test::region(257, 257, 7, 48, 1.0 / 1200);
+  const auto heights = waves_over(shape, 800, 4000);
+  open_shape(shape, 800, 4000);
+  const WorldInfo& info = world().info();
+  EXPECT_EQ(info.basis, Basis::geographic);
+  EXPECT_TRUE(info.is_geodetic);
+  EXPECT_FALSE(info.is_projected);
+  for (int n = 0; n < 60; ++n) {
+    const int i = 1 + n * 37 % 254, k = 1 + n * 53 % 254;
+    const Geodetic at{7 + i / 1200.0, 48 - k / 1200.0, 5000};
+    Vec3 place;
+    ASSERT_TRUE(world().from_geodetic(at, place));
+    Geodetic back;
+    ASSERT_TRUE(world().to_geodetic(place, back));
+    EXPECT_NEAR(back.longitude_deg, at.longitude_deg, 1e-12);
+    EXPECT_NEAR(back.latitude_deg, at.latitude_deg, 1e-12);
+    EXPECT_NEAR(back.altitude_m, at.altitude_m, 1e-6);
+    // The ground under it, as far down as it says, at the sample's height but for a step of the lattice.
+    Hit hit;
+    ASSERT_TRUE(ground_at(place, hit)) << i << ' ' << k;
+    ASSERT_TRUE(world().to_geodetic(hit.place, back));
+    const double unit_m = shape.basis.height_unit_m;
+    EXPECT_NEAR(back.altitude_m, heights(i, k) * unit_m, 1.5 * unit_m) << i << ' ' << k;
+    EXPECT_NEAR(hit.distance, 5000 - back.altitude_m, 1e-3);
+    EXPECT_NEAR(distance(along(place, world().axes_at(place).up, -hit.distance), hit.place), 0, 1e-3);
+    // A ray that goes level over all of it meets nothing; one to the earth's middle the ground.
+    Query* query = nullptr;
+    ASSERT_TRUE(world().take_query(query).ok());
+    EXPECT_TRUE(query->inside(along(hit.place, world().axes_at(place).up, -10), Wait::for_file));
+    EXPECT_FALSE(query->inside(along(hit.place, world().axes_at(place).up, 10), Wait::for_file));
+    world().release(query);
+  }
+  Projected projected;
+  EXPECT_FALSE(world().to_projected({}, projected));
+}
+
+}  // namespace
+}  // namespace karst
