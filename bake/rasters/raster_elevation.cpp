@@ -38,7 +38,6 @@ constexpr std::uint64_t kMostUnpacked = 64;  // bytes of a large block a byte of
 constexpr std::uint64_t kCacheBytes = 32u << 20;
 constexpr std::uint64_t kBandBytes = 16u << 20;  // of rows that are read together, as doubles
 constexpr int kBandRows = 64;
-constexpr std::size_t kEnviHeaderBytes = 1 << 16;  // that are looked at; most have a few hundred
 
 struct DestroySrs {
   void operator()(void* srs) const { OSRRelease(srs); }
