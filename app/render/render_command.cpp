@@ -108,6 +108,8 @@ class Render {
         warned = true;
       }
     }
+    // A camera would stand too high or too low, and nobody would know.
+    if (ground.failed_reads() > 0) return options_.world + ": could not be read where a camera stands";
     return {};
   }
 

@@ -2,6 +2,7 @@
 // Cameras and the ground: heights above it, and cameras that are below it by mistake.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "app/common/camera_path.h"
@@ -20,6 +21,8 @@ class CameraGround {
   // Takes a query of the world, which must outlive this object.
   Error open(World& world);
   bool is_open() const { return query_ != nullptr; }
+  // Reads of the world that failed: what was asked for there was answered coarsely.
+  std::uint64_t failed_reads() const { return query_->failed_reads(); }
 
   // Where place is on the map or counts from the ground, makes it metres of the world. Else one line without
   // its subject: the world knows no map, or there is no ground there; place is then unchanged.
