@@ -251,7 +251,8 @@ TEST_F(ImageryOfAWorld, LiesTurnedWhereTheImageDoes) {
   World world;
   made(world, folder_.path("i.tif"), {"--image-format", "rgba8"});
   int covered = 0;
-  EXPECT_LE(most_off(world, waves, covered), 4.0);
+  // At its rim a filter has pixels on one side alone: up to half a pixel.
+  EXPECT_LE(most_off(world, waves, covered), 8.0);
   // 50 x 40 samples of 3.75^2 texels, less its rim; some lie in a tile and in another one's border.
   EXPECT_GT(covered, 25'000);
   EXPECT_LT(covered, 32'000);
