@@ -320,7 +320,7 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
     const double margin = (farthest.x + farthest.y + farthest.z) * kPlaneRounding;
     unsigned crossed = 0;
     for (unsigned n = 0; n < Frustum::kPlanes; ++n) {
-      if ((node.planes >> n & 1u) == 0) continue;
+      if ((unsigned{node.planes} >> n & 1u) == 0) continue;
       const Plane& plane = looks.frustum.planes[n];
       double inmost = double{plane.offset} + margin;
       double outmost = double{plane.offset};
