@@ -86,7 +86,9 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   request.error_px = view.settings().error_px;
   request.morphing = view.settings().mode != LodMode::full;
   request.frustum = &cascade.frustum;
+  const std::uint32_t ground_families = terrain_->ground.row_count() - 1;
   request.spared_error = static_cast<float>(texel);
+  request.most_splits = ground_families / 4 * 3;
   request.has_region = has_region;
   complete(shadow_view(), shadow_view() + 1, wait);
   costs.select_ms += ms_since(start);

@@ -394,8 +394,11 @@ void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   const bool enclosed = std::none_of(std::begin(node.around), std::end(node.around),
                                      [](std::int32_t n) { return n == Node::kNotThere; });
   if (has_tile && enclosed) {
-    node.family = pool.see(node.key);
-    if (node.family != FamilyPool::kNone) return;
+    if (result_.split < looks.request.most_splits) node.family = pool.see(node.key);
+    if (node.family != FamilyPool::kNone) {
+      ++result_.split;
+      return;
+    }
     ++result_.lacks_room;
   }
   node.refused = true;

@@ -76,8 +76,9 @@ struct GroundRequest {
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
-  bool has_region = false;  // its patches are there to be drawn
-  int least_size = 0;       // no finer one is drawn
+  bool has_region = false;                  // its patches are there to be drawn
+  int least_size = 0;                       // no finer one is drawn
+  std::uint32_t most_splits = 0xffffffffu;  // nodes; what casts leaves families for what is seen
   float spared_error =
       0;  // lattice steps: nodes whose error is not above this are not split, whatever is asked
 };
@@ -130,6 +131,7 @@ class GroundView {
     std::uint32_t drawn = 0;  // items
     std::uint32_t triangles = 0;
     std::uint32_t visited = 0;     // nodes looked at
+    std::uint32_t split = 0;       // of them
     std::uint32_t culled = 0;      // of them, out of view
     std::uint32_t refused = 0;     // should be split
     std::uint32_t lacks_tile = 0;  // of them, for want of a tile
