@@ -232,6 +232,7 @@ bool Occluders::is_outside(const Octree& octree, const BoundsTree& tree, const S
   }
   const glm::ivec3 voxel(glm::floor(eye / double{kStepsPerVoxel}));
   if (voxel.y < extent_.y && octree.filled(voxel)) return false;
+  if (tree.rows() == 0) return true;  // a ground has no patches
   // Patches whose boxes come near enough, by a stack of nodes: row << 28 | node.
   const glm::dvec3 low = eye - reach;
   const glm::dvec3 high = eye + reach;

@@ -221,6 +221,7 @@ readme() {
   export LD_LIBRARY_PATH=$work/prefix/lib
   cd "$work"
   make_dem dem.tif
+  echo '[{"shape": "sphere", "op": "empty", "center": [0, 2020, 0], "radius": 200}]' >caves.json
   while read -r line; do
     quiet bash -c "$line"
     count=$((count + 1))
