@@ -30,6 +30,10 @@ bool end_is_pending() {
 EndWatch::EndWatch(int signals, bool may_exit)
     : signals_(signals), may_exit_(may_exit), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (wake_ < 0) return;
+  // Signals are the other thread's, also those that it blocks later: a seat's, of its terminal.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
   has_thread_ = pthread_create(
                     &thread_, nullptr,
                     [](void* self) -> void* {
@@ -37,6 +41,7 @@ EndWatch::EndWatch(int signals, bool may_exit)
                       return nullptr;
                     },
                     this) == 0;
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 EndWatch::~EndWatch() {
