@@ -19,7 +19,6 @@ using test::Pixels;
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
-constexpr float kMagenta[3] = {1, 0, 1};
 
 class GroundWorlds : public test::HostTest {
  protected:
@@ -42,28 +41,6 @@ class GroundWorlds : public test::HostTest {
     EXPECT_TRUE(query->ground(host_->world->from_world({x, 1000, z}), 0, Wait::for_file, hit));
     host_->world->release(query);
     return host_->world->to_world(hit.place).y;
-  }
-  // A frame over magenta, without the sky. Pixels that show it.
-  std::size_t holes(const ViewState& view, double work_ms, FrameResult& result) {
-    FrameInput input;
-    input.views = {&view, 1};
-    input.work_ms = work_ms;
-    EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
-    picture_.clear(1, kMagenta);
-    Target target;
-    target.viewport = {0, 0, kWidth, kHeight};
-    target.framebuffer = picture_.name();
-    target.sky = false;
-    picture_.bind();
-    EXPECT_TRUE(renderer_->draw(0, target).ok());
-    EXPECT_TRUE(renderer_->end_frame().ok());
-    const Pixels pixels = picture_.read();
-    std::size_t count = 0;
-    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4) {
-      const bool shows = pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255;
-      if (shows) ++count;
-    }
-    return count;
   }
 };
 

@@ -151,6 +151,28 @@ void HostTest::open(Needs needs, Placement placement, GlOptions options, std::ve
   ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();
 }
 
+std::size_t HostTest::holes(const ViewState& view, double work_ms, FrameResult& result) {
+  constexpr float kMagenta[3] = {1, 0, 1};
+  FrameInput input;
+  input.views = {&view, 1};
+  input.work_ms = work_ms;
+  EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+  picture_.clear(1, kMagenta);
+  Target target;
+  target.viewport = {0, 0, static_cast<int>(view.width_px), static_cast<int>(view.height_px)};
+  target.framebuffer = picture_.name();
+  target.sky = false;
+  picture_.bind();
+  EXPECT_TRUE(renderer_->draw(0, target).ok());
+  EXPECT_TRUE(renderer_->end_frame().ok());
+  const Pixels pixels = picture_.read();
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < pixels.rgba.size(); n += 4) {
+    if (pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255) ++count;
+  }
+  return count;
+}
+
 void HostTest::close() {
   if (renderer_ != nullptr) renderer_->destroy();
   renderer_ = nullptr;

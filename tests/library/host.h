@@ -107,6 +107,8 @@ class HostTest : public testing::Test {
   void open(Needs needs = {}, Placement placement = {}, GlOptions options = {},
             std::vector<std::byte> file = cave_world_file());
   void close();
+  // A frame over magenta, without the sky. Pixels that show it: where one looks through the terrain.
+  std::size_t holes(const ViewState& view, double work_ms, FrameResult& result);
 
   HostPicture picture_;
   std::unique_ptr<HostWorld> host_;

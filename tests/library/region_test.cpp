@@ -19,7 +19,6 @@ using test::Pixels;
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
-constexpr float kMagenta[3] = {1, 0, 1};
 // Voxels are a metre, nodes of size 0 two.
 constexpr glm::ivec3 kExtent{41, 24, 37};
 constexpr int kFirst[2] = {12, 9};
@@ -76,26 +75,6 @@ class Regions : public test::HostTest {
     ViewState shown = test::looking(*host_->world, eye, target, kWidth, kHeight);
     set_perspective(shown, fov, 0.1, 2000);
     return shown;
-  }
-  // A frame over magenta, without the sky. Pixels that show it.
-  std::size_t holes(const ViewState& view, double work_ms, FrameResult& result) {
-    FrameInput input;
-    input.views = {&view, 1};
-    input.work_ms = work_ms;
-    EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
-    picture_.clear(1, kMagenta);
-    Target target;
-    target.viewport = {0, 0, kWidth, kHeight};
-    target.framebuffer = picture_.name();
-    target.sky = false;
-    picture_.bind();
-    EXPECT_TRUE(renderer_->draw(0, target).ok());
-    EXPECT_TRUE(renderer_->end_frame().ok());
-    const Pixels pixels = picture_.read();
-    std::size_t count = 0;
-    for (std::size_t n = 0; n < pixels.rgba.size(); n += 4)
-      count += pixels.rgba[n] == 255 && pixels.rgba[n + 1] == 0 && pixels.rgba[n + 2] == 255 ? 1u : 0u;
-    return count;
   }
 };
 
