@@ -13,6 +13,7 @@
 
 #include "app/stage/camera_ground.h"
 #include "bench/frames/bench_clock.h"
+#include "bench/measure/gl_times.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
 
@@ -76,6 +77,16 @@ Error BenchView::open(const std::string& world, const SceneArguments& look, bool
   if (display_ == nullptr) return error;
   stage_.keep_depth = keep_depth;
   return stage_.attach(*display_, look.width, look.height);
+}
+
+Error BenchView::open_timed(const std::string& world, const SceneArguments& look, bool time_gl) {
+  if (!time_gl) return open(world, look);
+  if (Error error = load(world, look); !error.ok()) return error;
+  Error error;
+  display_ = open_headless_display({}, error);
+  if (display_ == nullptr) return error;
+  timed_ = std::make_unique<TimedDisplay>(*display_);
+  return stage_.attach(*timed_, look.width, look.height);
 }
 
 Error BenchView::load(const std::string& world, const SceneArguments& look) {
