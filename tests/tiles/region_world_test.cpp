@@ -74,11 +74,7 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   EXPECT_NEAR(reader.info().origin_m[0] + sample_m, -15.0 * static_cast<double>(info.samples[0] - 1), 1e-6);
 
   // Loading finds the rim that the file states.
-  const Config config = [&] {
-    Config needed = World::config_for(reader.info(), reader.info().level);
-    needed.rim_edges = info.rim_edges;
-    return needed;
-  }();
+  const Config config = World::config_for(reader.info(), reader.info().level, info);
   Budget budget;
   World::add_to(budget, config);
   test::AlignedBytes memory(budget.cpu_bytes());
@@ -87,7 +83,7 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   ASSERT_TRUE(world.create(config, arena).ok());
   const Status loaded = world.load(ByteSource::of(with));
   ASSERT_TRUE(loaded.ok()) << loaded.field() << ": " << loaded.what();
-  EXPECT_EQ(world.rim().edges().size(), info.rim_edges);
+  EXPECT_EQ(world.rim().edges().size(), info.regions()[0].rim_edges);
 
   // What voxels of that size cost for all of the DEM, from what they cost for a part of it around the cave.
   bake({"--crop", "640,424,64,64", "--voxel", "7.5", "--levels", "2", "--materials", "none", "--quiet", "-o",
