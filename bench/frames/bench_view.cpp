@@ -145,8 +145,13 @@ const GroundHeights& BenchView::ground() {
   const core::World& world = terrain();
   const glm::ivec3 extent = glm::max(world.info().extent, world.box().max / core::kStepsPerVoxel);
   GroundHeights& ground = ground_.emplace(glm::ivec2(extent.x, extent.z));
-  for (core::PatchId patch = 0; patch < world.patch_count(); ++patch) {
-    ground.add(core::patch_box(world.surface(), world.bounds(), patch));
+  for (const core::WorldPart& part : world.parts()) {
+    for (core::PatchId patch = 0; patch < part.patches(); ++patch) {
+      core::LatticeBox box = core::patch_box(part.surface, part.bounds, patch);
+      box.min += part.corner * core::kStepsPerVoxel;
+      box.max += part.corner * core::kStepsPerVoxel;
+      ground.add(box);
+    }
   }
   // load() has asked for the query, so that there is one.
   CameraGround heights;
