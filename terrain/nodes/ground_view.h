@@ -54,11 +54,11 @@
 #include "terrain/base/config.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/ground/ground_box.h"
-#include "terrain/ground/tile_cache.h"
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/family_row.h"
+#include "terrain/paging/tile_cache.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
 

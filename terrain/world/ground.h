@@ -17,10 +17,10 @@
 
 #include "karst/status.h"
 #include "terrain/base/storage_plan.h"
-#include "terrain/ground/tile_cache.h"
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/nodes/make_node.h"
+#include "terrain/paging/tile_cache.h"
 #include "terrain/regions/belts.h"
 
 namespace karst::core {

@@ -13,7 +13,7 @@
 #include "terrain/ground/ground.h"
 #include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
-#include "terrain/ground/tile_source.h"
+#include "terrain/paging/tile_source.h"
 
 namespace karst::test {
 
