@@ -23,7 +23,7 @@
 namespace karst::bake {
 namespace {
 
-constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleSteps to kLeastSampleSteps
+constexpr int kMostHalvings = 10;  // of the steps between samples
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
@@ -156,8 +156,9 @@ class GroundBaker {
     report_.spacing_x_m = spacing_m[0];
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
-    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
-                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
+    const double step_m =
+        region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
+                         : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {

@@ -13,6 +13,8 @@ namespace {
 constexpr int kMostRounds = 4 * kMostSize;
 // Height in which the earth's air thins by e.
 constexpr double kAirThinsM = 8'000;
+// Radii by which a chord may be below what is level where heights are those of its pixels: 25 m of the earth.
+constexpr double kShortChord = 1.0 / 250'000;
 
 }  // namespace
 
@@ -146,6 +148,13 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
     level.has_plain = true;
   }
   return level;
+}
+
+bool GroundFrame::has_long_chords(std::size_t view) const {
+  if (!is_curved()) return false;
+  const Basis& basis = terrain_->ground.info().basis;
+  const double most_m = basis.kind == BasisKind::function ? 0.0 : kShortChord * std::abs(basis.radius_m);
+  return bend_m(basis, terrain_->ground.view(view).result().greatest_size) > most_m;
 }
 
 glm::dmat3 GroundFrame::axes(const Camera& camera) const {

@@ -463,6 +463,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.level = ground_.level(input.camera);
+    input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   if (imagery_.exists()) {

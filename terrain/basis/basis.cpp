@@ -19,9 +19,8 @@ constexpr double kDegrees = 180.0 / kPi;
 // The least that a radius may be, in metres, and the greatest: a stone and a star.
 constexpr double kLeastRadiusM = 1.0;
 constexpr double kMostRadiusM = 1e9;
-// Bends that are drawn, in radii: 800 m of the earth, 12 m of a tube of 6 km.
-constexpr double kMostEllipsoidBend = 1.0 / 8000;
-constexpr double kMostCylinderBend = 1.0 / 500;
+// Bends that are drawn, in radii: quads over 7 degrees, 12 m of a tube of 6 km.
+constexpr double kMostBend = 1.0 / 500;
 // Of a cube: what a quad of its grid bends by, beside a step of both its sides along a great circle
 // (basis_test measures 0.73).
 constexpr double kCubeBend = 0.8;
@@ -221,12 +220,12 @@ Status Basis::finish() {
     }
     turn_rad = step[0] / std::abs(radius_m);
     sagitta_m = step[0] * turn_rad / 8;
-    most_bend_m = kMostCylinderBend * std::abs(radius_m);
+    most_bend_m = kMostBend * std::abs(radius_m);
     return {};
   }
   if (!(radius_m > 0)) return refuse("an ellipsoid's is above 0", "radius_m");
   if (!inside(flattening, 0, 0.1)) return refuse("not within 0..0.1", "flattening");
-  most_bend_m = kMostEllipsoidBend * radius_m;
+  most_bend_m = kMostBend * radius_m;
   // The greatest radius of curvature, at the poles.
   const double most_radius_m = radius_m / (1.0 - flattening);
   if (kind == BasisKind::geographic) {

@@ -88,8 +88,7 @@ struct Basis {
   // Limits, as BasisFunction has them.
   double turn_rad = 0;
   double sagitta_m = 0;
-  // Quads that bend by more are not drawn, however far away: a pixel's height, by which it gets its material,
-  // is that of a chord.
+  // Quads that bend by more are not drawn, however far away: what lies on the ground would be lost in them.
   double most_bend_m = 0;
 
   // Checks the fields above and makes those below. invalid_argument naming the field.

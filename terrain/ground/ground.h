@@ -46,6 +46,9 @@ inline constexpr int kMostSize = 20;  // 2^22 samples a side
 inline constexpr std::int64_t kMostSamples = (std::int64_t{kNodeQuads} << kMostSize) + 1;  // a side
 inline constexpr double kMostSampleSteps = 2048;  // between samples: a quarter of a voxel
 inline constexpr double kLeastSampleSteps = 2;
+// On a curved basis, whose nodes have their origin in the middle: a voxel, so that a page of 16 bits holds
+// four of them and a half to either side.
+inline constexpr double kMostCurvedSteps = 8192;
 // With a region: 2^g times as many.
 inline constexpr int kMostLatticeSize = 8;  // g: 512 voxels a side hold two nodes
 inline constexpr double kMostRegionSteps = kMostSampleSteps * (1 << kMostLatticeSize);
@@ -64,7 +67,8 @@ struct NodeRect {
 
 struct GroundInfo {
   std::int64_t samples[2] = {};  // along x (east) and z (south), 2..kMostSamples; 0: there is no ground
-  // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size.
+  // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size; of a curved
+  // basis ..kMostCurvedSteps.
   double steps[2] = {};
   // Where there is a region (place_region()), else 0: g, which is the page size of nodes of size 0, and the
   // place of sample (0, 0), kVertexStep.

@@ -573,6 +573,7 @@ void GroundView::list(const Looks& looks) {
       result_.triangles +=
           (patch_index_count(item.level, item.lower_edges, 0) + wall_index_count(item.walls)) / 3;
       result_.least_size = std::min(result_.least_size, node.key.size);
+      result_.greatest_size = std::max(result_.greatest_size, node.key.size);
       continue;
     }
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (node.nearest ^ away);

@@ -137,7 +137,8 @@ class GroundView {
     std::uint32_t lacks_tile = 0;  // of them, for want of a tile
     std::uint32_t lacks_room = 0;  // for want of a family
     std::int32_t least_size = 0;   // of what is drawn
-    bool region = false;           // the region is drawn: nodes leave it out
+    std::int32_t greatest_size = 0;
+    bool region = false;  // the region is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
     // a node was refused; infinite where one is as near as its error.
     float bound_px = 0;

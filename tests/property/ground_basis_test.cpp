@@ -311,7 +311,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
     }
     shape.basis.most_bend_m = std::numeric_limits<double>::infinity();
     // Waves by place, which fit over edges.
-    const double spacing_m = shape.basis.height_unit_m * kMostSampleSteps / kVertexStep;
+    const double spacing_m = shape.basis.height_unit_m * kMostCurvedSteps / kVertexStep;
     const double tall = std::exp2(test::between(random, 0, 10));
     const double length_m = spacing_m * double(side) / test::between(random, 1, 8);
     const auto heights = [&shape, tall, length_m](std::int64_t i, std::int64_t k) {
@@ -528,7 +528,7 @@ TEST(GroundOnABasis, AnEyeAtTwoMetresStandsAnywhere) {
       "FIGURE planet of %.1f m samples, corners and edges of faces too: vertices off double by %.2g m (half "
       "a "
       "step of %.2g m), as floats by %.2g m more; %d shared\n",
-      unit_m * kMostSampleSteps / kVertexStep, figures.lattice_m, unit_m, figures.drawn_m, figures.shared);
+      unit_m * kMostCurvedSteps / kVertexStep, figures.lattice_m, unit_m, figures.drawn_m, figures.shared);
 }
 
 }  // namespace
