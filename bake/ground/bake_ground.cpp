@@ -144,9 +144,8 @@ class GroundBaker {
     ground.samples[0] = rows_.width();
     ground.samples[1] = rows_.height();
     double spacing_m[2] = {facts.spacing_x_m, facts.spacing_z_m};
-    warnings_.clear();
     if (is_curved()) {
-      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m, warnings_);
+      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m);
       if (!error.ok()) return error;
     } else {
       // Of the georeference.
@@ -315,6 +314,11 @@ class GroundBaker {
     auto step = GroundPyramid::Outcome::ok;
     const auto take = [&](std::span<const float> heights_m) {
       for (std::size_t n = 0; n < row.size(); ++n) {
+        // The last column of a ground that closes is its first one.
+        if (n + 1 == row.size() && info_.closes()) {
+          row[n] = row[0];
+          break;
+        }
         const double height = scale.height(double{heights_m[n]});
         if (!(std::abs(height) <= kMostHeight)) {
           outcome = Outcome::out_of_range;
@@ -346,7 +350,6 @@ class GroundBaker {
     report_.sunk_samples = rows_.sunk_samples();
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
-    report_.warnings.insert(report_.warnings.end(), warnings_.begin(), warnings_.end());
     if (job_.water_m && !rows_.is_held()) {
       report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
@@ -434,7 +437,6 @@ class GroundBaker {
   GroundRows rows_;
   CubeRows cube_;
   bool has_cube_ = false;
-  std::vector<std::string> warnings_;  // of the basis
   RegionBaker region_;
   BakeMaterials materials_;
   GroundInfo info_;

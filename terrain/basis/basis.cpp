@@ -59,6 +59,14 @@ double length_of(const glm::dvec3& v) {
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
+// Steps that go once around, or 0.
+std::int64_t whole_turn(double steps) {
+  constexpr double kMost = 1 << 30;
+  if (!(steps >= 1 && steps <= kMost)) return 0;
+  const double whole = std::round(steps);
+  return std::abs(steps - whole) <= 1e-6 ? static_cast<std::int64_t>(whole) : 0;
+}
+
 // The direction whose image under the ellipsoid's axes is the place.
 glm::dvec3 cube_direction(int face, AxisPlace u, AxisPlace v) {
   const FaceAxes& axes = kFaces[face];
@@ -202,6 +210,7 @@ Status Basis::finish() {
   frame_from_earth = glm::dmat3(1.0);
   anchor_m = glm::dvec3(0.0);
   turn_rad = sagitta_m = 0;
+  turn_quads = 0;
   most_bend_m = std::numeric_limits<double>::infinity();
   if (kind == BasisKind::plane) return {};
   if (kind == BasisKind::function) {
@@ -220,6 +229,7 @@ Status Basis::finish() {
     }
     turn_rad = step[0] / std::abs(radius_m);
     sagitta_m = step[0] * turn_rad / 8;
+    turn_quads = whole_turn(2 * kPi * std::abs(radius_m) / step[0]);
     most_bend_m = kMostBend * std::abs(radius_m);
     return {};
   }
@@ -235,6 +245,7 @@ Status Basis::finish() {
       return refuse("latitudes are not within +-90 degrees, from north to south", "first");
     turn_rad = (step[0] - step[1]) / kDegrees * (1.0 + 2 * flattening);
     sagitta_m = most_radius_m * turn_rad * turn_rad / 8;
+    turn_quads = whole_turn(360.0 / step[0]);
   } else {
     if (!inside(face_quads, 4, kMostFaceQuads) || (face_quads & (face_quads - 1)) != 0)
       return refuse("not a power of two within 4..2^19", "face_quads");
@@ -258,6 +269,8 @@ Status Basis::finish() {
 }
 
 AxisPlace axis_place(const Basis& basis, int axis, int face, double index) {
+  const auto turn = static_cast<double>(basis.turn_quads);
+  if (axis == 0 && turn > 0 && !(index >= 0 && index < turn)) index -= turn * std::floor(index / turn);
   switch (basis.kind) {
     case BasisKind::geographic: {
       const double degrees = basis.first[axis] + basis.step[axis] * index;
