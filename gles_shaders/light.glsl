@@ -177,7 +177,12 @@ vec3 light_from(Point point) {
 
   vec3 arrives = light;
 #ifdef KARST_WATER
+#ifdef KARST_CURVED
+  float below = water.z - height;
+  height = max(height, water.z);
+#else
   float below = water.x - point.from_eye.y;
+#endif
   if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
 #endif
 #ifdef KARST_CURVED

@@ -27,7 +27,8 @@ void main() {
   patch_voxel = v.patch_voxel;
   patch_shading = ivec2(v.material, v.cave);
 #ifdef KARST_CURVED
-  height = level_height(from_eye_ws);
+  // Targets lie on chords.
+  height = level_height((v.home - camera_fine.xyz) / KARST_STEPS_PER_VOXEL);
 #endif
 #ifdef KARST_SHOW_LEVELS
   node_size = v.node_size;

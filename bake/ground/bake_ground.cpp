@@ -84,8 +84,6 @@ class GroundBaker {
       return job_.materials.path +
              ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
     }
-    if (is_curved() && job_.water_m)
-      return "--water: stands on a plane alone; leave --basis away, or --water";
     if (Error error = region_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;

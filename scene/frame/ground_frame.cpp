@@ -137,6 +137,14 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
   const glm::dvec3 eye_m = eye_lattice(camera) * step_m;
   level.view = make_level_view(basis, eye_m, voxel_m, basis.height_m(info.low));
   level.up = glm::vec3(up_of(basis, eye_m));
+  const Surroundings& around = terrain_->world.surroundings();
+  if (around.has_water()) {
+    level.has_water = true;
+    level.water_height = around.water_level;
+    const double radius = level_radius_m(basis, voxel_m);
+    const double water = 1.0 + double{around.water_level} * voxel_m / radius;
+    level.water_over = static_cast<float>(double{level.view.eye.x} - (water - 1.0) * (water + 1.0));
+  }
   if (!basis.is_ellipsoid()) return level;
   const double over = double{level.view.eye.x};
   if (over > 0) level.dip = static_cast<float>(std::sqrt(over / (1.0 + over)));

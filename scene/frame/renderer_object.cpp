@@ -163,6 +163,7 @@ Status RendererObject::surround() {
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
     // Of a curved basis the background has a plain of its own (FrameLevel).
     surroundings_.has_plain = !ground.basis.is_curved();
+    surroundings_.curved = ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
