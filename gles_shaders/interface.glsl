@@ -188,8 +188,11 @@ KARST_BLOCK(FrameBlock) {
   vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
   // Surroundings, terrain/shading/surroundings.h. Heights are voxels above the eye.
-  vec4 water;              // x: of the water's level, far below where there is none; y: metres a voxel
-  // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye
+  // x: of the water's level, far below where there is none; y: metres a voxel. Of a curved basis: z: of its
+  // level above height 0; w: |q|^2 of the eye less that at its level
+  vec4 water;
+  // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye. Of a curved basis xyz:
+  // wave vector; w: phase
   vec4 water_wave[KARST_WAVES];
   vec4 plain;              // rgb: albedo, w: height, far above where there is none
   // Of a curved basis, terrain/basis/level_view.h: rows of the scale, w: of the eye.

@@ -307,7 +307,7 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
 bool Renderer::is_deferred(const ViewInput& input, const DrawTarget& target) const {
   return settings_.deferred() && target.viewport.width <= settings_.deferred_width &&
          target.viewport.height <= settings_.deferred_height && !input.camera.parallel &&
-         input.show == Show::materials && target.writes == Writes::all;
+         !input.has_long_chords && input.show == Show::materials && target.writes == Writes::all;
 }
 
 Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) {

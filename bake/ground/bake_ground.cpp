@@ -23,7 +23,7 @@
 namespace karst::bake {
 namespace {
 
-constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleSteps to kLeastSampleSteps
+constexpr int kMostHalvings = 10;  // of the steps between samples
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
@@ -83,8 +83,8 @@ struct Patches {
     for (std::size_t p = 0; p < keys.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
   }
   WorldPatches view() const {
-    return {keys, mask, samples, measures.level_errors, measures.bounds, measures.cones,
-            measures.shading_cones};
+    return {
+        keys, mask, samples, measures.level_errors, measures.bounds, measures.cones, measures.shading_cones};
   }
 };
 
@@ -108,8 +108,6 @@ class GroundBaker {
       return job_.materials.path +
              ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
     }
-    if (is_curved() && job_.water_m)
-      return "--water: stands on a plane alone; leave --basis away, or --water";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;
@@ -168,9 +166,8 @@ class GroundBaker {
     ground.samples[0] = rows_.width();
     ground.samples[1] = rows_.height();
     double spacing_m[2] = {facts.spacing_x_m, facts.spacing_z_m};
-    warnings_.clear();
     if (is_curved()) {
-      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m, warnings_);
+      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m);
       if (!error.ok()) return error;
     } else {
       // Of the georeference.
@@ -180,8 +177,9 @@ class GroundBaker {
     report_.spacing_x_m = spacing_m[0];
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
-    const double step_m = regions_.exists() ? regions_.regions()[0].grid.voxel_m / kStepsPerVoxel
-                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
+    const double step_m =
+        regions_.exists() ? regions_.regions()[0].grid.voxel_m / kStepsPerVoxel
+                          : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {
@@ -239,8 +237,7 @@ class GroundBaker {
       std::vector<std::uint32_t> marks(region.rim_edges);
       RegionRim rim;
       rim.create({edges, marks});
-      const Status status =
-          rim.build(region, info_.lattice_size, regions_.regions()[n].surface.surface());
+      const Status status = rim.build(region, info_.lattice_size, regions_.regions()[n].surface.surface());
       if (!status.ok()) {
         return std::string("--carve: a region cannot be joined to the ground: ") + status.what() +
                "; try a smaller --voxel";
@@ -248,8 +245,8 @@ class GroundBaker {
       edges_of_all += region.rim_edges;
     }
     if (edges_of_all <= kMostRimEdges) return {};
-    return "--carve: the regions' borders have " + std::to_string(edges_of_all) +
-           " edges, and the most is " + std::to_string(kMostRimEdges) + "; try a larger --voxel";
+    return "--carve: the regions' borders have " + std::to_string(edges_of_all) + " edges, and the most is " +
+           std::to_string(kMostRimEdges) + "; try a larger --voxel";
   }
 
   void tell_of_regions() {
@@ -356,6 +353,11 @@ class GroundBaker {
     auto step = GroundPyramid::Outcome::ok;
     const auto take = [&](std::span<const float> heights_m) {
       for (std::size_t n = 0; n < row.size(); ++n) {
+        // The last column of a ground that closes is its first one.
+        if (n + 1 == row.size() && info_.closes()) {
+          row[n] = row[0];
+          break;
+        }
         const double height = scale.height(double{heights_m[n]});
         if (!(std::abs(height) <= kMostHeight)) {
           outcome = Outcome::out_of_range;
@@ -387,7 +389,6 @@ class GroundBaker {
     report_.sunk_samples = rows_.sunk_samples();
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
-    report_.warnings.insert(report_.warnings.end(), warnings_.begin(), warnings_.end());
     if (job_.water_m && !rows_.is_held()) {
       report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
@@ -467,7 +468,6 @@ class GroundBaker {
   GroundRows rows_;
   CubeRows cube_;
   bool has_cube_ = false;
-  std::vector<std::string> warnings_;  // of the basis
   RegionBaker regions_;
   BakeMaterials materials_;
   GroundInfo info_;

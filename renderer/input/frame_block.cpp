@@ -127,6 +127,10 @@ void set_level(const FrameLevel& level, shader::FrameBlock& block) {
   block.level_eye = level.view.eye;
   block.level_top = glm::vec4(level.up, level.dip);
   block.level_air = {level.sky, level.thins, level.plain_over, level.has_plain ? 1.0f : 0.0f};
+  if (!level.has_water) return;
+  block.water.x = level.water_height - level.view.eye.w;
+  block.water.z = level.water_height;
+  block.water.w = level.water_over;
 }
 
 glm::dvec3 light_direction(const FrameLight& light) {

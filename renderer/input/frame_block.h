@@ -49,6 +49,9 @@ struct FrameLevel {
   float thins = 0;                 // 1 / voxels in which air thins by e; 0: it does not
   float plain_over = 0;            // |q|^2 - 1 of the plain beyond the ground
   bool has_plain = false;
+  bool has_water = false;
+  float water_height = 0;  // of its level, voxels
+  float water_over = 0;    // |q|^2 of the eye less that at its level
 };
 void set_level(const FrameLevel& level, shader::FrameBlock& block);
 // What a pass into a cascade's shadow map needs.

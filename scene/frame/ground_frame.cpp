@@ -13,6 +13,8 @@ namespace {
 constexpr int kMostRounds = 4 * kMostSize;
 // Height in which the earth's air thins by e.
 constexpr double kAirThinsM = 8'000;
+// Radii by which a chord may be below what is level where heights are those of its pixels: 25 m of the earth.
+constexpr double kShortChord = 1.0 / 250'000;
 
 }  // namespace
 
@@ -132,6 +134,14 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
   const glm::dvec3 eye_m = eye_lattice(camera) * step_m;
   level.view = make_level_view(basis, eye_m, voxel_m, basis.height_m(info.low));
   level.up = glm::vec3(up_of(basis, eye_m));
+  const Surroundings& around = terrain_->world.surroundings();
+  if (around.has_water()) {
+    level.has_water = true;
+    level.water_height = around.water_level;
+    const double radius = level_radius_m(basis, voxel_m);
+    const double water = 1.0 + double{around.water_level} * voxel_m / radius;
+    level.water_over = static_cast<float>(double{level.view.eye.x} - (water - 1.0) * (water + 1.0));
+  }
   if (!basis.is_ellipsoid()) return level;
   const double over = double{level.view.eye.x};
   if (over > 0) level.dip = static_cast<float>(std::sqrt(over / (1.0 + over)));
@@ -143,6 +153,13 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
     level.has_plain = true;
   }
   return level;
+}
+
+bool GroundFrame::has_long_chords(std::size_t view) const {
+  if (!is_curved()) return false;
+  const Basis& basis = terrain_->ground.info().basis;
+  const double most_m = basis.kind == BasisKind::function ? 0.0 : kShortChord * std::abs(basis.radius_m);
+  return bend_m(basis, terrain_->ground.view(view).result().greatest_size) > most_m;
 }
 
 glm::dmat3 GroundFrame::axes(const Camera& camera) const {

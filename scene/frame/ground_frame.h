@@ -54,6 +54,8 @@ class GroundFrame {
   // Of a curved basis: whether it is one, and what is level for a camera.
   bool is_curved() const { return exists() && terrain_->ground.info().basis.is_curved(); }
   FrameLevel level(const Camera& camera) const;
+  // Whether quads that a view draws bend by more than a height that materials may be off by.
+  bool has_long_chords(std::size_t view) const;
   // East, up and south there, as columns.
   glm::dmat3 axes(const Camera& camera) const;
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }

@@ -166,6 +166,7 @@ Status RendererObject::surround() {
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
     // Of a curved basis the background has a plain of its own (FrameLevel).
     surroundings_.has_plain = !ground.basis.is_curved();
+    surroundings_.curved = ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
@@ -460,6 +461,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.level = ground_.level(input.camera);
+    input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   if (imagery_.exists()) {

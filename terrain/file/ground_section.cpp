@@ -269,8 +269,11 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
 Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
   if (ground.region_count == 0) {
     if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
-    const bool finer = ground.steps[0] > kMostSampleSteps || ground.steps[1] > kMostSampleSteps;
-    return finer ? Fault{"steps are above 2048 without a region", kSteps} : Fault{};
+    const bool is_curved = ground.basis.is_curved();
+    const bool finer =
+        std::max(ground.steps[0], ground.steps[1]) > (is_curved ? kMostCurvedSteps : kMostSampleSteps);
+    if (!finer) return {};
+    return {is_curved ? "steps are above 8192" : "steps are above 2048 without a region", kSteps};
   }
   if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
   GroundInfo placed = ground;

@@ -14,6 +14,12 @@ std::int64_t sample_place(double steps, std::int64_t sample) {
 }
 
 bool neighbour_of(const GroundInfo& info, NodeKey key, int east, int south, NodeKey& neighbour) {
+  if (!info.is_cube()) {
+    neighbour = {key.size, key.x + east, key.z + south};
+    const std::int32_t last = last_column(info, key.size);
+    if (info.closes()) neighbour.x = neighbour.x < 0 ? last : neighbour.x > last ? 0 : neighbour.x;
+    return node_exists(info, neighbour);
+  }
   const int cells = info.top_size() - key.size;
   const std::int64_t side = std::int64_t{1} << cells;  // nodes
   int face = face_of(info, key);
@@ -34,7 +40,8 @@ NodePlaces::NodePlaces(const GroundInfo& info, NodeKey node) : info_(info), face
     for (int axis = 0; axis < 2; ++axis) {
       const std::int64_t first = axis == 0 ? node.x : node.z;
       const std::int64_t vertex = first * kNodeQuads + n;
-      const std::int64_t sample = sample_of(info.samples[axis], node.size, vertex);
+      const std::int64_t sample = axis == 0 ? sample_around(info, node.size, vertex)
+                                            : sample_of(info.samples[axis], node.size, vertex);
       if (info.basis.is_curved()) {
         axes_[axis][index(n)] = axis_place(info.basis, axis, face_, static_cast<double>(sample));
       } else {

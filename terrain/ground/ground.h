@@ -15,6 +15,9 @@
 // A cube has six roots, the nodes that its faces are; nodes in other cells of its grid do not exist. No edge
 // of a face is one of the ground's: neighbours are found across (neighbour_of).
 //
+// A ground that goes once around closes: its last column of samples is its first one, and nodes at the two
+// ends are neighbours.
+//
 // A vertex of size s lies on a lattice of 2^s times as coarse steps: place_at_size() of its place at size
 // 0, which halves and rounds once a size. So two sizes agree on where the coarser one's vertices are,
 // whichever tile they were read from.
@@ -50,6 +53,9 @@ inline constexpr int kMostSize = 20;  // 2^22 samples a side
 inline constexpr std::int64_t kMostSamples = (std::int64_t{kNodeQuads} << kMostSize) + 1;  // a side
 inline constexpr double kMostSampleSteps = 2048;  // between samples: a quarter of a voxel
 inline constexpr double kLeastSampleSteps = 2;
+// On a curved basis, whose nodes have their origin in the middle: a voxel, so that a page of 16 bits holds
+// four of them and a half to either side.
+inline constexpr double kMostCurvedSteps = 8192;
 // With a region: 2^g times as many.
 inline constexpr int kMostLatticeSize = 8;  // g: 512 voxels a side hold two nodes
 inline constexpr double kMostRegionSteps = kMostSampleSteps * (1 << kMostLatticeSize);
@@ -86,7 +92,8 @@ inline constexpr std::int32_t kMostRegionHeight = 1 << 20;  // of corner.y
 
 struct GroundInfo {
   std::int64_t samples[2] = {};  // along x (east) and z (south), 2..kMostSamples; 0: there is no ground
-  // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size.
+  // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size; of a curved
+  // basis ..kMostCurvedSteps.
   double steps[2] = {};
   // Where there are regions (place_regions()), else 0: g, which is the page size of nodes of size 0, and the
   // place of sample (0, 0), kVertexStep.
@@ -105,6 +112,8 @@ struct GroundInfo {
   // Of the page that a node of a size has.
   int page_size(int size) const { return size + lattice_size; }
   bool is_cube() const { return basis.kind == BasisKind::cube; }
+  // East and west meet: the last sample of a row is its first.
+  bool closes() const { return basis.turn_quads > 0 && basis.turn_quads == samples[0] - 1; }
   // Of the one root, the least size at which one node covers everything; of the cube's six, that of a face.
   int top_size() const {
     if (is_cube()) {
@@ -146,17 +155,44 @@ inline bool node_exists(const GroundInfo& info, NodeKey key) {
          (std::int64_t{key.z} * kNodeQuads << key.size) < info.samples[1] - 1;
 }
 
+// The last node of a size along x.
+static_assert(kNodeQuads == 1 << 2);
+inline std::int32_t last_column(const GroundInfo& info, int size) {
+  return static_cast<std::int32_t>((info.samples[0] - 2) >> (size + 2));
+}
+
+// Whether a node of a ground that closes has children in its western half alone: the seam then lies on the
+// line in its middle.
+inline bool has_seam_inside(const GroundInfo& info, NodeKey key) {
+  return info.closes() && key.size > 0 && key.x == last_column(info, key.size) &&
+         last_column(info, key.size - 1) == 2 * key.x;
+}
+
 // The edges of a node at which the ground ends: bit e, edges as family_row.h numbers them.
 inline unsigned node_walls(const GroundInfo& info, NodeKey key) {
   if (info.is_cube()) return 0;
-  return (key.x == 0 ? 1u : 0u) | (node_exists(info, {key.size, key.x, key.z + 1}) ? 0u : 2u) |
-         (node_exists(info, {key.size, key.x + 1, key.z}) ? 0u : 4u) | (key.z == 0 ? 8u : 0u);
+  const unsigned walls = (node_exists(info, {key.size, key.x, key.z + 1}) ? 0u : 2u) | (key.z == 0 ? 8u : 0u);
+  if (info.closes()) return walls;
+  return walls | (key.x == 0 ? 1u : 0u) | (node_exists(info, {key.size, key.x + 1, key.z}) ? 0u : 4u);
+}
+// Whether some of a node's descendants may not exist.
+inline bool has_end(const GroundInfo& info, NodeKey key) {
+  return node_walls(info, key) != 0 || (info.closes() && key.x == last_column(info, key.size));
 }
 
 // Index of a vertex of a size's grid among the samples of size 0.
 inline std::int64_t sample_of(std::int64_t samples, int size, std::int64_t index) {
   const std::int64_t at = index << size;
   return at < 0 ? 0 : at < samples - 1 ? at : samples - 1;
+}
+
+// The same along x, of vertices beside the grid too: of a ground that closes those beyond its other end, but
+// to the east where that is not an edge of a node, whose vertices are the last sample.
+inline std::int64_t sample_around(const GroundInfo& info, int size, std::int64_t index) {
+  const std::int64_t last = (info.samples[0] - 2 + (std::int64_t{1} << size)) >> size;
+  if (info.closes() && index < 0) return sample_of(info.samples[0], size, last + index);
+  if (info.closes() && index > last && last % kNodeQuads == 0) index -= last;
+  return sample_of(info.samples[0], size, index);
 }
 
 // A coordinate in kVertexStep of size 0 on the lattice of a size, in kVertexStep of that size.
@@ -217,8 +253,9 @@ inline InRegion in_region(const GroundInfo& info, NodeKey key) {
   return most;
 }
 
-// Of a cube: the node of its size beside one, so many to the east and to the south of it, -1..1, over an edge
-// of the face too. False: at a corner, where three faces meet, there is none.
+// The node of its size beside one, so many to the east and to the south of it, -1..1: of a cube over an edge
+// of the face too, of a ground that closes over its ends. False: there is none, as at a corner of a cube,
+// where three faces meet.
 bool neighbour_of(const GroundInfo& info, NodeKey key, int east, int south, NodeKey& neighbour);
 
 // The places of a node's vertices and of those around it, from vertex -kMostRim to kNodeQuads + kMostRim of

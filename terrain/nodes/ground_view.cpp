@@ -258,7 +258,7 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
     }
   }
   root_count_ = node_count_;
-  for (std::uint32_t n = 0; n < root_count_ && looks.info.is_cube(); ++n) {
+  for (std::uint32_t n = 0; n < root_count_ && (looks.info.is_cube() || looks.info.closes()); ++n) {
     Node& root = storage_.nodes[n];
     for (int d = 0; d < 8; ++d) {
       NodeKey key;
@@ -432,6 +432,7 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   node.first_child = static_cast<std::int32_t>(node_count_);
   node_count_ += 4;
   const bool curved = looks.info.basis.is_curved();
+  const bool ends = node.walls != 0 || has_end(looks.info, node.key);
   std::array<NodeBox, 4> boxes;
   if (!curved) {
     child_boxes(looks.info, *node.below, node.key, boxes);
@@ -447,7 +448,7 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
     child.tile = node.below;
     child.parent_family = node.family;
     // Within a node that ends at no wall all is there, and ends at none.
-    if (node.walls != 0) {
+    if (ends) {
       if (!node_exists(looks.info, child.key)) continue;
       child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
     }
@@ -472,18 +473,26 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   std::array<std::int32_t, kOwn + 1> first;
   std::array<bool, kOwn + 1> ends;  // some of the children may not exist
   first[kOwn] = node.first_child;
-  ends[kOwn] = node.walls != 0;
+  // Of a ground that closes: nodes at its ends, whose children's neighbours lie beyond.
+  const bool closes = looks.info.closes();
+  const std::int32_t last = closes ? last_column(looks.info, node.key.size) : 0;
+  const bool at_seam = closes && (node.key.x == 0 || node.key.x == last);
+  ends[kOwn] = node.walls != 0 || at_seam;
   for (std::size_t d = 0; d < kOwn; ++d) {
     first[d] = node.around[d];
     ends[d] = false;
     if (first[d] < 0) continue;
     const Node& other = storage_.nodes[static_cast<std::size_t>(first[d])];
     first[d] = !other.in_view ? Node::kOutOfView : other.is_split() ? other.first_child : Node::kNotThere;
-    ends[d] = other.walls != 0;
+    ends[d] = other.walls != 0 || (closes && other.key.x == last);
   }
   for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
     Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child) + quadrant];
     for (std::size_t d = 0; d < 8; ++d) {
+      if (at_seam) {
+        child.around[d] = around_at_seam(looks, node, child.key, d, first);
+        continue;
+      }
       const Link link = kLinks[quadrant][d];
       std::int32_t at = first[link.from];
       if (at >= 0) {
@@ -505,6 +514,27 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   }
 }
 
+// Of a child of a node at the ends of a ground that closes: what is around it. first: as link_children() has
+// it.
+std::int32_t GroundView::around_at_seam(const Looks& looks, const Node& node, NodeKey child, std::size_t d,
+                                        std::span<const std::int32_t> first) {
+  NodeKey there, parent;
+  if (!node_exists(looks.info, child) ||
+      !neighbour_of(looks.info, child, kAround[d].east, kAround[d].south, there))
+    return Node::kOutside;
+  std::size_t from = kOwn;
+  // The nearest of several: the root is its own neighbour.
+  if (!(there.parent() == node.key)) {
+    for (from = 0; from < kOwn; ++from) {
+      if (neighbour_of(looks.info, node.key, kAround[from].east, kAround[from].south, parent) &&
+          parent == there.parent())
+        break;
+    }
+    KARST_ASSERT(from < kOwn);
+  }
+  return first[from] < 0 ? first[from] : first[from] + there.quadrant();
+}
+
 // Of a split node, for its family.
 void GroundView::make_row(const Looks& looks, const Node& node) {
   std::array<std::uint16_t, kMorphRow> row{};
@@ -523,6 +553,13 @@ void GroundView::make_row(const Looks& looks, const Node& node) {
       // The edges that meet there.
       row[static_cast<std::size_t>(family_corner(static_cast<int>(n)))] =
           std::min({most[n], most[(n + 3) % 4], most[4 + n]});
+    }
+    if (has_seam_inside(looks.info, node.key)) {
+      // What lies on its line in the middle is shared with those to the east: 2, 6 to the south, 7 to the
+      // north.
+      row[kFamilyInside] = most[2];
+      row[static_cast<std::size_t>(family_edge(1))] = std::min({most[1], most[2], most[6]});
+      row[static_cast<std::size_t>(family_edge(3))] = std::min({most[3], most[2], most[7]});
     }
   } else {
     std::fill(row.begin(), row.end(), kNeverMorphs);
@@ -608,6 +645,7 @@ void GroundView::list(const Looks& looks) {
       result_.triangles +=
           (patch_index_count(item.level, item.lower_edges, 0) + wall_index_count(item.walls)) / 3;
       result_.least_size = std::min(result_.least_size, node.key.size);
+      result_.greatest_size = std::max(result_.greatest_size, node.key.size);
       continue;
     }
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (node.nearest ^ away);

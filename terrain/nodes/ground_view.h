@@ -28,6 +28,10 @@
 // ball's diameter, and deviations in space (measure_ground.h). Around a cube's corners there are seven nodes.
 // What the ellipsoid's horizon hides counts as out of view.
 //
+// Of a ground that closes the nodes at its ends are neighbours. In one whose children are a western half
+// alone the seam is the line in its middle: there, all of its family goes by the thresholds of those to the
+// east, too, which are made for its error (measure_ground.h).
+//
 // Regions (ground.h). Thresholds of nodes that have one in part hold
 //   (3)  D(p) >= k error + G (reach + R(p) / G)
 // error being how far what is seen of the region is from the ground that stands for it, and reach the
@@ -140,7 +144,8 @@ class GroundView {
     std::uint32_t lacks_tile = 0;  // of them, for want of a tile
     std::uint32_t lacks_room = 0;  // for want of a family
     std::int32_t least_size = 0;   // of what is drawn
-    std::uint32_t regions = 0;     // bit n: region n is drawn: nodes leave it out
+    std::int32_t greatest_size = 0;
+    std::uint32_t regions = 0;  // bit n: region n is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
     // a node was refused; infinite where one is as near as its error.
     float bound_px = 0;
@@ -176,6 +181,8 @@ class GroundView {
   bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
+  static std::int32_t around_at_seam(const Looks& looks, const Node& node, NodeKey child, std::size_t d,
+                                     std::span<const std::int32_t> first);
   static void look_at_ball(const Looks& looks, Node& node);
   static void set_threshold(const Looks& looks, Node& node);
   static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius);

@@ -93,14 +93,15 @@ std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer
 
 }  // namespace
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m, const GroundImages& images) {
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m, const GroundImages& images,
+                                   const core::WorldMaterials& materials) {
   core::WorldInfo info;
   info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
   info.extent = {2, 1, 2};
   info.depth = 1;
   info.level = 1;
   TreeMemory memory(1, 1);
-  WorldWriter writer{info, &memory.tree, {}};
+  WorldWriter writer{info, &memory.tree, {}, materials};
   writer.ground.info = ground.info();
   return with_tiles(ground, writer, images);
 }

@@ -24,7 +24,8 @@ struct GroundImages {
 // spacing_m: from one sample to the next, along x. The north-west sample lies at (0, 0, 0) where its height
 // is 0.
 std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m,
-                                   const GroundImages& images = {});
+                                   const GroundImages& images = {},
+                                   const core::WorldMaterials& materials = core::WorldMaterials());
 // The same of a ground with a region, which the voxels are, with heights of all patches. The corner of the
 // voxels lies at (0, 0, 0).
 std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels);

@@ -101,7 +101,7 @@ void MemoryGround::make_tile(NodeKey key, const Heights& heights) {
   for (int k = -kTileRim; k <= kTileQuads + kTileRim; ++k) {
     for (int i = -kTileRim; i <= kTileQuads + kTileRim; ++i) {
       const auto at = static_cast<std::size_t>((k + kTileRim) * kTileSide + i + kTileRim);
-      tile.heights[at] = heights(sample_of(info_.samples[0], key.size, std::int64_t{key.x} * kTileQuads + i),
+      tile.heights[at] = heights(sample_around(info_, key.size, std::int64_t{key.x} * kTileQuads + i),
                                  sample_of(info_.samples[1], key.size, std::int64_t{key.z} * kTileQuads + k));
     }
   }
@@ -176,12 +176,7 @@ void MemoryGround::measure(const Errors& errors) {
         for (int dx = -1; dx <= 2; ++dx) {
           NodeKey q{size - 1, 2 * node.x + std::clamp(dx, 0, 1), 2 * node.z + std::clamp(dz, 0, 1)};
           const int east = dx - std::clamp(dx, 0, 1), south = dz - std::clamp(dz, 0, 1);
-          if (!info_.is_cube()) {
-            q.x += east;
-            q.z += south;
-          } else if (!neighbour_of(info_, q, east, south, q)) {
-            continue;
-          }
+          if (!neighbour_of(info_, q, east, south, q)) continue;
           keep(q);
         }
       }
