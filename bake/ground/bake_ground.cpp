@@ -108,6 +108,8 @@ class GroundBaker {
       return job_.materials.path +
              ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
     }
+    if (is_curved() && !images_.files.empty())
+      return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = rows_.open(); !error.ok()) return error;

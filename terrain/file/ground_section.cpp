@@ -249,7 +249,8 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
     if (const Status status = validate_world_info(own); !status.ok()) return {status.what(), at};
     if (region.patches == 0) return {"there is a region, but no patches", at};
     if (region.rim_edges == 0 || region.rim_edges > kMostRimEdges)
-      return {"rim_edges are outside 1..262144", at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
+      return {"rim_edges are outside 1..262144",
+              at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
     octets += region.octets;
     volumes += region.volumes;
     patches += region.patches;
@@ -356,6 +357,7 @@ Fault check_imagery(const WorldGround& ground) {
   const TilePlace& root = ground.image_root;
   if (!imagery.exists() || static_cast<std::uint32_t>(imagery.format) >= kImageFormats)
     return {"the format is not known", kFormat};
+  if (ground.info.basis.is_curved()) return {"imagery lies over a plane alone", kFormat};
   if (imagery.least_size < 0 || imagery.least_size > ground.info.top_size())
     return {"the least size is not one of the ground's", kLeastSize};
   if (root.bytes != image_tile_bytes(imagery.format) || root.offset > ground.tile_bytes ||

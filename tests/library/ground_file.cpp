@@ -28,7 +28,10 @@ TilePlace write_images(const MemoryGround& ground, const GroundImages& images, s
     ImageChildren children;
     for (int quadrant = 0; quadrant < 4 && key.size > images.least_size; ++quadrant) {
       const NodeKey child = key.child(quadrant);
-      if (node_exists(ground.info(), child)) children.places[quadrant] = write(child);
+      const double side = std::ldexp(double{kNodeQuads}, child.size);
+      const bool is_there = !images.is_fine || child.size >= images.least_size + 2 ||
+                            images.is_fine((child.x + 0.5) * side, (child.z + 0.5) * side);
+      if (is_there && node_exists(ground.info(), child)) children.places[quadrant] = write(child);
     }
     std::vector<std::byte> bytes(image_tile_bytes(ImageFormat::rgba8));
     std::memcpy(bytes.data(), children.places, sizeof children.places);
@@ -106,12 +109,14 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m,
   return with_tiles(ground, writer, images);
 }
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels) {
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels,
+                                   const GroundImages& images) {
   const TestWorld* const one = &voxels;
-  return ground_file(ground, {&one, 1});
+  return ground_file(ground, {&one, 1}, images);
 }
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions) {
+std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions,
+                                   const GroundImages& images) {
   core::WorldInfo info = regions[0]->info();
   info.extent = glm::ivec3(0);
   info.regions = static_cast<std::uint32_t>(regions.size());
@@ -158,7 +163,7 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const T
   WorldWriter writer{info, octrees[0], {keys, mask, samples, errors, boxes, cones, shading}};
   if (octrees.size() > 1) writer.octrees = octrees;
   writer.ground.info = placed;
-  return with_tiles(ground, writer);
+  return with_tiles(ground, writer, images);
 }
 
 MemoryGround::Heights rough_heights() {
