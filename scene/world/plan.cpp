@@ -106,8 +106,8 @@ void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& co
 void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& needs, Config& config) {
   const int finest = std::min(static_cast<int>(needs.level), info.level);
   const std::uint64_t detail = std::uint64_t{World::default_detail_pages(info.patches)} * needs.views;
-  config = World::config_for(
-      info, finest, static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)), ground);
+  config = World::config_for(info, finest,
+                             static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)), ground);
   config.max_views = needs.views;
   if (needs.vertex_bytes > 0) {
     const std::uint64_t pages =

@@ -384,8 +384,8 @@ Status WorldReader::read_octrees(std::span<std::byte> room, std::span<Octree> tr
   for (std::size_t n = 0; n < trees.size(); ++n) {
     const std::uint32_t octets = one ? info_.octets : regions[n].octets;
     const std::size_t length = octree_room(octets);
-    const Status status = decode_octree(room.subspan(at, length), octets,
-                                        one ? info_.extent : regions[n].extent, trees[n]);
+    const Status status =
+        decode_octree(room.subspan(at, length), octets, one ? info_.extent : regions[n].extent, trees[n]);
     if (status.code() == StatusCode::corrupt) {
       return {status.code(), status.what(), status.field(),
               place_of(WorldSection::octree).offset + at + status.value()};
@@ -419,10 +419,10 @@ Status WorldReader::match_keys(std::span<const Surface> surfaces) const {
     for (std::size_t at = 0; fault.what == nullptr && at < piece.size(); at += sizeof(PatchKey), ++patch) {
       const auto bits = load<std::uint64_t>(piece, at);
       next_region();
-      const bool same = region < surfaces.size() &&
-                        key_of(surfaces[region], static_cast<PatchId>(patch - first),
-                               static_cast<std::uint32_t>(region))
-                                .bits() == bits;
+      const bool same =
+          region < surfaces.size() &&
+          key_of(surfaces[region], static_cast<PatchId>(patch - first), static_cast<std::uint32_t>(region))
+                  .bits() == bits;
       if (!same) fault = {kOthers, patch * sizeof(PatchKey)};
     }
     return true;
