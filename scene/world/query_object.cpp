@@ -18,6 +18,8 @@ QueryObject& self(karst::Query* query) {
 
 }  // namespace
 
+QueryObject::QueryObject() = default;
+
 Status QueryObject::create(const core::Query::Limits& limits, const QueryWorld& world,
                            const PlacementFrame& frame, std::span<const WorldPart> octrees,
                            std::span<std::byte> memory) {

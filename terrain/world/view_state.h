@@ -47,7 +47,7 @@ class ViewState {
     float error_scale = 1;  // error_px times this was aimed at
   };
 
-  ViewState() = default;
+  ViewState();
   ViewState(const ViewState&) = delete;
   ViewState& operator=(const ViewState&) = delete;
 

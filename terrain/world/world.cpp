@@ -35,6 +35,8 @@ void measure_belt(const WorldPart& part, GroundRegion& region) {
 
 }  // namespace
 
+World::World() = default;
+
 std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
                              std::span<SkyBox, kMostRegions> boxes) {
   if (ground.region_count < 2) {

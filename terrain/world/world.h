@@ -74,7 +74,7 @@ struct WorldPart {
 
 class World {
  public:
-  World() = default;
+  World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
