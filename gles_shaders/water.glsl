@@ -58,7 +58,7 @@ float water_glint(vec3 normal, vec3 to_eye, float variance) {
 
 // Light of ground that lies `depth` voxels below the surface, as it comes to an eye above it along
 // `direction`. far: voxels from the eye to the ground, becomes those to the surface. sun: share of the sun
-// that reaches the ground there.
+// that reaches the place.
 vec3 through_surface(vec3 light, vec3 direction, float depth, float sun, inout float far) {
   far = max(far - depth / max(-direction.y, 1e-4), 0.0);
   float footprint = (view_scale.z > 0.5 ? 1.0 : far) * view_scale.y;
@@ -83,6 +83,8 @@ vec3 through_surface(vec3 light, vec3 direction, float depth, float sun, inout f
   vec3 mirrored = reflect(direction, normal);
   mirrored.y = abs(mirrored.y);
   vec3 seen = mix(below, sky_colour(mirrored), mirror);
+  // Of what falls on a level surface: the bed's slope has no part in it.
+  sun *= max(sun_direction.y, 0.0);
   seen += sun_light.rgb * (sun * water_glint(normal, -direction, variance));
 
   float depth_m = depth * water.y;
