@@ -116,10 +116,11 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;
   }
-  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent[0], info.extent[1],
-              info.extent[2], size, info.octree_depth);
+  std::printf("voxels         %d x %d x %d of %g m%s, octree of %d levels\n", info.extent[0], info.extent[1],
+              info.extent[2], size, info.regions > 1 ? " at most" : "", info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
-  std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  // Of several regions it is where the first begin.
+  if (info.regions <= 1) std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
   std::printf("materials      %u, %u lights\n", info.materials, info.lights);
   if (info.blend_map[0] > 0)
     std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);

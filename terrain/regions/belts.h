@@ -5,9 +5,10 @@
 // drawn at. So every edge of either rim is used once by its side and once by the belt, the other way, and
 // the upright edges between pieces by the two that meet there: there is no gap, whatever moves.
 //
-// Triangles face as the rim does: outwards where the region stands above the ground, inwards where below. An
-// eye that is within a few steps of a side's plane sees them edge-on, thinner than rasterisers place corners;
-// the depth of such slivers is anything, and single pixels between the rims may stay empty.
+// Triangles face as the rim does: outwards where the region stands above the ground, inwards where below.
+// Where the two rims all but meet, or the eye is within a few steps of a side's plane, they are thinner than
+// rasterisers place corners; the depth of such slivers is anything to some, and single pixels between the
+// rims may stay empty.
 #pragma once
 
 #include <cstdint>
