@@ -214,8 +214,8 @@ Status Renderer::upload_image_table(std::uint32_t view, int size, std::span<cons
   return core::upload_image_table(device_, settings_, view, size, part);
 }
 
-Status Renderer::upload_sky(const SkyVisibility& sky) {
-  return core::upload_sky(device_, settings_, sky);
+Status Renderer::upload_sky(const SkyVisibility& sky, std::size_t place) {
+  return core::upload_sky(device_, settings_, sky, place);
 }
 
 Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,

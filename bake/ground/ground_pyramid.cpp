@@ -135,9 +135,9 @@ struct GroundPyramid::Level {
   }
 };
 
-GroundPyramid::GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
+GroundPyramid::GroundPyramid(const GroundInfo& info, std::vector<RegionMeasure> regions, double quantum, int threads,
                              Write write)
-    : region_(region),
+    : regions_(std::move(regions)),
       quantum_(quantum),
       threads_(threads),
       write_(std::move(write)),
@@ -274,7 +274,7 @@ bool GroundPyramid::measure_nodes_of(int size) {
   measure.size = size;
   measure.own = &own;
   measure.z = z;
-  measure.region = region_;
+  measure.regions = regions_;
   if (z > 0) measure.north = &north;
   if (z + 1 < level.nodes[1]) measure.south = &south;
   if (size > 0) {

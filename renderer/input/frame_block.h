@@ -9,7 +9,7 @@
 #include "karst/status.h"
 #include "renderer/input/shader_interface.h"
 #include "terrain/basis/level_view.h"
-#include "terrain/field/sky_visibility.h"
+#include "terrain/field/sky_atlas.h"
 #include "terrain/imagery/image_view.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shadow/cascades.h"
@@ -30,9 +30,9 @@ struct FrameLight {
   Status validate() const;
 };
 
-// least_cos2: ErrorScale's. sky: the world's. height: of the picture in pixels. light is valid.
+// least_cos2: ErrorScale's. sky: of the world's octrees. height: of the picture in pixels. light is valid.
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    const SkyGrid& sky, int height);
+                                    const SkyAtlas& sky, int height);
 
 // Towards what shines, unit length: the sun, or after dusk the moon, which is full and stands opposite.
 glm::dvec3 light_direction(const FrameLight& light);

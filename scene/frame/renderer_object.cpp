@@ -10,6 +10,7 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
+#include "renderer/input/surroundings_block.h"
 
 namespace karst {
 namespace core {
@@ -87,7 +88,10 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     return created;
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
-  if (const Status status = gl.upload_sky(world.terrain.world.sky()); !status.ok()) return status;
+  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+    const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
+    if (!status.ok()) return status;
+  }
   if (const Status status = surround(); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
@@ -297,21 +301,20 @@ void RendererObject::count_views() {
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     views_[n].shading = 0;
-    const bool draws = ground_.draws_patches(n);
-    for (const DrawItem& item : draws ? view.items() : std::span<const DrawItem>()) {
+    for (const DrawItem& item : view.items()) {
       const unsigned own = shading[item.patch].needs;
       views_[n].shading |= own;
       costs.blend_skipped += (own & kShadeBlend) == 0;
       costs.cave_skipped += (own & kShadeCave) == 0;
     }
     const BuildDrawList::Result& list = view.selection().list;
-    costs.patches_drawn += draws ? list.drawn : 0;
+    costs.patches_drawn += list.drawn;
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
-    for (int level = 1; draws && level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
     const GroundFrame::Sum ground = ground_.sum(n);
     costs.nodes_drawn += ground.drawn;
     costs.culled_frustum += ground.culled;
@@ -327,13 +330,8 @@ void RendererObject::fill_result(FrameResult& result) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
-    if (ground_.draws_patches(n)) result.triangles += view.selection().list.triangles;
+    result.triangles += view.selection().list.triangles;
     const GroundFrame::Sum ground = ground_.sum(n);
-    if (!ground_.draws_patches(n) && view.selection().lod.missing == 0) {
-      // Nor need they be, or there are none.
-      result.error_px[n] = ground.bound_px;
-      result.lacking -= view.selection().lod.capped;
-    }
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
@@ -437,6 +435,7 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  set_surroundings(views_[n].camera, surroundings_, block);
   return block;
 }
 
@@ -448,7 +447,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.camera = views_[n].camera;
   input.light = light_;
   input.least_cos2 = view.error_scale().least_cos2;
-  if (ground_.draws_patches(n)) input.items = view.items();
+  input.items = view.items();
   input.shading = views_[n].shading;
   input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
                  inspection.skip_sun};

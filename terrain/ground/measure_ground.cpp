@@ -299,7 +299,7 @@ void MeasureNodes::run() const {
   const bool curved = info->basis.is_curved();
   const double steps_per_m = kVertexStep / info->basis.height_unit_m;
   const bool on_lattice =
-      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && !info->region.exists();
+      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && info->region_count == 0;
   const int axes = on_lattice && !curved ? 1 : 3;
   const double rounding = std::sqrt(static_cast<double>(axes)) * 2 * unit;
   const double quads = std::ldexp(0.5, size);
@@ -343,8 +343,10 @@ void MeasureNodes::run() const {
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
     for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
-    if (in_region(*info, {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)}) ==
-        InRegion::part) {
+    const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+      const RegionMeasure& region = regions[k];
+      if (in_region(info->regions()[k], key) != InRegion::part) continue;
       const double box_tall = 2 * (static_cast<double>(own->high[x]) - own->low[x]) + 8 * unit;
       const double wide = 2 * kNodeQuads;
       const double own_box = length(wide * quad[0] + 8 * unit, box_tall, wide * quad[1] + 8 * unit);

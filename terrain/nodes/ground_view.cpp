@@ -5,6 +5,7 @@
 #include "terrain/nodes/ground_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -146,7 +147,8 @@ struct GroundView::Looks {
         frustum(planes_at(asked)),
         fine(asked.camera->fine),
         corner(glm::dvec3(asked.camera->voxel) * double{kStepsPerVoxel}),
-        forward(asked.camera->forward) {}
+        forward(asked.camera->forward),
+        regions(asked.regions & ((std::uint32_t{1} << ground.region_count) - 1)) {}
 
   const GroundInfo& info;
   const GroundRequest& request;
@@ -155,6 +157,7 @@ struct GroundView::Looks {
   glm::dvec3 fine;    // the eye, relative to it
   glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
+  std::uint32_t regions;  // that there are and that are asked for
   DemandPlace demand{};
   bool is_finite = true;                     // the demand
   double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
@@ -221,7 +224,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     }
   }
   result_.visited = node_count_;
-  result_.region = request.has_region && leaves_region(looks);
+  result_.regions = left_regions(looks);
   list(looks);
 }
 
@@ -246,6 +249,7 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
       ++node_count_;
       root.walls = static_cast<std::uint8_t>(node_walls(looks.info, root.key));
       root.planes = looks.request.culls ? kAllPlanes : 0;
+      root.touches = touched(looks, looks.regions, root.key);
       if (looks.info.basis.is_curved()) {
         look_at_ball(looks, root);
       } else {
@@ -305,13 +309,30 @@ float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, d
   return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
 }
 
+// Of regions that touch its parent, those that touch a node.
+std::uint16_t GroundView::touched(const Looks& looks, std::uint32_t of_parent, NodeKey key) {
+  std::uint32_t touches = 0;
+  for (std::uint32_t rest = of_parent; rest != 0; rest &= rest - 1) {
+    const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+    if (in_region(region, key) != InRegion::none || borders(region, key)) touches |= rest & ~(rest - 1);
+  }
+  return static_cast<std::uint16_t>(touches);
+}
+
 // Whether its box is in view, and how near it is. node.planes: in, those that its parent's box crosses.
 void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
   glm::dvec3 low = box.low - looks.corner;
-  const glm::dvec3 high = box.high - looks.corner;
+  glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
-  const double lowest = low.y;
+  const double lowest = low.y, highest = high.y;
   if (node.planes != 0) {
+    // Nor are belts.
+    for (std::uint32_t rest = node.touches; rest != 0; rest &= rest - 1) {
+      const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (!borders(region, node.key)) continue;
+      low.y = std::min(low.y, static_cast<double>(region.belt_low) - looks.corner.y);
+      high.y = std::max(high.y, static_cast<double>(region.belt_high) - looks.corner.y);
+    }
     // Walls are not in its box.
     if (node.walls != 0) {
       low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
@@ -331,17 +352,15 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
         outmost += std::min(a, b);
       }
       if (inmost < 0) {
-        // Belts are not in boxes of nodes, and need all nodes around the region.
-        node.in_view = looks.request.has_region && borders_region(looks.info, node.key);
-        if (!node.in_view) return;
-        crossed = node.planes;
-        break;
+        node.in_view = false;
+        return;
       }
       if (outmost < 0) crossed |= 1u << n;
     }
     node.planes = static_cast<std::uint8_t>(crossed);
   }
   low.y = lowest;
+  high.y = highest;
   node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
   set_threshold(looks, node);
 }
@@ -434,6 +453,7 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
       child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
     }
     child.planes = node.planes;
+    if (node.touches != 0) child.touches = touched(looks, node.touches, child.key);
     if (!curved) {
       look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
       continue;
@@ -557,7 +577,7 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
 }
 
 std::uint64_t GroundView::hash() const {
-  std::uint64_t hash = result_.region ? 0xcbf29ce484222326u : 0xcbf29ce484222325u;
+  std::uint64_t hash = 0xcbf29ce484222325u + result_.regions;
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (std::size_t n = 0; n < result_.drawn; ++n) {
     const DrawItem& item = storage_.items[n];
@@ -578,12 +598,27 @@ MorphRows GroundView::take_rows() {
   return rows;
 }
 
-// Whether no node that has the region in part is drawn.
-bool GroundView::leaves_region(const Looks& looks) const {
+// Those of which no node that has them in part is drawn.
+std::uint32_t GroundView::left_regions(const Looks& looks) const {
+  std::uint32_t left = looks.regions;
   for (const Node& node : nodes()) {
-    if (node.in_view && !node.is_split() && in_region(looks.info, node.key) == InRegion::part) return false;
+    if ((node.touches & left) == 0 || !node.in_view || node.is_split()) continue;
+    for (std::uint32_t rest = node.touches & left; rest != 0; rest &= rest - 1) {
+      const std::uint32_t bit = rest & ~(rest - 1);
+      const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (in_region(region, node.key) == InRegion::part) left &= ~bit;
+    }
   }
-  return true;
+  return left;
+}
+
+// Whether a region that is drawn has all of a node.
+bool GroundView::is_left_out(const Looks& looks, const Node& node) const {
+  for (std::uint32_t rest = node.touches & result_.regions; rest != 0; rest &= rest - 1) {
+    const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+    if (in_region(region, node.key) == InRegion::all) return true;
+  }
+  return false;
 }
 
 // From the root on, of four children the one that the eye stands over first.
@@ -596,7 +631,7 @@ void GroundView::list(const Looks& looks) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
     if (!node.in_view) continue;
-    if (result_.region && in_region(looks.info, node.key) == InRegion::all) continue;
+    if (is_left_out(looks, node)) continue;
     if (!node.is_split()) {
       DrawItem item{};
       item.patch = 4 * node.parent_family + static_cast<std::uint32_t>(node.key.quadrant());
