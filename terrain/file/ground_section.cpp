@@ -255,7 +255,8 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
     if (const Status status = validate_world_info(own); !status.ok()) return {status.what(), at};
     if (region.patches == 0) return {"there is a region, but no patches", at};
     if (region.rim_edges == 0 || region.rim_edges > kMostRimEdges)
-      return {"rim_edges are outside 1..262144", at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
+      return {"rim_edges are outside 1..262144",
+              at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
     octets += region.octets;
     volumes += region.volumes;
     patches += region.patches;

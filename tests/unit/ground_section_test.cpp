@@ -126,7 +126,7 @@ TEST(GroundSection, RefusesBytesThatMeanNothing) {
     EXPECT_EQ(read.info.samples[0], 100);  // untouched
     return std::string(fault.what == nullptr ? "" : fault.what);
   };
-  EXPECT_EQ(fault_at(geographic(), 64, 4), "a basis of unknown kind");
+  EXPECT_EQ(fault_at(geographic(), 64, 5), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 64, 260), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 68, 2), "a flag is unknown");
   EXPECT_EQ(fault_at(geographic(), 156, 1), "a reserved field is not 0");
