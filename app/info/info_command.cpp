@@ -23,7 +23,7 @@ constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store =
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
 // In the order of Basis.
-constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder"};
+constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder", "function"};
 
 void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;
@@ -78,7 +78,9 @@ void print_ground(const WorldInfo& info) {
   std::printf("ground         %.0f x %.0f samples of %.10g x %.10g m, over %.10g x %.10g m\n", wide, deep,
               info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
               info.ground_spacing_m[1] * (deep - 1));
-  if (info.basis != Basis::plane) {
+  if (info.basis == Basis::function) {
+    std::printf("basis          where a function of the host says\n");
+  } else if (info.basis != Basis::plane) {
     std::printf("basis          %s of %.10g m\n", kBases[static_cast<int>(info.basis)], info.radius_m);
   }
   if (info.epsg > 0) {

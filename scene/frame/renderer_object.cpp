@@ -235,7 +235,7 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   }
   if (!(sun.visibility_m >= 0)) return refuse("must not be negative", "visibility_m");
   const LatticeBox box = world.terrain.world.box();
-  const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
+  const glm::dvec3 size = (glm::dvec3(box.max) - glm::dvec3(box.min)) / static_cast<double>(kStepsPerVoxel);
   const double standard = curved ? kCurvedHazeM / world.shown.voxel_size_m
                                  : std::max(1.0, kHazeWidths * std::max(size.x, size.z));
   light_.haze_voxels =

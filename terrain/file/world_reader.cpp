@@ -52,6 +52,15 @@ Status WorldReader::for_each_piece(std::uint64_t offset, std::uint64_t bytes, co
   return {};
 }
 
+Status WorldReader::lend(const BasisFunction& function) {
+  BasisFunction& own = ground_.info.basis.function;
+  const double turn_rad = own.turn_rad, sagitta_m = own.sagitta_m;
+  own = function;
+  own.turn_rad = turn_rad;
+  own.sagitta_m = sagitta_m;
+  return ground_.info.basis.finish();
+}
+
 Status WorldReader::open(const ByteSource& source) {
   *this = {};
   source_ = source;

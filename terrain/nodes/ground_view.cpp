@@ -639,7 +639,8 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
-      item.walls = node.walls;
+      // Where a function says, what is below is not known.
+      item.walls = looks.info.basis.kind == BasisKind::function ? std::uint8_t{0} : node.walls;
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=
