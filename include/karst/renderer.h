@@ -41,6 +41,10 @@ struct ViewState {
   double view_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   // Any perspective or parallel projection, off-axis and with an oblique near plane too; lengths in metres.
   double clip_from_view[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  // How the eye moves, metres a frame: what it will see is read ahead, and nothing that would come too late.
+  // Without has_motion: as it moved in the last eight frames.
+  Vec3 motion{};
+  bool has_motion = false;
   bool reversed_depth = false;  // the projection has 1 at the near plane: what is greater passes
   std::uint32_t width_px = 0, height_px = 0;  // of the picture, 1..16384
   double error_px = 4;  // wanted: no drawn point is further from the full surface. 0.01..1000

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Tiles in memory of fixed size. What a frame asks for and lacks is asked of the source, most urgent first;
-// what it does not look at for longest gives way. Nothing here waits for the source.
+// Tiles in memory of fixed size. What a frame asks for and lacks is asked of the source, most urgent first,
+// and then what it will lack soon; what it does not look at for longest gives way. Nothing here waits for the
+// source.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/ground/tile_source.h"
+#include "terrain/motion/read_pace.h"
 
 namespace karst::core {
 
@@ -17,9 +19,11 @@ class TileCache {
  public:
   struct Entry {
     NodeKey key;
-    std::uint32_t last_used = 0;  // frame
-    std::int32_t next = -1;       // of its chain in the table, or of the free ones
+    std::uint32_t last_used = 0;   // frame
+    std::uint32_t last_ahead = 0;  // in which it was found to be needed soon
+    std::int32_t next = -1;        // of its chain in the table, or of the free ones
     bool used = false;
+    bool ahead = false;  // asked for ahead, and not looked at since
   };
 
   struct Storage {
@@ -44,10 +48,23 @@ class TileCache {
   const Tile& root() const { return storage_.tiles[0]; }
   // Null where it is not there. Valid until poll().
   const Tile* find(NodeKey tile);
+  // The same for what will be looked at: what is looked at goes before it.
+  const Tile* find_ahead(NodeKey tile);
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey tile, const TilePlace& place, float urgency);
-  // Asks the source for what was wanted since the last time.
-  void ask();
+  // Asks the source for what was wanted since the last time. all: for as much as it takes, to be waited for;
+  // else for what comes in the next frames.
+  void ask(bool all = true);
+  // The same as for what will be lacking. most: how many more may be under way. Returns how many were asked
+  // for.
+  std::uint32_t ask_ahead(std::uint32_t most);
+  // Frames until what is asked for now will come.
+  double frames_to_come() const { return pace_.frames_to_come(counts_.under_way); }
+  // How many more may be asked for ahead.
+  std::uint32_t room_ahead() const {
+    const std::uint32_t depth = pace_.depth(kMostUnderWay);
+    return counts_.under_way < depth ? depth - counts_.under_way : 0;
+  }
   // Takes what came, one at most or all. Returns how many tiles.
   std::uint32_t poll(bool one = false);
   // Waits for the source. False: nothing is under way.
@@ -59,6 +76,7 @@ class TileCache {
     std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
     bool failing = false;                             // the last one that was answered
     bool full = false;                                // the last one that came found no room
+    AheadCounts ahead;                                // since reset()
   };
   const Counts& counts() const { return counts_; }
 
@@ -72,18 +90,25 @@ class TileCache {
     float urgency = 0;
   };
 
+  struct UnderWay {
+    NodeKey key;
+    bool ahead = false;  // and not wanted since
+  };
+
   std::int32_t& chain_of(NodeKey key);
   std::int32_t find_entry(NodeKey key);
-  std::int32_t make_room();
+  std::int32_t make_room(bool ahead);
   void unlink(std::int32_t entry);
-  bool is_under_way(NodeKey key) const;
+  UnderWay* find_under_way(NodeKey key);
+  std::uint32_t ask_for_wants(std::uint32_t most, bool ahead);
 
   Storage storage_;
   TileSource source_;
   std::uint32_t frame_ = 0;
   std::array<Want, kMostWants> wants_{};
   std::size_t want_count_ = 0;
-  std::array<NodeKey, kMostUnderWay> under_way_{};
+  std::array<UnderWay, kMostUnderWay> under_way_{};
+  ReadPace pace_;
   Tile came_;  // what a poll brought, before it is known to have room
   Counts counts_;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which image tile lies in which layer of the GPU's array. What a frame asks for and lacks is asked of the
-// source, most urgent first; what it does not look at for longest gives way. Nothing here waits for the
-// source but wait().
+// source, most urgent first, and then what it will lack soon; what it does not look at for longest gives way.
+// Nothing here waits for the source but wait().
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/imagery/image_source.h"
+#include "terrain/motion/read_pace.h"
 
 namespace karst::core {
 
@@ -19,9 +20,11 @@ class ImageCache {
   struct Entry {
     NodeKey key;
     ImageChildren children;
-    std::uint32_t last_used = 0;  // frame
-    std::int32_t next = -1;       // of its chain in the table
+    std::uint32_t last_used = 0;   // frame
+    std::uint32_t last_ahead = 0;  // in which it was found to be needed soon
+    std::int32_t next = -1;        // of its chain in the table
     bool used = false;
+    bool ahead = false;  // asked for ahead, and not looked at since
   };
 
   struct Storage {
@@ -47,10 +50,18 @@ class ImageCache {
   const TilePlace& root_place() const { return root_place_; }
   // The layer that a tile is in, which the frame looks at; -1: none. Valid until poll().
   std::int32_t find(NodeKey key);
+  // The same for what will be looked at: what is looked at goes before it.
+  std::int32_t find_ahead(NodeKey key);
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey key, const TilePlace& place, float urgency);
-  // Asks the source for what was wanted since the last time.
-  void ask();
+  // As TileCache's.
+  void ask(bool all = true);
+  std::uint32_t ask_ahead(std::uint32_t most);
+  double frames_to_come() const { return pace_.frames_to_come(counts_.under_way); }
+  std::uint32_t room_ahead() const {
+    const std::uint32_t depth = pace_.depth(kMostUnderWay);
+    return counts_.under_way < depth ? depth - counts_.under_way : 0;
+  }
   // Takes one that came: true, and the layer that its texels are to be copied to before the next poll().
   bool poll(std::int32_t& layer, ImageArrival& out);
   // Waits for the source. False: nothing is under way.
@@ -61,6 +72,7 @@ class ImageCache {
     std::uint64_t came = 0, failed = 0, dropped = 0;  // since reset(); dropped: no room when they came
     bool failing = false;                             // the last one that was answered
     bool full = false;                                // the last one that came found no room
+    AheadCounts ahead;                                // since reset()
   };
   const Counts& counts() const { return counts_; }
   // Changes whenever entries do.
@@ -76,9 +88,16 @@ class ImageCache {
     float urgency = 0;
   };
 
+  struct UnderWay {
+    NodeKey key;
+    bool ahead = false;  // and not wanted since
+  };
+
+  UnderWay* find_under_way(NodeKey key);
+  std::uint32_t ask_for_wants(std::uint32_t most, bool ahead);
   std::int32_t& chain_of(NodeKey key);
   std::int32_t find_entry(NodeKey key);
-  std::int32_t make_room();
+  std::int32_t make_room(bool ahead);
   void unlink(std::int32_t entry);
 
   Storage storage_;
@@ -89,7 +108,8 @@ class ImageCache {
   std::uint64_t version_ = 0;
   std::array<Want, kMostWants> wants_{};
   std::size_t want_count_ = 0;
-  std::array<NodeKey, kMostUnderWay> under_way_{};
+  std::array<UnderWay, kMostUnderWay> under_way_{};
+  ReadPace pace_;
   Counts counts_;
 };
 
