@@ -175,6 +175,14 @@ void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> le
   }
 }
 
+std::size_t GroundFrame::nodes_within(std::size_t view, double steps) const {
+  const GroundView& ground = terrain_->ground.view(view);
+  std::size_t count = ground.items().size();
+  // Apparent distances are not above those along forward.
+  while (count > 0 && double{ground.node_of(count - 1).least_apparent} >= steps) --count;
+  return count;
+}
+
 GroundFrame::Sum GroundFrame::sum(std::size_t view) const {
   if (!exists()) return {};
   const GroundView::Result& result = terrain_->ground.view(view).result();

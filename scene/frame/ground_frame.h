@@ -47,6 +47,8 @@ class GroundFrame {
 
   // What a view draws, and where its rows begin among all; of the shadow map that was selected last.
   std::span<const DrawItem> nodes(std::size_t view) const { return terrain_->ground.view(view).items(); }
+  // How many of them, from the first on, hold all that may be nearer than so many lattice steps.
+  std::size_t nodes_within(std::size_t view, double steps) const;
   std::uint32_t first_row(std::size_t view) const {
     return renderer_->settings().morph_rows + static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
   }

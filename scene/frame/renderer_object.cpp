@@ -11,6 +11,7 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
+#include "renderer/passes/terrain_pass.h"
 
 namespace karst {
 namespace core {
@@ -494,6 +495,9 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   where.sky = target.sky;
   where.linear = target.output == Output::linear;
   where.depth_zero_to_one = target.depth_zero_to_one;
+  where.two_ranges = target.two_ranges;
+  if (const DepthRanges ranges = ranges_of(input, where); ranges.count == 2 && ground_.exists())
+    input.near_nodes = ground_.nodes_within(n, ranges.far_of(0) * kStepsPerVoxel);
   const Status status = gl.draw(input, where);
   costs.submit_ms += ms_since(start);
   return status;
