@@ -39,6 +39,9 @@ struct Point {
   vec3 in_voxel;
   int material;  // of all of its patch, or less than 0
   bool cave;     // its patch may be a cave or lit by lamps
+#ifdef KARST_CURVED
+  float height;  // voxels above height 0
+#endif
 };
 
 // In caves the visitor carries a lamp: a point light at the eye.
@@ -91,7 +94,7 @@ vec3 light_from(Point point) {
   Footprint footprint = footprint_of(seen_from, normal, direction);
 #ifdef KARST_CURVED
   vec3 up = level_up(point.from_eye);
-  float height = level_height(point.from_eye);
+  float height = point.height;
 #else
   float height = float(point.voxel.y) + point.in_voxel.y;
 #endif
@@ -174,7 +177,12 @@ vec3 light_from(Point point) {
 
   vec3 arrives = light;
 #ifdef KARST_WATER
+#ifdef KARST_CURVED
+  float below = water.z - height;
+  height = max(height, water.z);
+#else
   float below = water.x - point.from_eye.y;
+#endif
   if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
 #endif
 #ifdef KARST_CURVED

@@ -36,7 +36,11 @@ vec4 colour_of(uvec2 texel) {
   vec3 in_voxel = camera_fine.xyz / KARST_STEPS_PER_VOXEL + from_eye;
   Point point = Point(unpack_normal(texel.x), from_eye, camera_voxel.xyz, in_voxel,
                       int(texel.x >> KARST_GEOMETRY_MATERIAL_SHIFT & 15u) - 1,
-                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u);
+                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u
+#ifdef KARST_CURVED
+                      , level_height(from_eye)
+#endif
+  );
   return target_colour(light_from(point));
 }
 

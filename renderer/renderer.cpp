@@ -214,8 +214,8 @@ Status Renderer::upload_image_table(std::uint32_t view, int size, std::span<cons
   return core::upload_image_table(device_, settings_, view, size, part);
 }
 
-Status Renderer::upload_sky(const SkyVisibility& sky) {
-  return core::upload_sky(device_, settings_, sky);
+Status Renderer::upload_sky(const SkyVisibility& sky, std::size_t place) {
+  return core::upload_sky(device_, settings_, sky, place);
 }
 
 Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
@@ -307,7 +307,7 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
 bool Renderer::is_deferred(const ViewInput& input, const DrawTarget& target) const {
   return settings_.deferred() && target.viewport.width <= settings_.deferred_width &&
          target.viewport.height <= settings_.deferred_height && !input.camera.parallel &&
-         input.show == Show::materials && target.writes == Writes::all;
+         !input.has_long_chords && input.show == Show::materials && target.writes == Writes::all;
 }
 
 // Draws what is drawn with depth once, or in each of two ranges; the nearer one first, which hides much.

@@ -56,13 +56,14 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
     json.field("geodetic", info.is_geodetic);
     json.field("image_texel_m", info.image_texel_m);
-    if (info.region_nodes[0] > 0) {
-      json.key("region").begin_object().key("first_node").begin_array();
-      json.value(info.region_first[0]).value(info.region_first[1]).end_array().key("nodes").begin_array();
-      json.value(info.region_nodes[0]).value(info.region_nodes[1]).end_array().end_object();
-    } else {
-      json.key("region").null();
+    json.key("regions").begin_array();
+    for (std::uint32_t n = 0; n < info.regions; ++n) {
+      json.begin_object().key("first_node").begin_array();
+      json.value(info.region_first[n][0]).value(info.region_first[n][1]).end_array();
+      json.key("nodes").begin_array();
+      json.value(info.region_nodes[n][0]).value(info.region_nodes[n][1]).end_array().end_object();
     }
+    json.end_array();
     json.end_object();
   } else {
     json.key("ground").null();
@@ -93,9 +94,10 @@ void print_ground(const WorldInfo& info) {
     std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n", tile_bytes, info.ground_sizes,
                 8 * static_cast<double>(info.tile_bytes) / (wide * deep));
   }
-  if (info.region_nodes[0] > 0) {
+  for (std::uint32_t n = 0; n < info.regions; ++n) {
     std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
-                info.region_nodes[0], info.region_nodes[1], info.region_first[0], info.region_first[1]);
+                info.region_nodes[n][0], info.region_nodes[n][1], info.region_first[n][0],
+                info.region_first[n][1]);
   }
 }
 

@@ -134,6 +134,7 @@ int run_frames(const BenchOptions& options) {
   frames.look = options.scene;
   take(options.frames, frames.frames);
   frames.json = options.json;
+  frames.gl_times = options.gl_times;
   return run_flight_times(frames);
 }
 

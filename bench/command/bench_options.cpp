@@ -181,6 +181,12 @@ constexpr OptionRow kFlightRows[] = {
      .store = put<&BenchOptions::flight>},
 };
 
+constexpr OptionRow kFramesRows[] = {
+    {.name = "gl-times",
+     .help = "prints what the functions of GL take, each by the clock",
+     .store = put<&BenchOptions::gl_times>},
+};
+
 constexpr OptionRow kSweepRows[] = {
     {.name = "jumps",
      .kind = Kind::integer,
@@ -221,52 +227,63 @@ constexpr OptionRow kSweepRows[] = {
 
 constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},      {"of shading", kShadingRows},
                                    {"of pareto", kParetoRows}, {"of queries", kQueryRows},
-                                   {"of flight", kFlightRows}, {"of sweep", kSweepRows}};
+                                   {"of flight", kFlightRows}, {"of frames", kFramesRows},
+                                   {"of sweep", kSweepRows}};
 constexpr OptionPart kParts[] = {kGroups, kSceneGroups};
 
 // What a suite has no use for, with blanks around each: it draws nothing, or the option is what it varies.
 constexpr const char* kUnused[] = {
     // core
-    " frames against path targets distances full no-errors elevation pixel-size z-scale csv svg peers board "
+    " gl-times frames against path targets distances full no-errors elevation pixel-size z-scale csv svg "
+    "peers board "
     "size "
     "sun fov haze show precision no-skip lod error-px lod-distance level generate-ms vertex-memory "
     "max-memory "
     "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays flight jumps "
     "disk-speed disk-seek disk-sleep ",
     // lod
-    " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers level "
+    " gl-times rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg "
+    "peers level "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // pareto
-    " against lod error-px lod-distance query-level query-patches rays flight jumps disk-speed disk-seek "
+    " gl-times against lod error-px lod-distance query-level query-patches rays flight jumps disk-speed "
+    "disk-seek "
     "disk-sleep ",
     // shading
-    " path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision no-skip "
+    " gl-times path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision "
+    "no-skip "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // shadows
-    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "generate-ms drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
     "disk-sleep ",
     // queries
-    " frames json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times frames json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "board size sun fov haze show precision no-skip lod error-px lod-distance level generate-ms "
     "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight jumps disk-speed "
     "disk-seek disk-sleep ",
     // flight
-    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "generate-ms query-level query-patches rays jumps disk-speed disk-seek disk-sleep ",
     // frames
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // select
-    " json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers sun haze "
+    " gl-times json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "sun haze "
     "show precision drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
     "disk-sleep ",
     // sweep
-    " against path targets distances full no-errors elevation pixel-size z-scale csv svg peers lod-distance "
+    " gl-times against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "lod-distance "
     "level generate-ms drape drape-repeat query-level query-patches rays flight ",
     // motion
-    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
-    "lod-distance level generate-ms drape drape-repeat query-level query-patches rays flight jumps "
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg "
+    "peers lod-distance level generate-ms drape drape-repeat query-level query-patches rays flight jumps "
     "disk-sleep "};
 constexpr const char* kSuiteNames[] = {"core",   "lod",    "pareto", "shading", "shadows", "queries",
                                        "flight", "frames", "select", "sweep",   "motion"};

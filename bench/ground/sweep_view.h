@@ -8,7 +8,7 @@
 
 #include "bench/frames/bench_view.h"
 #include "bench/ground/synthetic_ground.h"
-#include "terrain/ground/tile_source.h"
+#include "terrain/paging/tile_source.h"
 
 namespace karst::bench {
 

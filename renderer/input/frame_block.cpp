@@ -81,8 +81,25 @@ Status FrameLight::validate() const {
   return {};
 }
 
+namespace {
+
+void set_sky(const SkyAtlas& sky, shader::FrameBlock& block) {
+  const SkyGrid& first = sky.places[0].grid;
+  const float one = first.cell_voxels();
+  block.sky_scale = glm::vec4(1.0f / (glm::vec3(sky.cells.x, sky.cells.z, sky.cells.y) * one), one);
+  block.sky_octrees.x = static_cast<int>(sky.count);
+  for (std::size_t n = 0; sky.count > 1 && n < sky.count; ++n) {
+    const SkyAtlas::Place& place = sky.places[n];
+    const float cell = place.grid.cell_voxels();
+    block.sky_corner[n] = glm::vec4(glm::vec3(place.box.corner), cell);
+    block.sky_box[n] = glm::vec4(place.box.extent.x, place.box.extent.z, place.first, place.grid.cells.y);
+  }
+}
+
+}  // namespace
+
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    const SkyGrid& sky, int height) {
+                                    const SkyAtlas& sky, int height) {
   shader::FrameBlock block{};
   block.clip_from_lattice = clip_from_lattice(camera);
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
@@ -99,8 +116,7 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
   block.view_scale.z = camera.parallel ? 1.0f : 0.0f;
-  const float cell = sky.cell_voxels();
-  block.sky_scale = glm::vec4(1.0f / (glm::vec3(sky.cells.x, sky.cells.z, sky.cells.y) * cell), cell);
+  set_sky(sky, block);
   return block;
 }
 
@@ -111,6 +127,10 @@ void set_level(const FrameLevel& level, shader::FrameBlock& block) {
   block.level_eye = level.view.eye;
   block.level_top = glm::vec4(level.up, level.dip);
   block.level_air = {level.sky, level.thins, level.plain_over, level.has_plain ? 1.0f : 0.0f};
+  if (!level.has_water) return;
+  block.water.x = level.water_height - level.view.eye.w;
+  block.water.z = level.water_height;
+  block.water.w = level.water_over;
 }
 
 glm::dvec3 light_direction(const FrameLight& light) {

@@ -56,7 +56,10 @@ struct ViewInput {
   ImagePlace images;             // of imagery, where the settings have layers
   std::uint32_t image_view = 0;  // whose table pixels look up, of the settings' image_views
   FrameSurroundings surroundings;
-  FrameLevel level;                            // where the settings say that the basis is curved
+  FrameLevel level;  // where the settings say that the basis is curved
+  // Chords of what is drawn are so far below what is level that pixels take their heights from vertices: they
+  // are shaded while they are drawn.
+  bool has_long_chords = false;
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables(); with nodes up to kNodeLevel at least

@@ -90,7 +90,10 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     return created;
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
-  if (const Status status = gl.upload_sky(world.terrain.world.sky()); !status.ok()) return status;
+  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+    const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
+    if (!status.ok()) return status;
+  }
   if (const Status status = surround(); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
@@ -167,6 +170,7 @@ Status RendererObject::surround() {
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
     // Of a curved basis the background has a plain of its own (FrameLevel).
     surroundings_.has_plain = !ground.basis.is_curved();
+    surroundings_.curved = ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
@@ -306,21 +310,20 @@ void RendererObject::count_views() {
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     views_[n].shading = 0;
-    const bool draws = ground_.draws_patches(n);
-    for (const DrawItem& item : draws ? view.items() : std::span<const DrawItem>()) {
+    for (const DrawItem& item : view.items()) {
       const unsigned own = shading[item.patch].needs;
       views_[n].shading |= own;
       costs.blend_skipped += (own & kShadeBlend) == 0;
       costs.cave_skipped += (own & kShadeCave) == 0;
     }
     const BuildDrawList::Result& list = view.selection().list;
-    costs.patches_drawn += draws ? list.drawn : 0;
+    costs.patches_drawn += list.drawn;
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
-    for (int level = 1; draws && level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
     const GroundFrame::Sum ground = ground_.sum(n);
     costs.nodes_drawn += ground.drawn;
     costs.culled_frustum += ground.culled;
@@ -338,13 +341,8 @@ void RendererObject::fill_result(FrameResult& result) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
-    if (ground_.draws_patches(n)) result.triangles += view.selection().list.triangles;
+    result.triangles += view.selection().list.triangles;
     const GroundFrame::Sum ground = ground_.sum(n);
-    if (!ground_.draws_patches(n) && view.selection().lod.missing == 0) {
-      // Nor need they be, or there are none.
-      result.error_px[n] = ground.bound_px;
-      result.lacking -= view.selection().lod.capped;
-    }
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
@@ -464,7 +462,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.camera = views_[n].camera;
   input.light = light_;
   input.least_cos2 = view.error_scale().least_cos2;
-  if (ground_.draws_patches(n)) input.items = view.items();
+  input.items = view.items();
   input.shading = views_[n].shading;
   input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
                  inspection.skip_sun};
@@ -480,6 +478,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.level = ground_.level(input.camera);
+    input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   if (imagery_.exists()) {

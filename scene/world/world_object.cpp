@@ -104,7 +104,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
     auto* const query = new (first + n) QueryObject;
     queries = {first, n + 1};
-    const Status status = query->create(layout.query_limits, query_world(world), placement, world.octree(),
+    const Status status = query->create(layout.query_limits, query_world(world), placement, world.parts(),
                                         pieces.take(layout.query_bytes));
     if (!status.ok()) return status;
     if (world.ground().exists()) {
@@ -123,7 +123,7 @@ Status WorldObject::open_ground(std::span<std::byte> memory) {
   const Status status =
       TileReader::read(reader, root, reader.root_tile(), memory.subspan(whole_lines(sizeof(Tile))), *tile);
   if (!status.ok()) return status;
-  terrain.ground.attach(reader.ground(), *tile, tiles.source());
+  terrain.ground.attach(terrain.world.ground(), *tile, tiles.source());
   if (reader.imagery().exists() && layout.config.image_layers > 0)
     terrain.imagery.attach(reader.ground(), reader.imagery(), reader.root_image(), tiles.image_source());
   tiles.start(reader, memory);

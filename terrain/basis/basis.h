@@ -88,9 +88,11 @@ struct Basis {
   // Limits, as BasisFunction has them.
   double turn_rad = 0;
   double sagitta_m = 0;
-  // Quads that bend by more are not drawn, however far away: a pixel's height, by which it gets its material,
-  // is that of a chord.
+  // Quads that bend by more are not drawn, however far away: what lies on the ground would be lost in them.
   double most_bend_m = 0;
+  // Of longitudes and of a cylinder's circle, where a whole number of steps goes once around: how many. So
+  // many samples on lies the same place, to the bit. Else 0.
+  std::int64_t turn_quads = 0;
 
   // Checks the fields above and makes those below. invalid_argument naming the field.
   Status finish();

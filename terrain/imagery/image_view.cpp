@@ -109,7 +109,7 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
       continue;
     }
     if (texel_here <= pixel || visit.key.size <= imagery.least_size) continue;
-    const ImageChildren& children = cache.entries()[static_cast<std::size_t>(layer)].children;
+    const ImageChildren& children = cache.children(layer);
     const bool split = visit.node >= 0 && nodes[static_cast<std::size_t>(visit.node)].is_split();
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       if (!children.places[quadrant].exists()) continue;
@@ -151,9 +151,9 @@ void ImageView::make_table(const ImageCache& cache) {
         }
       }
     }
-    const std::span<const ImageCache::Entry> entries = cache.entries();
-    for (std::size_t layer = 0; layer < entries.size(); ++layer) {
-      const ImageCache::Entry& entry = entries[layer];
+    const std::span<const TileSlot> layers = cache.layers();
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+      const TileSlot& entry = layers[layer];
       if (!entry.used || entry.key.size != size) continue;
       const int x = entry.key.x - first_x;
       const int z = entry.key.z - first_z;

@@ -57,7 +57,7 @@ class Imagery {
     return views_[view].take_size(part);
   }
   const ImageView& view(std::size_t n) const { return views_[n]; }
-  const ImageCache::Counts& counts() const { return cache_.counts(); }
+  const TileSlots::Counts& counts() const { return cache_.counts(); }
 
  private:
   struct Blocks {

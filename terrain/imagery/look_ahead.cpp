@@ -73,7 +73,7 @@ LookAhead::Result LookAhead::run() const {
         images->want(visit.key, visit.image, static_cast<float>(2 * texel / here));
         ++result.lacks_image;
       } else if (texel > here && visit.key.size > imagery.least_size) {
-        children = &images->entries()[static_cast<std::size_t>(layer)].children;
+        children = &images->children(layer);
       }
     }
     for (int quadrant = 0; quadrant < 4; ++quadrant) {

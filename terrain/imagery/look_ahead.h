@@ -5,9 +5,9 @@
 
 #include <cstdint>
 
-#include "terrain/ground/tile_cache.h"
 #include "terrain/imagery/image_cache.h"
 #include "terrain/nodes/forecast.h"
+#include "terrain/paging/tile_cache.h"
 
 namespace karst::core {
 

@@ -22,13 +22,14 @@ namespace karst::core {
 
 struct BuildBelts {
   // Inputs, borrowed.
-  const GroundInfo* info = nullptr;  // with a region
-  const RegionRim* rim = nullptr;    // built
-  const GroundView* view = nullptr;  // selected, with its region drawn
-  // By patch: what it is drawn at, and what it is held at; the lesser counts. 0: its part of the rim is left
-  // out.
+  const GroundInfo* info = nullptr;
+  std::size_t region = 0;            // its number in info
+  const RegionRim* rim = nullptr;    // built of it
+  const GroundView* view = nullptr;  // selected, with the region drawn
+  // By patch of the region: what it is drawn at, and what it is held at; the lesser counts. 0: its part of
+  // the rim is left out.
   std::span<const std::uint8_t> levels, resident;
-  PageTable pages;                    // texels are not used
+  PageTable pages;                    // first_page of the region's patches; texels are not used
   std::uint32_t first_node_page = 0;  // of the buffer of vertices
 
   // Output, borrowed: of the buffer's vertices, three a triangle. room() holds all.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Worlds on curved bases: closed from space and from 2 m; places by longitude and latitude; queries along up.
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "terrain/shading/materials.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/host.h"
 #include "tests/support/curved_ground.h"
@@ -70,6 +72,80 @@ class WorldsOnBases : public test::HostTest {
     return HostTest::holes(view, work_ms, result);
   }
 };
+
+// Red, and green from a height on, without shades of their own.
+struct RedAndGreen {
+  explicit RedAndGreen(float from_voxels) {
+    set.count = 2;
+    set.side = 16;
+    std::strcpy(set.materials[0].name, "red");
+    std::strcpy(set.materials[1].name, "green");
+    set.materials[1].height_low = from_voxels;
+    set.materials[1].height_soft = 1e-4f;
+    textures.assign(core::texture_bytes(set), std::byte{128});
+    for (int level = 0; level < core::texture_levels(set.side, core::TextureArray::far); ++level) {
+      for (std::uint32_t m = 0; m < set.count; ++m) {
+        const std::size_t last = core::texture_offset(set, core::TextureArray::far, level, m + 1);
+        for (std::size_t at = core::texture_offset(set, core::TextureArray::far, level, m); at < last; ++at)
+          textures[at] = static_cast<std::byte>(at % 4 == m || at % 4 == 3 ? 220 : 10);
+      }
+    }
+  }
+  core::MaterialSet set;
+  std::vector<std::byte> textures;
+};
+
+// From space a few quads do, and however long their chords are, what lies on the ground is what its heights
+// say.
+TEST_F(WorldsOnBases, AWholePlanetTakesFewTriangles) {
+  for (const bool deferred : {false, true}) {
+    const core::GroundInfo shape = test::planet(512, core::kWgs84RadiusM);
+    const double voxel_m = test::voxel_m(shape);
+    // All of it 200 m high, a tenth of what the chords that are drawn bend, with some relief for the sizes.
+    const auto high = static_cast<std::int32_t>(200 / shape.basis.height_unit_m);
+    const test::MemoryGround ground(shape, [high](std::int64_t, std::int64_t) { return high; });
+    const RedAndGreen colours(static_cast<float>(50 / voxel_m));
+    core::WorldMaterials materials;
+    materials.set = colours.set;
+    materials.textures = colours.textures;
+    Needs needs;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    open(needs, {}, options,
+         test::ground_file(ground, voxel_m / core::kStepsPerVoxel * shape.steps[0], {}, materials));
+    for (const double height_m : {2e7, 6e6, 1.5e6, 4e5}) {
+      const double latitude = height_m == 1.5e6 ? 90.0 : height_m == 6e6 ? 35.26 : height_m == 4e5 ? 80 : -10;
+      Vec3 place;
+      ASSERT_TRUE(world().from_geodetic({45, latitude, height_m}, place));
+      const LocalAxes axes = world().axes_at(place);
+      ViewState view;
+      view.error_px = 4;
+      view.eye = place;
+      view.width_px = kWidth;
+      view.height_px = kHeight;
+      set_perspective(view, height_m > 1e7 ? 34 : 60, 0.2 * height_m, 2 * height_m + 1.4e7);
+      ASSERT_TRUE(look_at(view, along(place, axes.up, -1), axes.north));
+      const FrameResult result = test::draw_frame(*renderer_, picture_, {view});
+      if (height_m == 2e7) {
+        EXPECT_GT(result.triangles, 2'000u);
+      }
+      EXPECT_LT(result.triangles, 20'000u);
+      EXPECT_LE(result.error_px[0], 4.0);
+      const Pixels pixels = picture_.read();
+      int green = 0, red = 0;
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const std::uint8_t* const p = pixels.at(x, y);
+          green += p[1] > p[0] + 20 && p[1] > p[2] + 20 ? 1 : 0;
+          red += p[0] > p[1] + 20 ? 1 : 0;
+        }
+      }
+      EXPECT_GT(green, 2'000) << height_m << ' ' << deferred;
+      EXPECT_EQ(red, 0) << height_m << ' ' << deferred;
+    }
+  }
+}
 
 TEST_F(WorldsOnBases, APlanetIsClosedFromSpaceAndFromTwoMetres) {
   for (const bool deferred : {false, true}) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "tests/support/memory_ground.h"
@@ -23,10 +24,13 @@ struct GroundImages {
 // spacing_m: from one sample to the next, along x. The north-west sample lies at (0, 0, 0) where its height
 // is 0.
 std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m,
-                                   const GroundImages& images = {});
+                                   const GroundImages& images = {},
+                                   const core::WorldMaterials& materials = core::WorldMaterials());
 // The same of a ground with a region, which the voxels are, with heights of all patches. The corner of the
 // voxels lies at (0, 0, 0).
 std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels);
+// The same of several regions, in their order.
+std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions);
 
 // Ridges and valleys up to 60 m over 600 x 480 samples of 10 m, rough by up to a metre.
 MemoryGround::Heights rough_heights();

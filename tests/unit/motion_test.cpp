@@ -88,7 +88,7 @@ struct Flight {
         items(nodes.size()),
         item_nodes(nodes.size()),
         rows((kFamilies + 1) * kMorphRow) {
-    cache.create({tiles, entries, chains});
+    cache.create({tiles, {entries, chains}});
     pool.create({families, family_chains, texels});
     view.create({nodes, items, item_nodes, rows});
     source.most_under_way = 16;
@@ -135,7 +135,7 @@ struct Flight {
 
   static constexpr std::size_t kFamilies = 3000;
   std::vector<Tile> tiles;
-  std::vector<TileCache::Entry> entries;
+  std::vector<TileSlot> entries;
   std::vector<std::int32_t> chains;
   std::vector<FamilyPool::Family> families;
   std::vector<std::uint32_t> family_chains;
@@ -205,7 +205,7 @@ TEST(LookAhead, FastFlightLeavesTheFinestOut) {
   for (int n = 0; n < 3; ++n) {
     Flight flight(120);
     flight.look({8, 1, 32});
-    const double voxels_a_frame[] = {0, 1, 40};
+    const double voxels_a_frame[] = {0, 3, 40};
     flight.request.motion = glm::dvec3(voxels_a_frame[n] * kStepsPerVoxel, 0, 0);
     for (int k = 0; k < 60; ++k) flight.frame();
     left_out[n] = flight.view.result().left_out;
