@@ -186,7 +186,7 @@ class KARST_API Renderer {
   // Functions for fragment shaders of #version 300 es, to be put after the precision lines; places are less
   // the eye, in the simulator's frame and metres:
   //   vec3 karst_light(vec3 from_eye, vec3 normal, vec3 albedo)  sun, with shadows, and sky
-  //   vec3 karst_haze(vec3 light, vec3 from_eye)
+  //   vec3 karst_haze(vec3 light, vec3 from_eye)                 and water, where the world has any
   //   vec4 karst_display(vec3 light)                             Output::display
   static const char* air_glsl() noexcept;
 

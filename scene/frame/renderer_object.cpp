@@ -11,6 +11,7 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
+#include "renderer/input/surroundings_block.h"
 #include "renderer/passes/terrain_pass.h"
 
 namespace karst {
@@ -451,6 +452,7 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  set_surroundings(views_[n].camera, surroundings_, block);
   return block;
 }
 
