@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "terrain/imagery/image_view.h"
 #include "terrain/imagery/look_ahead.h"
 #include "terrain/motion/eye_motion.h"
 #include "terrain/motion/read_pace.h"
@@ -177,6 +178,95 @@ TEST(LookAhead, NothingLacksWhereTheEyeCameTo) {
   // Balls see a little more than boxes.
   EXPECT_GT(flight.cache.counts().ahead.used, ahead.asked / 2);
   EXPECT_EQ(flight.cache.counts().ahead.wasted, 0u);
+}
+
+// Image tiles of all sizes everywhere, each come in the frame after it was asked for.
+struct Images {
+  static constexpr std::size_t kLayers = 256;
+  Images() : children(kLayers), slots(kLayers), chains(kLayers), table(kImageSizes * kImageWindowTiles) {
+    cache.create({children, {slots, chains}});
+    ImageSource source;
+    source.context = this;
+    source.ask = [](void* self, NodeKey key, const TilePlace&) {
+      static_cast<Images*>(self)->asked.push_back(key);
+      return true;
+    };
+    source.poll = [](void* self, ImageArrival& out) {
+      auto& own = *static_cast<Images*>(self);
+      if (own.asked.empty()) return TileSource::Answer::none;
+      out = {};
+      out.key = own.asked.back();
+      for (TilePlace& place : out.children.places) place = {1, 1, 0};
+      own.asked.pop_back();
+      return TileSource::Answer::ready;
+    };
+    cache.reset(source, Flight::ground().root(), {1, 1, 0});
+    view.create({table});
+    view.reset();
+  }
+  void frame() {
+    cache.begin_frame();
+    std::int32_t layer = 0;
+    for (ImageArrival arrival; cache.poll(layer, arrival);) continue;
+  }
+  std::vector<ImageChildren> children;
+  std::vector<TileSlot> slots;
+  std::vector<std::int32_t> chains;
+  std::vector<std::uint16_t> table;
+  std::vector<NodeKey> asked;
+  ImageCache cache;
+  ImageView view;
+};
+
+TEST(LookAhead, NothingLacksOfImageryEither) {
+  Flight flight(120);
+  Images images;
+  const ImageryInfo imagery{ImageFormat::rgba8, 1};
+  const glm::dvec3 end(34, 1, 32);
+  ImageRequest request;
+  request.camera = &flight.camera;
+  request.pixel = 2.0 / 360;
+  flight.look({8, 1, 32});
+  int looks = 0;
+  for (bool lacks = true; lacks && looks < 100; ++looks) {
+    flight.frame();
+    images.frame();
+    const Forecast forecast(Flight::ground().info(), flight.request,
+                            glm::dvec3(26, 0, 0) * double{kStepsPerVoxel});
+    LookAhead look;
+    look.forecast = &forecast;
+    look.tiles = &flight.cache;
+    look.images = &images.cache;
+    look.imagery = imagery;
+    look.pixel = request.pixel;
+    look.most_visits = 10000;
+    const LookAhead::Result result = look.run();
+    lacks = result.lacks_tile + result.lacks_image > 0;
+    flight.cache.ask_ahead(8);
+    images.cache.ask_ahead(8);
+  }
+  EXPECT_LT(looks, 100);
+  EXPECT_GT(images.cache.counts().ahead.asked, 8u);
+  flight.look(end);
+  flight.frame();
+  images.frame();
+  images.view.select(Flight::ground().info(), imagery, flight.view, request, images.cache);
+  EXPECT_GT(images.view.result().visited, 8u);
+  EXPECT_EQ(images.view.result().lacking, 0u);
+  EXPECT_GT(images.cache.counts().ahead.used, 8u);
+  // In fast flight the finest are left out, and the root never.
+  Images others;
+  const Forecast gone(Flight::ground().info(), flight.request, glm::dvec3(26, 0, 0) * 1e4);
+  request.forecast = &gone;
+  for (int n = 0; n < 20; ++n) {
+    flight.frame();
+    others.frame();
+    others.view.select(Flight::ground().info(), imagery, flight.view, request, others.cache);
+    others.cache.ask(false);
+  }
+  EXPECT_EQ(others.cache.counts().came, 1u);
+  EXPECT_EQ(others.view.result().left_out, others.view.result().lacking);
+  EXPECT_GT(others.view.result().left_out, 0u);
 }
 
 TEST(LookAhead, TakesNoRoomFromWhatIsSeen) {
