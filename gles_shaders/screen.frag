@@ -62,7 +62,7 @@ void main() {
   ivec2 place = ivec2(gl_FragCoord.xy) - screen_place.xy;
   uvec2 texel = texelFetch(geometry, place, 0).xy;
 #ifdef KARST_EDGES
-  if (texel.y == 0u && screen_place.z == 0) discard;
+  if (texel.y == 0u && (screen_place.z & 1) == 0) discard;
   colour = colour_of(texel);
 #else
   colour = colour_of(of_block(place, texel));
@@ -83,6 +83,11 @@ void main() {
     // Depth as the vertices have it, by the row of clip z.
     float z = dot(screen_depth.xyz, from_eye_of(over_w)) + screen_depth.w;
     gl_FragDepth = z * over_w * screen_scale.z + screen_scale.w;
+    if ((screen_place.z & 2) != 0) {
+      // In two ranges.
+      vec2 range = over_w >= screen_scale.z ? screen_depth.xy : screen_depth.zw;
+      gl_FragDepth = range.x + range.y * over_w;
+    }
   }
 #endif
 }
