@@ -207,8 +207,8 @@ KARST_BLOCK(FrameBlock) {
   // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
   // plane, y: the second material, z: the near scale, w: looking at the sun.
   ivec4 least_work;
-  // The screen pass. xy: the viewport's corner, pixels; z: 1 where the sky is drawn, or 0; w: width, and
-  // height * 2^16
+  // The screen pass. xy: the viewport's corner, pixels; z: bit 0, the sky is drawn; bit 1, depth is in two
+  // ranges (screen_pass.cpp); w: width, and height * 2^16
   ivec4 screen_place;
   // x: depth along the ray, voxels, a clip w; y: the far plane's depth; depth is ndc z * z + w
   vec4 screen_scale;

@@ -84,7 +84,7 @@ float water_glint(vec3 normal, vec3 to_eye, float variance) {
 
 // Light of ground that lies `depth` voxels below the surface, as it comes to an eye above it along
 // `direction`. far: voxels from the eye to the ground, becomes those to the surface. sun: share of the sun
-// that reaches the ground there.
+// that reaches the place.
 vec3 through_surface(vec3 light, vec3 direction, float depth, float sun, inout float far) {
 #ifdef KARST_CURVED
   float met = level_distance(direction, water.w);
@@ -127,10 +127,14 @@ vec3 through_surface(vec3 light, vec3 direction, float depth, float sun, inout f
 #ifdef KARST_CURVED
   mirrored += up * (2.0 * max(-dot(mirrored, up), 0.0));
   vec3 seen = mix(below, sky_colour(mirrored) * day, mirror);
+  float falls = max(dot(sun_direction.xyz, up), 0.0);
 #else
   mirrored.y = abs(mirrored.y);
   vec3 seen = mix(below, sky_colour(mirrored), mirror);
+  float falls = max(sun_direction.y, 0.0);
 #endif
+  // Of what falls on a level surface: the bed's slope has no part in it.
+  sun *= falls;
   seen += sun_light.rgb * (sun * water_glint(normal, -direction, variance));
 
   float depth_m = depth * water.y;

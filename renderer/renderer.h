@@ -161,6 +161,8 @@ class Renderer {
   void listen(bool on);
   void begin(const PageTable& pages);
   bool is_deferred(const ViewInput& input, const DrawTarget& target) const;
+  template <class Draw>
+  Status in_ranges(const ViewInput& input, const DrawTarget& target, Draw&& draw);
   Status draw_forward(const ViewInput& input, const DrawTarget& target);
   Status draw_deferred(const ViewInput& input, const DrawTarget& target);
   static void GL_APIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, GLenum severity,

@@ -23,7 +23,7 @@ constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store =
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
 // In the order of Basis.
-constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder"};
+constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder", "function"};
 
 void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;
@@ -78,7 +78,9 @@ void print_ground(const WorldInfo& info) {
   std::printf("ground         %.0f x %.0f samples of %.10g x %.10g m, over %.10g x %.10g m\n", wide, deep,
               info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
               info.ground_spacing_m[1] * (deep - 1));
-  if (info.basis != Basis::plane) {
+  if (info.basis == Basis::function) {
+    std::printf("basis          where a function of the host says\n");
+  } else if (info.basis != Basis::plane) {
     std::printf("basis          %s of %.10g m\n", kBases[static_cast<int>(info.basis)], info.radius_m);
   }
   if (info.epsg > 0) {
@@ -116,10 +118,11 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;
   }
-  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent[0], info.extent[1],
-              info.extent[2], size, info.octree_depth);
+  std::printf("voxels         %d x %d x %d of %g m%s, octree of %d levels\n", info.extent[0], info.extent[1],
+              info.extent[2], size, info.regions > 1 ? " at most" : "", info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
-  std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  // Of several regions it is where the first begin.
+  if (info.regions <= 1) std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
   std::printf("materials      %u, %u lights\n", info.materials, info.lights);
   if (info.blend_map[0] > 0)
     std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);

@@ -243,6 +243,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
     }
     Target target;
     target.depth_zero_to_one = view.view.reversed_depth;
+    target.two_ranges = !target.depth_zero_to_one && !keep_depth;  // read_depth() has one
     target.viewport = target_.viewport();
     target.framebuffer = target_.framebuffer();
     target.sky = !has_drape() && !counts;

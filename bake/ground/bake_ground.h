@@ -45,7 +45,7 @@ struct BakeGround {
       double deviation_m = 0, seconds = 0;
     };
     std::vector<Region> regions;
-    std::size_t shapes = 0, unmet = 0;  // unmet: of them, those that do not meet the ground
+    std::size_t shapes = 0, unmet = 0;                // unmet: of them, those that do not meet the ground
     BakeImagery::Report imagery;                      // of no files: there is none
     double seconds_materials = 0, seconds_tiles = 0;  // tiles: with reading
   };

@@ -58,6 +58,21 @@ Error choose_basis(const Bake& job, const Elevation& facts, int width, int heigh
   Basis& basis = info.basis;
   info.samples[0] = width;
   info.samples[1] = height;
+  if (job.basis.kind == BakeBasis::Kind::function) {
+    basis.kind = BasisKind::function;
+    const int samples[2] = {width, height};
+    spacing_m[0] = facts.spacing_x_m;
+    spacing_m[1] = facts.spacing_z_m;
+    for (int axis = 0; axis < 2; ++axis) {
+      basis.step[axis] = spacing_m[axis];
+      basis.first[axis] = -0.5 * spacing_m[axis] * (samples[axis] - 1);
+    }
+    // A quad's diagonal on a sphere of that radius.
+    const double across_m = std::hypot(spacing_m[0], spacing_m[1]);
+    basis.function.turn_rad = across_m / job.basis.radius_m;
+    basis.function.sagitta_m = across_m * basis.function.turn_rad / 8;
+    return {};
+  }
   if (job.basis.kind == BakeBasis::Kind::cylinder) {
     basis.kind = BasisKind::cylinder;
     spacing_m[0] = facts.spacing_x_m;

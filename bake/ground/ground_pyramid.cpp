@@ -135,8 +135,8 @@ struct GroundPyramid::Level {
   }
 };
 
-GroundPyramid::GroundPyramid(const GroundInfo& info, std::vector<RegionMeasure> regions, double quantum, int threads,
-                             Write write)
+GroundPyramid::GroundPyramid(const GroundInfo& info, std::vector<RegionMeasure> regions, double quantum,
+                             int threads, Write write)
     : regions_(std::move(regions)),
       quantum_(quantum),
       threads_(threads),

@@ -85,8 +85,8 @@ std::string ground_report_text(const BakeGround::Report& report, double seconds)
           std::max(ground.steps[0], ground.steps[1]), report.attempts);
   for (const BakeGround::Report::Region& region : report.regions) {
     print(out, "region        %d x %d x %d voxels of %.6g m, %llu patches at level %d, %llu bytes\n",
-          region.extent.x, region.extent.y, region.extent.z, report.info.voxel_size_m,
-          number(region.patches), report.info.level, number(region.bytes));
+          region.extent.x, region.extent.y, region.extent.z, report.info.voxel_size_m, number(region.patches),
+          report.info.level, number(region.bytes));
     print(out,
           "              up to %.4g m from the ground that stands for it far away; %llu vertices missed, "
           "%llu folds left\n",

@@ -232,8 +232,8 @@ Error RegionBaker::find_nodes(const GroundRows& rows, Group& group) const {
   return {};
 }
 
-// Groups whose nodes lie nearer to each other than a node become one, and the nearest ones while there are too
-// many.
+// Groups whose nodes lie nearer to each other than a node become one, and the nearest ones while there are
+// too many.
 Error RegionBaker::group_up(const GroundRows& rows, std::vector<Group>& groups) const {
   const auto gap = [](const Rect& a, const Rect& b) {
     int most = std::numeric_limits<int>::min();
@@ -281,7 +281,8 @@ Error RegionBaker::choose(const GroundRows& rows, std::vector<Group> groups) {
     if (job_.voxel_m > 0 || node_voxels_log2_ == 0) {
       return "--carve: shapes that meet the ground and hang together are " + number(widest_m) +
              " m wide, and a region is 511 voxels of " + number(voxel_m()) + " m wide at most" +
-             (node_voxels_log2_ > 0 ? "; use a larger --voxel" : "; carve places that are nearer to each other");
+             (node_voxels_log2_ > 0 ? "; use a larger --voxel"
+                                    : "; carve places that are nearer to each other");
     }
   }
 }
@@ -329,9 +330,8 @@ Error RegionBaker::make_grids(GroundRows& rows) {
     const Rect& nodes = groups_[n].nodes;
     WorldGrid& grid = regions_[n].grid;
     // The lowest one begins where the world does.
-    const double layers = bottom_m[n] == lowest_m
-                              ? 0
-                              : std::floor((bottom_m[n] - low_m.y) / voxel - WorldGrid::kLayersBelow);
+    const double layers =
+        bottom_m[n] == lowest_m ? 0 : std::floor((bottom_m[n] - low_m.y) / voxel - WorldGrid::kLayersBelow);
     grid.voxel_m = voxel;
     grid.origin_m.y = low_m.y + std::max(0.0, layers) * voxel;
     const double tall = std::ceil((top_m[n] - grid.origin_m.y) / voxel) + 1;

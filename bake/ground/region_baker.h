@@ -28,8 +28,8 @@ class RegionBaker {
   // Reads the shapes. An error names --carve and the shape.
   Error load();
   bool is_wanted() const { return !job_.carve_path.empty(); }
-  // Chooses rectangles of nodes and the voxel, reads the elevation there, and makes voxels, their surfaces and
-  // heights. rows: opened; of one spacing in x and z, else an error that says so.
+  // Chooses rectangles of nodes and the voxel, reads the elevation there, and makes voxels, their surfaces
+  // and heights. rows: opened; of one spacing in x and z, else an error that says so.
   Error run(GroundRows& rows);
 
   struct Region {

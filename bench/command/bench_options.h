@@ -23,7 +23,8 @@ enum class SuiteName : std::uint8_t {
   flight,
   frames,
   select,
-  sweep
+  sweep,
+  motion
 };
 
 enum class FlightName : std::uint8_t { overview, low, oblique, high, teleport };

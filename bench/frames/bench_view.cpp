@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "app/stage/camera_ground.h"
-#include "bench/frames/bench_clock.h"
+#include "bench/measure/bench_clock.h"
 #include "bench/measure/gl_times.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"

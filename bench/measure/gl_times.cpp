@@ -5,7 +5,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "bench/frames/bench_clock.h"
+#include "bench/measure/bench_clock.h"
 #include "renderer/gl/gl.h"
 
 namespace karst::bench {

@@ -64,10 +64,11 @@ struct Limit {
   const char* reason;
 };
 
-// needs and placement are the caller's; make_plan() fills in the rest.
+// needs, placement and ground are the caller's; make_plan() fills in the rest.
 struct Plan {
   Needs needs;
   Placement placement;
+  GroundFunction ground;  // World::create() wants it, where the world's basis is one
 
   std::uint64_t cpu_bytes = 0;  // of the memory that World::create() wants, aligned to kMemoryAlignment
   std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own

@@ -66,8 +66,8 @@ class KARST_API World {
   // Lives at the start of memory: plan.cpu_bytes of it, aligned to kMemoryAlignment, the caller's until
   // destroy() has returned. Reads the file behind its head, which plan has, and later reads heights from it
   // where they did not all find room (plan.holds_all_heights), so the source must outlive the world. Any
-  // thread. invalid_argument ("plan": not made for this file; "memory"); corrupt, unsupported: the file,
-  // which names "file" where it cannot be read.
+  // thread. invalid_argument ("plan": not made for this file; "ground": its function is missing; "memory");
+  // corrupt, unsupported: the file, which names "file" where it cannot be read.
   static Status create(const Plan& plan, const Source& file, std::span<std::byte> memory, World*& out,
                        Log log = {}) noexcept;
   // Renderers and queries first.

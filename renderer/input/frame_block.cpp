@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <glm/geometric.hpp>
 
@@ -218,22 +219,27 @@ glm::vec3 horizon_light(const FrameLight& light) {
 }
 
 shader::KarstAir make_air_block(const shader::FrameBlock& block, const glm::mat4& world) {
-  return {.karst_world = world,
-          .karst_sun_direction = block.sun_direction,
-          .karst_sun_light = block.sun_light,
-          .karst_sky_light = block.sky_light,
-          .karst_ground_light = block.ground_light,
-          .karst_sky_zenith = block.sky_zenith,
-          .karst_sky_horizon = block.sky_horizon,
-          .karst_view_scale = block.view_scale,
-          .karst_ray_forward = block.ray_forward,
-          .karst_shadow_x = block.shadow_x,
-          .karst_shadow_y = block.shadow_y,
-          .karst_shadow_z = block.shadow_z,
-          .karst_shadow_box_0 = block.shadow_box_0,
-          .karst_shadow_box_1 = block.shadow_box_1,
-          .karst_shadow_box_2 = block.shadow_box_2,
-          .karst_shadow_scale = block.shadow_scale};
+  shader::KarstAir air = {.karst_world = world,
+                          .karst_sun_direction = block.sun_direction,
+                          .karst_sun_light = block.sun_light,
+                          .karst_sky_light = block.sky_light,
+                          .karst_ground_light = block.ground_light,
+                          .karst_sky_zenith = block.sky_zenith,
+                          .karst_sky_horizon = block.sky_horizon,
+                          .karst_view_scale = block.view_scale,
+                          .karst_ray_forward = block.ray_forward,
+                          .karst_shadow_x = block.shadow_x,
+                          .karst_shadow_y = block.shadow_y,
+                          .karst_shadow_z = block.shadow_z,
+                          .karst_shadow_box_0 = block.shadow_box_0,
+                          .karst_shadow_box_1 = block.shadow_box_1,
+                          .karst_shadow_box_2 = block.shadow_box_2,
+                          .karst_shadow_scale = block.shadow_scale,
+                          .karst_water = block.water,
+                          .karst_water_wave = {}};
+  static_assert(std::size(air.karst_water_wave) == KARST_WAVES);
+  std::copy(std::begin(block.water_wave), std::end(block.water_wave), std::begin(air.karst_water_wave));
+  return air;
 }
 
 void turn_frame_block(shader::FrameBlock& block, int quarter_turns) {

@@ -35,8 +35,9 @@ void GroundFrame::begin_frame(double work_ms, FrameCosts& costs) {
   costs.generate_ms += ms_since(start);
 }
 
-// Selects views first .. end - 1 and asks for what they lack; with wait again and again.
-void GroundFrame::complete(std::size_t first, std::size_t end, bool wait) {
+// Selects views first .. end - 1 and asks for what they lack, all or what comes soon; with wait again and
+// again.
+void GroundFrame::complete(std::size_t first, std::size_t end, bool all, bool wait) {
   Ground& ground = terrain_->ground;
   const OwnWork own(*inspection_);
   for (int round = 0; round < kMostRounds; ++round) {
@@ -45,14 +46,14 @@ void GroundFrame::complete(std::size_t first, std::size_t end, bool wait) {
       ground.select(v, requests_[v]);
       lacking += ground.view(v).result().lacks_tile;
     }
-    ground.ask();
+    ground.ask(all);
     if (!wait || lacking == 0 || !ground.wait()) return;
     if (ground.poll() == 0 && ground.counts().under_way == 0) return;  // nothing can be read, or finds room
   }
 }
 
-void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest> requests, bool wait,
-                         FrameCosts& costs) {
+void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest> requests,
+                         std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs) {
   if (!exists()) return;
   const std::int64_t start = clock_ns();
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -66,9 +67,11 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     // As K's patches: one whose side is a node's is at the node's level from half of that distance on.
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
+    if (!motions.empty()) request.motion = motions[v];
     request.regions = views[v].selection().whole_parts;
   }
-  complete(0, views.size(), wait);
+  all_ = motions.empty();
+  complete(0, views.size(), all_, wait);
   for (std::size_t v = 0; v < views.size(); ++v) views[v].keep_parts(parts_drawn(v));
   costs.select_ms += ms_since(start);
 }
@@ -89,7 +92,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
   request.regions = parts;
-  complete(shadow_view(), shadow_view() + 1, wait);
+  complete(shadow_view(), shadow_view() + 1, all_ || wait, wait);
   costs.select_ms += ms_since(start);
   return terrain_->ground.view(shadow_view()).result().lacks_tile == 0;
 }
@@ -192,11 +195,26 @@ void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> le
   }
 }
 
+std::size_t GroundFrame::nodes_within(std::size_t view, double steps) const {
+  const GroundView& ground = terrain_->ground.view(view);
+  std::size_t count = ground.items().size();
+  // Apparent distances are not above those along forward.
+  while (count > 0 && double{ground.node_of(count - 1).least_apparent} >= steps) --count;
+  return count;
+}
+
 GroundFrame::Sum GroundFrame::sum(std::size_t view) const {
   if (!exists()) return {};
   const GroundView::Result& result = terrain_->ground.view(view).result();
-  return {double{result.bound_px}, result.lacks_tile, result.lacks_room, result.triangles, result.drawn,
-          result.culled,           result.visited};
+  return {.bound_px = double{result.bound_px},
+          .lacking = result.lacks_tile,
+          .lacks_room = result.lacks_room,
+          .left_out = result.left_out,
+          .sizes_left_out = static_cast<std::uint32_t>(result.left_out_below),
+          .triangles = result.triangles,
+          .drawn = result.drawn,
+          .culled = result.culled,
+          .visited = result.visited};
 }
 
 }  // namespace karst::core

@@ -217,8 +217,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     }
     if (!status.ok()) return status;
     if (!ground_->exists() || (parts & ~casters.whole_parts) == 0) break;
-    whole_ground = ground_->select_casters(view, cascade, texel_steps, parts & casters.whole_parts,
-                                           input.wait, costs);
+    whole_ground =
+        ground_->select_casters(view, cascade, texel_steps, parts & casters.whole_parts, input.wait, costs);
     parts = ground_->parts_drawn(ground_->shadow_view());
   }
   if (parts == 0) casters.items = {};

@@ -106,8 +106,8 @@ void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& co
 void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& needs, Config& config) {
   const int finest = std::min(static_cast<int>(needs.level), info.level);
   const std::uint64_t detail = std::uint64_t{World::default_detail_pages(info.patches)} * needs.views;
-  config = World::config_for(
-      info, finest, static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)), ground);
+  config = World::config_for(info, finest,
+                             static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)), ground);
   config.max_views = needs.views;
   if (needs.vertex_bytes > 0) {
     const std::uint64_t pages =
@@ -155,8 +155,8 @@ void fit_tiles(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
 glm::ivec3 extent_of(const PlannedWorld& world) {
   if (!world.ground.exists()) return world.info.extent;
   const LatticeBox box = ground_box(world.ground);
-  return glm::max(world.info.extent,
-                  glm::ivec3(glm::ceil(glm::dvec3(box.max - box.min) / double{kStepsPerVoxel})));
+  return glm::max(world.info.extent, glm::ivec3(glm::ceil((glm::dvec3(box.max) - glm::dvec3(box.min)) /
+                                                          double{kStepsPerVoxel})));
 }
 
 SkyAtlas sky_of(const PlannedWorld& world, const Config& config) {
@@ -310,7 +310,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     out.ground_low_m = base_m + double{kVertexStep} * ground.low * step_m;
     out.ground_high_m = base_m + double{kVertexStep} * ground.high * step_m;
     out.basis = static_cast<karst::Basis>(ground.basis.kind);
-    if (ground.basis.is_curved()) out.radius_m = ground.basis.radius_m;
+    if (ground.basis.is_curved() && ground.basis.kind != BasisKind::function)
+      out.radius_m = ground.basis.radius_m;
     const Georeference& earth = reader.earth();
     out.epsg = earth.epsg;
     out.is_projected =

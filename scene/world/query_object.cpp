@@ -18,6 +18,8 @@ QueryObject& self(karst::Query* query) {
 
 }  // namespace
 
+QueryObject::QueryObject() = default;
+
 Status QueryObject::create(const core::Query::Limits& limits, const QueryWorld& world,
                            const PlacementFrame& frame, std::span<const WorldPart> octrees,
                            std::span<std::byte> memory) {
@@ -127,8 +129,8 @@ bool Query::pick(Vec3 from, Vec3 to, int octree_level, Voxel& voxel) noexcept {
     const glm::dvec3 corner(part.corner);
     core::PickedVoxel found;
     // Voxels as large in all, or the whole of an octree that is smaller.
-    const int level = octree_level < 0 ? octree_level
-                                       : std::max(0, octree_level - (deepest - part.octree->depth()));
+    const int level =
+        octree_level < 0 ? octree_level : std::max(0, octree_level - (deepest - part.octree->depth()));
     if (!core::pick_voxel(*part.octree, q.voxels(from) - corner, q.voxels(to) - corner, level, found) ||
         (in != nullptr && found.distance >= picked.distance))
       continue;
@@ -137,8 +139,8 @@ bool Query::pick(Vec3 from, Vec3 to, int octree_level, Voxel& voxel) noexcept {
   }
   if (in == nullptr) return false;
   const int depth = in->octree->depth();
-  voxel.centre = q.placement->place_of_voxels(
-      glm::dvec3(in->corner) + glm::dvec3(picked.voxel.centre_half_voxels(depth)) * 0.5);
+  voxel.centre = q.placement->place_of_voxels(glm::dvec3(in->corner) +
+                                              glm::dvec3(picked.voxel.centre_half_voxels(depth)) * 0.5);
   voxel.side_m = picked.voxel.size(depth) * q.placement->world().voxel_size_m;
   voxel.level = octree_level;
   return true;

@@ -16,7 +16,7 @@
 namespace karst::core {
 
 struct QueryObject final : karst::Query {
-  QueryObject() = default;
+  QueryObject();
   ~QueryObject() = default;
 
   // memory: Query::bytes(limits). frame and octree are borrowed.

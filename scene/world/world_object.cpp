@@ -51,6 +51,30 @@ QueryWorld query_world(const World& world) {
   return out;
 }
 
+// The host's function in the core's words. ground: outlives the reader.
+Status lend_function(const GroundFunction& ground, WorldReader& reader) {
+  if (ground.place == nullptr || ground.up == nullptr)
+    return {StatusCode::invalid_argument, "the function that says where this ground lies is missing",
+            "ground"};
+  BasisFunction function;
+  function.context = &ground;
+  function.place = [](const void* of, double u, double v, double height_m) {
+    const auto& host = *static_cast<const GroundFunction*>(of);
+    return to_glm(host.place(host.user, u, v, height_m));
+  };
+  function.up = [](const void* of, double u, double v) {
+    const auto& host = *static_cast<const GroundFunction*>(of);
+    return to_glm(host.up(host.user, u, v));
+  };
+  if (ground.inverse != nullptr) {
+    function.inverse = [](const void* of, glm::dvec3 place_m, double& u, double& v, double& height_m) {
+      const auto& host = *static_cast<const GroundFunction*>(of);
+      return host.inverse(host.user, from_glm(place_m), u, v, height_m);
+    };
+  }
+  return reader.lend(function);
+}
+
 }  // namespace
 
 std::size_t objects_bytes(std::uint32_t queries) {
@@ -67,6 +91,9 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   if (!read_from(plan.head, reader)) return other;
   if (const Status status = reader.go_on(byte_source(file)); !status.ok())
     return status.code() == StatusCode::invalid_argument ? other : status;
+  if (reader.ground().basis.kind == BasisKind::function) {
+    if (const Status status = lend_function(made_for.ground, reader); !status.ok()) return status;
+  }
   const WorldInfo& info = reader.info();
   if (const Status status = lay_out(PlannedWorld::of(reader), plan.needs, layout); !status.ok())
     return status;

@@ -214,7 +214,10 @@ Status Basis::finish() {
   most_bend_m = std::numeric_limits<double>::infinity();
   if (kind == BasisKind::plane) return {};
   if (kind == BasisKind::function) {
-    if (function.place == nullptr || function.up == nullptr) return refuse("missing", "function");
+    if ((function.place == nullptr) != (function.up == nullptr)) return refuse("missing", "function");
+    if (!inside(first[0], -1e9, 1e9) || !inside(first[1], -1e9, 1e9) || !inside(step[0], 1e-6, 1e9) ||
+        !inside(step[1], 1e-6, 1e9))
+      return refuse("its numbers are not within 1e9", "first");
     if (!inside(function.turn_rad, 0, 10) || !inside(function.sagitta_m, 0, 1e12))
       return refuse("its limits are not known", "function");
     turn_rad = function.turn_rad;

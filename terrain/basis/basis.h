@@ -36,6 +36,7 @@ inline constexpr std::int32_t kMostFaceQuads = 1 << 19;
 // A caller's basis. u, v: of a sample, first + step * index. Both must give the same bits for the same
 // numbers, whoever asks, and up unit length.
 struct BasisFunction {
+  // Null, both: it is not lent yet, and nothing has a place.
   glm::dvec3 (*place)(const void* context, double u, double v, double height_m) = nullptr;
   glm::dvec3 (*up)(const void* context, double u, double v) = nullptr;
   // False: none is near. Null: queries by place are not answered.

@@ -49,7 +49,6 @@ constexpr std::uint32_t kCentred = 1;
 
 Fault check_basis(const GroundInfo& info) {
   Basis basis = info.basis;
-  if (basis.kind == BasisKind::function) return {"a function cannot be in a file", kBytes + kKind};
   if (!basis.finish().ok()) return {"the basis is none", kBytes + kKind};
   if (!info.is_cube()) return {};
   for (int axis = 0; axis < 2; ++axis) {
@@ -102,6 +101,12 @@ void load_earth(std::span<const std::byte> in, WorldGround& ground) {
   earth.false_east_m = load<double>(in, kFalseEast);
   earth.false_north_m = load<double>(in, kFalseNorth);
   earth.unit_m = load<double>(in, kUnit);
+  if (basis.kind != BasisKind::function) return;
+  // In the file its limits alone.
+  basis.function = {};
+  basis.function.turn_rad = basis.anchor_deg[0];
+  basis.function.sagitta_m = basis.anchor_deg[1];
+  basis.anchor_deg[0] = basis.anchor_deg[1] = 0;
 }
 
 void store_earth(const WorldGround& ground, std::span<std::byte> out) {
@@ -112,7 +117,8 @@ void store_earth(const WorldGround& ground, std::span<std::byte> out) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     store(out, kFirst + axis * 8, basis.first[axis]);
     store(out, kStep + axis * 8, basis.step[axis]);
-    store(out, kAnchor + axis * 8, basis.anchor_deg[axis]);
+    const double limit = axis == 0 ? basis.function.turn_rad : basis.function.sagitta_m;
+    store(out, kAnchor + axis * 8, basis.kind == BasisKind::function ? limit : basis.anchor_deg[axis]);
     store(out, kOrigin + axis * 8, earth.origin[axis]);
     store(out, kPerM + axis * 8, earth.per_m[axis]);
   }
@@ -204,7 +210,7 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
     if (load<std::uint32_t>(second, kZero) != 0 || !world_layout::all_zero(second.subspan(kEarthReserved)))
       return {"a reserved field is not 0", kBytes + kZero};
     load_earth(second, read);
-    if (read.info.basis.kind > BasisKind::cylinder) return {"a basis of unknown kind", kBytes + kKind};
+    if (read.info.basis.kind > BasisKind::function) return {"a basis of unknown kind", kBytes + kKind};
     if (!has_earth(read)) return {"a basis and a georeference are missing", kBytes + kKind};
   }
   if (const Fault fault = check(read); fault.what != nullptr) return fault;

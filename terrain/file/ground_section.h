@@ -40,8 +40,8 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
 void encode(const WorldGround& ground, std::span<std::byte> out);
 
 // Of REGN, which is there where a world has a ground and patches.
-inline constexpr std::size_t kRegionBytes = 16;   // of one, whose octree the header tells of
-inline constexpr std::size_t kRegionEntry = 48;   // of each of several
+inline constexpr std::size_t kRegionBytes = 16;  // of one, whose octree the header tells of
+inline constexpr std::size_t kRegionEntry = 48;  // of each of several
 inline constexpr std::size_t kMostRegionBytes = kMostRegions * kRegionEntry;
 constexpr std::size_t region_bytes(std::uint32_t regions) {
   return regions == 1 ? kRegionBytes : regions * kRegionEntry;

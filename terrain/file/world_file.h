@@ -38,10 +38,10 @@ struct WorldInfo {
   // Voxels in use: x, z in 2..2^depth, y in 1..2^depth - 1 (a layer of air on top). Of several octrees, which
   // are regions of a ground, the most; the counts below are of all.
   glm::ivec3 extent{0};
-  int depth = 0;              // of the octree, 1..9; the same
-  std::uint32_t regions = 1;  // octrees, 1..kMostRegions
-  int level = 0;              // of the height blocks, 1..6
-  std::uint32_t octets = 0;   // of the octree
+  int depth = 0;                    // of the octree, 1..9; the same
+  std::uint32_t regions = 1;        // octrees, 1..kMostRegions
+  int level = 0;                    // of the height blocks, 1..6
+  std::uint32_t octets = 0;         // of the octree
   std::uint32_t volumes = 0;        // that extraction makes
   std::uint32_t patches = 0;        // that extraction makes
   std::uint32_t height_blocks = 0;  // patches that have heights

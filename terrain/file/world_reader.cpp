@@ -52,6 +52,15 @@ Status WorldReader::for_each_piece(std::uint64_t offset, std::uint64_t bytes, co
   return {};
 }
 
+Status WorldReader::lend(const BasisFunction& function) {
+  BasisFunction& own = ground_.info.basis.function;
+  const double turn_rad = own.turn_rad, sagitta_m = own.sagitta_m;
+  own = function;
+  own.turn_rad = turn_rad;
+  own.sagitta_m = sagitta_m;
+  return ground_.info.basis.finish();
+}
+
 Status WorldReader::open(const ByteSource& source) {
   *this = {};
   source_ = source;
@@ -384,8 +393,8 @@ Status WorldReader::read_octrees(std::span<std::byte> room, std::span<Octree> tr
   for (std::size_t n = 0; n < trees.size(); ++n) {
     const std::uint32_t octets = one ? info_.octets : regions[n].octets;
     const std::size_t length = octree_room(octets);
-    const Status status = decode_octree(room.subspan(at, length), octets,
-                                        one ? info_.extent : regions[n].extent, trees[n]);
+    const Status status =
+        decode_octree(room.subspan(at, length), octets, one ? info_.extent : regions[n].extent, trees[n]);
     if (status.code() == StatusCode::corrupt) {
       return {status.code(), status.what(), status.field(),
               place_of(WorldSection::octree).offset + at + status.value()};
@@ -419,10 +428,10 @@ Status WorldReader::match_keys(std::span<const Surface> surfaces) const {
     for (std::size_t at = 0; fault.what == nullptr && at < piece.size(); at += sizeof(PatchKey), ++patch) {
       const auto bits = load<std::uint64_t>(piece, at);
       next_region();
-      const bool same = region < surfaces.size() &&
-                        key_of(surfaces[region], static_cast<PatchId>(patch - first),
-                               static_cast<std::uint32_t>(region))
-                                .bits() == bits;
+      const bool same =
+          region < surfaces.size() &&
+          key_of(surfaces[region], static_cast<PatchId>(patch - first), static_cast<std::uint32_t>(region))
+                  .bits() == bits;
       if (!same) fault = {kOthers, patch * sizeof(PatchKey)};
     }
     return true;

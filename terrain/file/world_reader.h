@@ -40,6 +40,8 @@ class WorldReader {
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
   const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
+  // Of a ground that lies where a function says: that, whose limits are those of the file.
+  Status lend(const BasisFunction& function);
   const Georeference& earth() const { return ground_.earth; }
   const TilePlace& root_tile() const { return ground_.root; }
   std::uint64_t tile_bytes() const { return ground_.tile_bytes; }

@@ -22,10 +22,10 @@
 // 0, which halves and rounds once a size. So two sizes agree on where the coarser one's vertices are,
 // whichever tile they were read from.
 //
-// Regions. A world may have voxels besides: then rectangles of whole nodes, its *regions*, are theirs, and the
-// ground leaves those out where they are drawn. Each has an octree of its own; all have the same voxel, the
-// world's, and lie on its lattice, each octree's low corner at whole voxels from the world's. Patches end at
-// the centres of the outermost voxels, and there a region's borders lie, on edges of nodes. So samples are
+// Regions. A world may have voxels besides: then rectangles of whole nodes, its *regions*, are theirs, and
+// the ground leaves those out where they are drawn. Each has an octree of its own; all have the same voxel,
+// the world's, and lie on its lattice, each octree's low corner at whole voxels from the world's. Patches end
+// at the centres of the outermost voxels, and there a region's borders lie, on edges of nodes. So samples are
 // square, 2^(kLatticeBits - 2 + g) steps apart, a node of size 0 is 2^g voxels wide, 0 <= g <=
 // kMostLatticeSize, and sample (0, 0) lies at `corner`. Steps are too fine for nodes then: size s has the
 // lattice of page size s + g. Between two regions lies a node of size 0 at least, along x or along z.

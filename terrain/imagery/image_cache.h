@@ -39,14 +39,19 @@ class ImageCache {
   const TilePlace& root_place() const { return root_place_; }
   // The layer that a tile is in, which the frame looks at; -1: none. Valid until poll().
   std::int32_t find(NodeKey key) { return slots_.find(key); }
+  // The same for what will be looked at: what is looked at goes before it.
+  std::int32_t find_ahead(NodeKey key) { return slots_.find_ahead(key); }
   // Where the children of the tile in a layer lie.
   const ImageChildren& children(std::int32_t layer) const {
     return children_[static_cast<std::size_t>(layer)];
   }
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey key, const TilePlace& place, float urgency) { slots_.want(key, place, urgency); }
-  // Asks the source for what was wanted since the last time.
-  void ask() { slots_.ask(source_.ask, source_.context); }
+  // As TileSlots.
+  void ask(bool all = true) { slots_.ask(source_.ask, source_.context, all); }
+  std::uint32_t ask_ahead(std::uint32_t most) { return slots_.ask_ahead(source_.ask, source_.context, most); }
+  double frames_to_come() const { return slots_.frames_to_come(); }
+  std::uint32_t room_ahead() const { return slots_.room_ahead(); }
   // Takes one that came: true, and the layer that its texels are to be copied to before the next poll().
   bool poll(std::int32_t& layer, ImageArrival& out);
   // Waits for the source. False: nothing is under way.

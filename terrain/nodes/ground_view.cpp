@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <glm/geometric.hpp>
 
@@ -15,14 +16,13 @@
 #include "terrain/draw/index_batches.h"
 #include "terrain/draw/wall_indices.h"
 #include "terrain/ground/ground_box.h"
+#include "terrain/nodes/forecast.h"
 #include "terrain/view/frustum.h"
 
 namespace karst::core {
 namespace {
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
-// What halves and floats lose of a threshold and of distances: a factor a size.
-constexpr double kThresholdRounding = 1.0 + 0x1p-9;
 // Of a box's corner, what a plane of float coefficients and the GPU may be off by (frustum.cpp).
 constexpr double kPlaneRounding = 0x1p-19;
 
@@ -61,34 +61,6 @@ constexpr auto kLinks = [] {
   }
   return links;
 }();
-
-// No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
-// times error.
-float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
-  const std::uint16_t greatest = measure.thresholds[kDemands - 1];
-  if (greatest >= kNeverMorphs) return kInfinite;
-  return threshold_steps(greatest) * std::ldexp(1.0f, info.page_size(size)) /
-         static_cast<float>(demand(kDemands - 1));
-}
-
-// Relative to the camera's voxel.
-Frustum planes_at(const GroundRequest& request) {
-  Camera camera = *request.camera;
-  const glm::dvec3 corner = glm::dvec3(camera.voxel) * double{kStepsPerVoxel};
-  if (request.frustum != nullptr) {
-    Frustum moved = *request.frustum;
-    for (Plane& plane : moved.planes) {
-      const double offset = double{plane.offset} + glm::dot(glm::dvec3(plane.normal), corner);
-      // What floats lost of both terms.
-      plane.offset = static_cast<float>(
-          offset +
-          (std::abs(offset) + std::abs(double{plane.offset}) + glm::length(corner)) * kPlaneRounding);
-    }
-    return moved;
-  }
-  camera.voxel = glm::ivec3(0);
-  return make_frustum(camera);
-}
 
 // What the ellipsoid itself hides from an eye above it. All of the ground is above its lowest height, so what
 // lies behind the horizon of an ellipsoid at that is not seen. In the space in which the ellipsoid is the
@@ -144,6 +116,7 @@ struct GroundView::Looks {
       : info(ground),
         request(asked),
         tiles(cache),
+        thresholds(ground, asked),
         frustum(planes_at(asked)),
         fine(asked.camera->fine),
         corner(glm::dvec3(asked.camera->voxel) * double{kStepsPerVoxel}),
@@ -153,17 +126,15 @@ struct GroundView::Looks {
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
+  NodeThresholds thresholds;
   Frustum frustum;    // relative to the camera's voxel
   glm::dvec3 fine;    // the eye, relative to it
   glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
   std::uint32_t regions;  // that there are and that are asked for
-  DemandPlace demand{};
-  bool is_finite = true;                     // the demand
-  double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
-  std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
   int top = 0;
   Horizon horizon{};
+  const Forecast* forecast = nullptr;  // of when what is asked for will have come; null: nothing moves
 
   // The tile of nodes' children: neighbours ask for the same one. Null: not there.
   const Tile* find_below(NodeKey tile) {
@@ -195,16 +166,9 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   }
   Looks looks(info, request, tiles);
   looks.top = info.top_size();
-  const float least_cos2 = request.scale.least_cos2;
-  const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
-  looks.unit[0] = std::ldexp(1.0, info.lattice_size);
-  for (std::size_t size = 1; size < looks.unit.size(); ++size)
-    looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
-  const bool by_error = request.sides_away <= 0;
-  looks.is_finite = !by_error || request.scale.steps_per_step < kInfinite;
-  looks.demand = place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
-  looks.steps_away =
-      std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / looks.unit[0];
+  std::optional<Forecast> forecast;
+  if (request.motion != glm::dvec3(0.0))
+    looks.forecast = &forecast.emplace(info, request, request.motion * (kOfUse * tiles.frames_to_come()));
 
   if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !request.camera->parallel)
     looks.horizon = Horizon(info, looks.corner + looks.fine);
@@ -367,15 +331,7 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
 
 void GroundView::set_threshold(const Looks& looks, Node& node) {
   if (node.key.size == 0) return;
-  double threshold = double{kInfinite};
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
-  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
-    const double at_n = double{threshold_steps(halves[0])};
-    const double after_n = double{threshold_steps(halves[1])};
-    threshold = ((at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor + looks.steps_away) *
-                looks.unit[static_cast<std::size_t>(node.key.size)];
-  }
+  const double threshold = looks.thresholds.of(node.tile->nodes[node_in_tile(node.key)], node.key.size);
   node.half = threshold_half(static_cast<float>(threshold));
   node.threshold = threshold_steps(node.half);
 }
@@ -388,7 +344,7 @@ void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   }
   if (node.key.size == 0) return;
   const bool is_near = node.least_apparent < node.threshold;
-  if (!is_near && looks.steps_away == 0) return;
+  if (!is_near && looks.thresholds.steps_away == 0) return;
   const float error = most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
@@ -407,7 +363,17 @@ void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   if (!has_tile) {
     // Which of its tile's four children that is.
     const int quadrant = (below.x & 1) | (below.z & 1) << 1;
-    looks.tiles.want(below, node.tile->children[quadrant], px);
+    float urgency = px;
+    if (looks.forecast != nullptr) {
+      const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
+      urgency = looks.forecast->need(measure, node.key, looks.forecast->ball(measure, node.key));
+    }
+    if (urgency > 0) {
+      looks.tiles.want(below, node.tile->children[quadrant], urgency);
+    } else {
+      ++result_.left_out;
+      result_.left_out_below = std::max(result_.left_out_below, node.key.size);
+    }
     ++result_.lacks_tile;
   }
   const bool enclosed = std::none_of(std::begin(node.around), std::end(node.around),
@@ -639,7 +605,8 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
-      item.walls = node.walls;
+      // Where a function says, what is below is not known.
+      item.walls = looks.info.basis.kind == BasisKind::function ? std::uint8_t{0} : node.walls;
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=

@@ -82,6 +82,8 @@ struct GroundRequest {
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
+  // Lattice steps that the eye moves a frame. Tiles that would come too late to be of use are not wanted.
+  glm::dvec3 motion{0.0};
   std::uint32_t regions = 0;                // bit n: the patches of region n are there to be drawn
   int least_size = 0;                       // no finer one is drawn
   std::uint32_t most_splits = 0xffffffffu;  // nodes; what casts leaves families for what is seen
@@ -137,13 +139,15 @@ class GroundView {
   struct Result {
     std::uint32_t drawn = 0;  // items
     std::uint32_t triangles = 0;
-    std::uint32_t visited = 0;     // nodes looked at
-    std::uint32_t split = 0;       // of them
-    std::uint32_t culled = 0;      // of them, out of view
-    std::uint32_t refused = 0;     // should be split
-    std::uint32_t lacks_tile = 0;  // of them, for want of a tile
-    std::uint32_t lacks_room = 0;  // for want of a family
-    std::int32_t least_size = 0;   // of what is drawn
+    std::uint32_t visited = 0;        // nodes looked at
+    std::uint32_t split = 0;          // of them
+    std::uint32_t culled = 0;         // of them, out of view
+    std::uint32_t refused = 0;        // should be split
+    std::uint32_t lacks_tile = 0;     // of them, for want of a tile
+    std::uint32_t left_out = 0;       // of those, whose tile would come too late
+    std::int32_t left_out_below = 0;  // the greatest size of which one was, plus 1; 0: none
+    std::uint32_t lacks_room = 0;     // for want of a family
+    std::int32_t least_size = 0;      // of what is drawn
     std::int32_t greatest_size = 0;
     std::uint32_t regions = 0;  // bit n: region n is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
@@ -165,6 +169,8 @@ class GroundView {
   std::uint64_t hash() const;
   // Nearest first, by and large. patch: 4 * family + quadrant, page of the family pages; level kNodeLevel.
   std::span<const DrawItem> items() const { return storage_.items.first(result_.drawn); }
+  // That select() looks at.
+  std::size_t most_nodes() const { return storage_.nodes.size(); }
   std::span<const Node> nodes() const { return storage_.nodes.first(node_count_); }
   // What an item draws, by its place among items().
   const Node& node_of(std::size_t item) const {

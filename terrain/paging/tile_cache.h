@@ -37,10 +37,18 @@ class TileCache {
     const std::int32_t at = slots_.find(tile);
     return at < 0 ? nullptr : &tiles_[static_cast<std::size_t>(at)];
   }
+  // The same for what will be looked at: what is looked at goes before it.
+  const Tile* find_ahead(NodeKey tile) {
+    const std::int32_t at = slots_.find_ahead(tile);
+    return at < 0 ? nullptr : &tiles_[static_cast<std::size_t>(at)];
+  }
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey tile, const TilePlace& place, float urgency) { slots_.want(tile, place, urgency); }
-  // Asks the source for what was wanted since the last time.
-  void ask() { slots_.ask(source_.ask, source_.context); }
+  // As TileSlots.
+  void ask(bool all = true) { slots_.ask(source_.ask, source_.context, all); }
+  std::uint32_t ask_ahead(std::uint32_t most) { return slots_.ask_ahead(source_.ask, source_.context, most); }
+  double frames_to_come() const { return slots_.frames_to_come(); }
+  std::uint32_t room_ahead() const { return slots_.room_ahead(); }
   // Takes what came, one at most or all. Returns how many tiles.
   std::uint32_t poll(bool one = false);
   // Waits for the source. False: nothing is under way.

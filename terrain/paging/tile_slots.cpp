@@ -12,6 +12,7 @@ void TileSlots::reset() {
   KARST_ASSERT(!storage_.slots.empty());
   want_count_ = 0;
   counts_ = {};
+  pace_.reset();
   forget();
 }
 
@@ -41,19 +42,31 @@ std::int32_t TileSlots::slot_of(NodeKey key) {
 
 void TileSlots::begin_frame() {
   ++frame_;
+  pace_.begin_frame();
   want_count_ = 0;
   counts_.wanted = 0;
 }
 
 std::int32_t TileSlots::find(NodeKey key) {
   const std::int32_t at = slot_of(key);
-  if (at >= 0) storage_.slots[static_cast<std::size_t>(at)].last_used = frame_;
+  if (at < 0) return at;
+  TileSlot& slot = storage_.slots[static_cast<std::size_t>(at)];
+  slot.last_used = frame_;
+  if (slot.ahead) ++counts_.ahead.used;
+  slot.ahead = false;
   return at;
 }
 
-bool TileSlots::is_under_way(NodeKey key) const {
+std::int32_t TileSlots::find_ahead(NodeKey key) {
+  const std::int32_t at = slot_of(key);
+  if (at >= 0) storage_.slots[static_cast<std::size_t>(at)].last_ahead = frame_;
+  return at;
+}
+
+TileSlots::UnderWay* TileSlots::find_under_way(NodeKey key) {
   const auto end = under_way_.begin() + counts_.under_way;
-  return std::find(under_way_.begin(), end, key) != end;
+  const auto at = std::find_if(under_way_.begin(), end, [&](const UnderWay& u) { return u.key == key; });
+  return at == end ? nullptr : &*at;
 }
 
 void TileSlots::want(NodeKey key, const TilePlace& place, float urgency) {
@@ -74,21 +87,49 @@ void TileSlots::want(NodeKey key, const TilePlace& place, float urgency) {
   if (least->urgency < urgency) *least = {key, place, urgency};
 }
 
-void TileSlots::ask(bool (*asks)(void* context, NodeKey key, const TilePlace& place), void* context) {
+std::uint32_t TileSlots::ask_for_wants(Asks asks, void* context, std::size_t most, bool ahead) {
   const auto end = wants_.begin() + static_cast<std::ptrdiff_t>(want_count_);
   std::sort(wants_.begin(), end, [](const Want& a, const Want& b) { return a.urgency > b.urgency; });
-  for (auto want = wants_.begin(); want != end && counts_.under_way < most_under_way_; ++want) {
-    if (is_under_way(want->key)) continue;
+  std::uint32_t asked = 0;
+  for (auto want = wants_.begin(); want != end; ++want) {
+    if (UnderWay* const there = find_under_way(want->key); there != nullptr) {
+      if (there->ahead && !ahead) {
+        ++counts_.ahead.used;
+        there->ahead = false;
+      }
+      continue;
+    }
+    if (counts_.under_way >= most) continue;
     if (asks == nullptr || !asks(context, want->key, want->place)) break;
-    under_way_[counts_.under_way++] = want->key;
+    pace_.ask(counts_.under_way);
+    under_way_[counts_.under_way++] = {want->key, ahead};
+    ++asked;
   }
   // Whoever still lacks them wants them again.
   want_count_ = 0;
+  return asked;
+}
+
+void TileSlots::ask(Asks asks, void* context, bool all) {
+  const auto most = static_cast<std::uint32_t>(most_under_way_);
+  ask_for_wants(asks, context, all ? most : pace_.depth(most), false);
+}
+
+std::uint32_t TileSlots::ask_ahead(Asks asks, void* context, std::uint32_t most) {
+  const std::uint32_t asked =
+      ask_for_wants(asks, context, std::min<std::size_t>(counts_.under_way + most, most_under_way_), true);
+  counts_.ahead.asked += asked;
+  return asked;
+}
+
+std::uint32_t TileSlots::room_ahead() const {
+  const std::uint32_t depth = pace_.depth(static_cast<std::uint32_t>(most_under_way_));
+  return counts_.under_way < depth ? depth - counts_.under_way : 0;
 }
 
 void TileSlots::put(NodeKey key, std::int32_t slot) {
   TileSlot& own = storage_.slots[static_cast<std::size_t>(slot)];
-  own = {key, frame_, chain_of(key), true};
+  own = {key, frame_, frame_, chain_of(key), true, false};
   chain_of(key) = slot;
 }
 
@@ -97,18 +138,23 @@ void TileSlots::unlink(std::int32_t slot) {
   std::int32_t* at = &chain_of(gone.key);
   while (*at != slot) at = &storage_.slots[static_cast<std::size_t>(*at)].next;
   *at = gone.next;
+  if (gone.ahead) ++counts_.ahead.wasted;
   gone = {};
 }
 
 // A slot that nothing is in, or what was not looked at in this frame or the last one for longest; -1: none.
-std::int32_t TileSlots::make_room() {
+// ahead: for what is not lacking yet, nothing gives way that will be looked at soon.
+std::int32_t TileSlots::make_room(bool ahead) {
+  constexpr std::uint32_t kSoon = 64;  // frames in which find_ahead() looks at everything
   std::int32_t best = -1;
-  std::uint32_t most = 1;  // frames unused, more than
+  std::uint32_t most = 0;  // frames unused
   for (std::size_t n = pinned_; n < storage_.slots.size(); ++n) {
     const TileSlot& slot = storage_.slots[n];
     if (!slot.used) return static_cast<std::int32_t>(n);
-    const std::uint32_t unused = frame_ - slot.last_used;
-    if (unused > most) {
+    if (frame_ - slot.last_used <= 1) continue;
+    const std::uint32_t unused = frame_ - std::max(slot.last_used, slot.last_ahead);
+    if (ahead && unused < kSoon) continue;
+    if (best < 0 || unused > most) {
       most = unused;
       best = static_cast<std::int32_t>(n);
     }
@@ -118,23 +164,29 @@ std::int32_t TileSlots::make_room() {
 }
 
 std::int32_t TileSlots::take(NodeKey key, TileSource::Answer answer) {
-  const auto end = under_way_.begin() + counts_.under_way;
-  const auto at = std::find(under_way_.begin(), end, key);
-  if (at == end) return -1;
+  UnderWay* const at = find_under_way(key);
+  if (at == nullptr) return -1;
+  const bool ahead = at->ahead;
   *at = under_way_[--counts_.under_way];
+  pace_.answer();
   counts_.failing = answer == TileSource::Answer::failed;
   if (counts_.failing) {
     ++counts_.failed;
     return -1;
   }
   if (slot_of(key) >= 0) return -1;
-  const std::int32_t room = make_room();
+  const std::int32_t room = make_room(ahead);
+  if (room < 0 && ahead) {
+    ++counts_.ahead.wasted;
+    return -1;
+  }
   counts_.full = room < 0;
   if (room < 0) {
     ++counts_.dropped;
     return -1;
   }
   put(key, room);
+  storage_.slots[static_cast<std::size_t>(room)].ahead = ahead;
   ++counts_.came;
   return room;
 }

@@ -56,7 +56,7 @@ struct TileNode {
 
 // The vertices of a patch and the tree over its tiles, 2 x 2 cells each.
 struct QueryPatch {
-  glm::ivec3 origin{0};  // of the patch, lattice steps from the world's corner
+  glm::ivec3 origin{0};                     // of the patch, lattice steps from the world's corner
   const std::int16_t* positions = nullptr;  // [j * side + i][axis], lattice steps from origin
   const TileNode* nodes =
       nullptr;    // children of node k are 4k + 1 .. 4k + 4, tiles the leaves; null at level 1

@@ -109,7 +109,7 @@ std::size_t BuildBelts::write(const Piece& piece, std::span<std::uint32_t> to) c
     if (used + 3 > to.size()) return 0;
     const std::uint32_t ground = piece.ground[static_cast<std::size_t>(k)].index;
     const bool by_rim = more && (k + 1 == piece.count ||
-                                    own_next.along <= piece.ground[static_cast<std::size_t>(k) + 1].along);
+                                 own_next.along <= piece.ground[static_cast<std::size_t>(k) + 1].along);
     if (by_rim) {
       triangle(own_next.index, own.index, ground);
       own = own_next;

@@ -68,7 +68,10 @@ class Ground {
   // Precondition: exists(), view < view_count().
   void select(std::size_t view, const GroundRequest& request);
   // Of the source, for what the frame's views lack.
-  void ask() { tiles_.ask(); }
+  // all: as TileCache::ask().
+  void ask(bool all = true) { tiles_.ask(all); }
+  // For looking ahead (terrain/imagery/look_ahead.h).
+  TileCache& tiles() { return tiles_; }
   // The next node that the views selected since begin_frame() draw and the GPU lacks. False: none.
   bool next_node(NodeUpload& upload);
 

@@ -337,7 +337,8 @@ int Residency::kept_level(const ViewState& view, PatchId patch) const {
   const int drawn = view.levels()[patch];
   if (held <= drawn || view.settings().mode != LodMode::error) return std::max(held, drawn);
   const PatchLod& lod = thresholds_.lods(view.threshold_set())[patch];
-  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye_of(world_->part_number(patch)))), drawn, held);
+  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye_of(world_->part_number(patch)))),
+                    drawn, held);
 }
 
 // Tells the pool what the views want, and adds up the pages for it; seen: patches. A patch that several views

@@ -35,7 +35,8 @@ class ShadowCasters {
 
   // After the frame's last Residency::select(). What casts into the cascade's map, no finer than what is
   // resident, with the settings and the threshold set of the view whose place the maps are around.
-  // error_texels: SelectCasters. parts: bit n, of the world's part n; others cast nothing. limit_reached ("max_draw_items") leaves a valid, shorter list.
+  // error_texels: SelectCasters. parts: bit n, of the world's part n; others cast nothing. limit_reached
+  // ("max_draw_items") leaves a valid, shorter list.
   Status select(const World& world, Residency& residency, const ViewState& view, const Cascade& cascade,
                 double error_texels, std::uint32_t parts, Result& result);
   // Makes vertices for a patch that the last select() lacked, holes first. False: none is left, or there is

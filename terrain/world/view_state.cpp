@@ -22,6 +22,8 @@ Status invalid(const char* what, const char* field) {
 
 }  // namespace
 
+ViewState::ViewState() = default;
+
 Status ViewState::create(const Config& config, Arena& arena) {
   if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
   occlusion_.create(blocks_.hidden, config.max_patches);

@@ -47,7 +47,7 @@ class ViewState {
     float error_scale = 1;  // error_px times this was aimed at
   };
 
-  ViewState() = default;
+  ViewState();
   ViewState(const ViewState&) = delete;
   ViewState& operator=(const ViewState&) = delete;
 
@@ -153,7 +153,7 @@ class ViewState {
   std::uint32_t patches_ = 0;
   std::size_t lacking_count_ = 0;
   std::uint32_t complete_parts_ = 0;  // whole_parts, once what they lack is held
-  std::uint32_t occluded_part_ = 0;  // that occlusion_ remembers boxes of
+  std::uint32_t occluded_part_ = 0;   // that occlusion_ remembers boxes of
   std::array<LodEye, kMostRegions> eyes_;
   // What was chosen of each part, in the order of items().
   struct Chosen {

@@ -19,7 +19,8 @@ namespace {
 // Of worlds that would take more: 1 MiB. Their cells are larger than voxels.
 constexpr std::size_t kMostOccluderWords = 131'072;
 
-// The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes' boxes.
+// The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
+// boxes.
 void measure_belt(const WorldPart& part, GroundRegion& region) {
   std::int64_t low = region.belt_high, high = region.belt_low;
   const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
@@ -33,6 +34,8 @@ void measure_belt(const WorldPart& part, GroundRegion& region) {
 }
 
 }  // namespace
+
+World::World() = default;
 
 std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
                              std::span<SkyBox, kMostRegions> boxes) {
@@ -77,7 +80,8 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
 std::size_t World::scratch_size(const Config& config) {
   const std::size_t table = ExtractSurface::scratch_size(config.max_volumes) * sizeof(std::uint32_t);
   const std::size_t mask = (std::size_t{config.max_patches} + 7) / 8;
-  return std::max({table, mask, WorldReader::octree_room(config.max_octets, config.max_regions), patch_scratch_bytes()});
+  return std::max(
+      {table, mask, WorldReader::octree_room(config.max_octets, config.max_regions), patch_scratch_bytes()});
 }
 
 // Nodes of the ground are drawn from it as well.
@@ -210,8 +214,7 @@ void World::place_parts() {
   const auto octrees = std::span(boxes).first(sky_boxes(info_, ground_, boxes));
   sky_atlas_ = SkyAtlas::of(octrees, blocks_.sky.size());
   std::size_t all_words = 0;
-  for (const SkyBox& box : octrees)
-    all_words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
+  for (const SkyBox& box : octrees) all_words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
   std::size_t edges = 0, nodes = 0, eights = 0, words = 0, sky_words = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
@@ -255,11 +258,12 @@ Status World::load_parts() {
     part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(info_.patches)));
     part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(info_.patches)));
     const std::size_t values = info_.level == 0 ? 0 : level_error_values(info_.level);
-    part.level_errors = {info_.level, all_level_errors().values.subspan(part.first * values,
-                                                                        part.patches() * values)};
+    part.level_errors = {info_.level,
+                         all_level_errors().values.subspan(part.first * values, part.patches() * values)};
     if (const Status status = trees_[n].build(part.surface, part.bounds); !status.ok()) return status;
     const std::size_t count = PatchBoxes::count_for(part.patches());
-    fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), blocks_.patch_boxes.subspan(eights, count));
+    fill_patch_boxes(part.surface, part.bounds, 0, part.patches(),
+                     blocks_.patch_boxes.subspan(eights, count));
     eights += count;
     occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
     skies_[n].build(octrees_[n], part.extent, ground_.region_count > 0);
@@ -279,8 +283,8 @@ Status World::load_surface() {
     const std::size_t own_octets = one ? blocks_.octets.size() : region->octets;
     const std::size_t own_volumes = one ? info_.volumes : region->volumes;
     const std::size_t own_patches = one ? info_.patches : region->patches;
-    const Status status = octrees_[n].create(blocks_.octets.subspan(octets, own_octets),
-                                             static_cast<int>(config_.max_depth));
+    const Status status =
+        octrees_[n].create(blocks_.octets.subspan(octets, own_octets), static_cast<int>(config_.max_depth));
     if (!status.ok()) return status;
     parts_[n] = {};
     parts_[n].first = first;
@@ -323,7 +327,8 @@ Status World::extract_part(std::size_t n, std::size_t first_volume) {
   extract.extent = part.extent;
   extract.mirrors = ground_.region_count > 0;
   // Of one part there is room for more, which shows a wrong header.
-  extract.volumes = one ? blocks_.volumes : blocks_.volumes.subspan(first_volume, part.surface.volumes.size());
+  extract.volumes =
+      one ? blocks_.volumes : blocks_.volumes.subspan(first_volume, part.surface.volumes.size());
   extract.patches = one ? blocks_.patches : blocks_.patches.subspan(part.first, part.patches());
   extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(blocks_.scratch.data())),
                      ExtractSurface::scratch_size(config_.max_volumes)};

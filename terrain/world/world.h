@@ -40,8 +40,8 @@
 
 namespace karst::core {
 
-// What one octree makes: all of a world without a ground, or one of its ground's regions. Patches are numbered
-// from 0 here, `first` + that in the world. Borrowed until the world's next load().
+// What one octree makes: all of a world without a ground, or one of its ground's regions. Patches are
+// numbered from 0 here, `first` + that in the world. Borrowed until the world's next load().
 struct WorldPart {
   glm::ivec3 corner{0};  // of the octree, voxels from the world's
   glm::ivec3 extent{0};
@@ -74,7 +74,7 @@ struct WorldPart {
 
 class World {
  public:
-  World() = default;
+  World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 

@@ -53,8 +53,8 @@ std::unique_ptr<test::TestWorld> voxels_of(int n) {
       [=](glm::ivec3 v) {
         const glm::dvec3 local = glm::dvec3(v) + 0.5;
         const glm::dvec3 from = local - cave.chamber;
-        const bool hollow = glm::length(from) < cave.radius ||
-                            (std::hypot(from.x - cave.shaft, from.z) < 1.8 && from.y > 0);
+        const bool hollow =
+            glm::length(from) < cave.radius || (std::hypot(from.x - cave.shaft, from.z) < 1.8 && from.y > 0);
         return !hollow && local.y + corner.y < ground_height(local.x + corner.x, local.z + corner.z);
       },
       true);
@@ -228,7 +228,8 @@ TEST_F(SeveralRegions, NoPixelLooksThroughWhateverIsMissing) {
 TEST_F(SeveralRegions, EachLooksAsItDoesAlone) {
   for (int n = 0; n < kCaves; ++n) {
     const glm::dvec3 chamber = corner_of(n) + kCave[n].chamber;
-    const auto picture = [&](const std::vector<std::byte>& bytes, glm::dvec3 origin, bool above, bool shadows) {
+    const auto picture = [&](const std::vector<std::byte>& bytes, glm::dvec3 origin, bool above,
+                             bool shadows) {
       Needs needs;
       needs.shadow_maps = shadows ? 1 : 0;
       needs.shadow_size = 2048;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Frames of a ground with one to four regions in it: random grounds and voxels, cameras, thresholds, tiles that come
-// late or fail, patches held at any level or not at all, a node or many between regions. In every frame each inner edge of nodes, patches and
-// belts is used once by each of its two sides, with the same bits of the places that are drawn.
+// Frames of a ground with one to four regions in it: random grounds and voxels, cameras, thresholds, tiles
+// that come late or fail, patches held at any level or not at all, a node or many between regions. In every
+// frame each inner edge of nodes, patches and belts is used once by each of its two sides, with the same bits
+// of the places that are drawn.
 //
 // KARST_REGION_FRAMES sets how many frames.
 #include <gtest/gtest.h>
@@ -81,8 +82,8 @@ Layout random_layout(Random& random) {
       if (place.nodes[axis] * wide < 3) place.nodes[axis] = (3 + wide - 1) / wide;
       place.first[axis] = 1 + random.below(range);
       if (!layout.places.empty() && random.below(2) == 0) {
-        const Place& other = layout.places[static_cast<std::size_t>(
-            random.below(static_cast<int>(layout.places.size())))];
+        const Place& other =
+            layout.places[static_cast<std::size_t>(random.below(static_cast<int>(layout.places.size())))];
         place.first[axis] = other.first[axis] + other.nodes[axis] + 1;
       }
       place.extent[2 * axis] = place.nodes[axis] * wide + 1;
@@ -92,7 +93,8 @@ Layout random_layout(Random& random) {
     for (const Place& other : layout.places) fits = fits && are_apart(place, other);
     if (!fits) continue;
     place.height = layout.places.empty() ? 0 : random.below(3);
-    for (int axis = 0; axis < 2; ++axis) end[axis] = std::max(end[axis], place.first[axis] + place.nodes[axis]);
+    for (int axis = 0; axis < 2; ++axis)
+      end[axis] = std::max(end[axis], place.first[axis] + place.nodes[axis]);
     layout.places.push_back(place);
   }
   for (int axis = 0; axis < 2; ++axis)
@@ -331,7 +333,8 @@ TEST(Region, EveryInnerEdgeIsUsedOnceByEachSide) {
     const Layout layout = random_layout(random);
     const int level = 1 + random.below(4);
     Regions regions;
-    for (const Place& place : layout.places) regions.push_back(std::make_unique<Region>(random, place, level));
+    for (const Place& place : layout.places)
+      regions.push_back(std::make_unique<Region>(random, place, level));
     const double rough = std::exp2(between(random, 0, 13));
     std::vector<std::int32_t> heights(static_cast<std::size_t>(layout.samples[0] * layout.samples[1]));
     for (std::int32_t& h : heights)
@@ -371,8 +374,8 @@ TEST(Region, EveryInnerEdgeIsUsedOnceByEachSide) {
       Camera camera;
       const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
       CameraMatrices matrices = test::any_matrices(random, kind, 0.01, 64);
-      const GroundRegion& looked_at = ground.info().regions()[static_cast<std::size_t>(
-          random.below(static_cast<int>(regions.size())))];
+      const GroundRegion& looked_at =
+          ground.info().regions()[static_cast<std::size_t>(random.below(static_cast<int>(regions.size())))];
       test::show(random,
                  glm::dvec3(looked_at.corner.x, 0, looked_at.corner.z) +
                      glm::dvec3(between(random, 0, looked_at.extent.x), 7 + between(random, -3, 3),
@@ -422,10 +425,11 @@ TEST(Region, EveryInnerEdgeIsUsedOnceByEachSide) {
   }
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf(
-      "FIGURE %llu frames, %llu with regions, %llu with several; %llu edges, %llu of them at feet of walls or out of view; "
+      "FIGURE %llu frames, %llu with regions, %llu with several; %llu edges, %llu of them at feet of walls "
+      "or out of view; "
       "%llu nodes, %llu triangles of belts, %llu splits refused\n",
-      number(totals.frames), number(totals.with_region), number(totals.several), number(totals.edges), number(totals.open),
-      number(totals.nodes), number(totals.belts), number(totals.refused));
+      number(totals.frames), number(totals.with_region), number(totals.several), number(totals.edges),
+      number(totals.open), number(totals.nodes), number(totals.belts), number(totals.refused));
   EXPECT_GT(totals.with_region, totals.frames / 8);
   EXPECT_LT(totals.with_region, totals.frames);
   EXPECT_GT(totals.several, totals.frames / 16);

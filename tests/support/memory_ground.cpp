@@ -35,7 +35,8 @@ GroundInfo plane(std::int64_t wide, std::int64_t deep, double step_x, double ste
 }  // namespace
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const Errors& errors, const std::vector<MemoryRegion>& regions)
+                           const Heights& heights, const Errors& errors,
+                           const std::vector<MemoryRegion>& regions)
     : info_(plane(wide, deep, step_x, step_z)) {
   make_tiles(heights, regions);
   measure(errors);

@@ -177,9 +177,9 @@ TEST(RegionWorld, WhatCannotBeARegionIsRefused) {
   const std::string border =
       refused(R"([{"shape": "box", "op": "empty", "center": [17900, 1000, 0], "size": [50, 4000, 50]}])", {});
   EXPECT_NE(border.find("its border"), std::string::npos) << border;
-  const std::string wide = refused(
-      R"([{"shape": "box", "op": "empty", "center": [-500, 1000, 0], "size": [6000, 4000, 50]}])",
-      {"--voxel", "7.5"});
+  const std::string wide =
+      refused(R"([{"shape": "box", "op": "empty", "center": [-500, 1000, 0], "size": [6000, 4000, 50]}])",
+              {"--voxel", "7.5"});
   EXPECT_NE(wide.find("use a larger --voxel"), std::string::npos) << wide;
   const std::string tall =
       refused(R"([{"shape": "box", "op": "empty", "center": [0, -3000, 0], "size": [50, 9000, 50]}])",

@@ -107,7 +107,7 @@ TEST(GroundSection, RefusesWhatIsOutOfRange) {
   EXPECT_EQ(fault_of(cube(), [](WorldGround& g) { --g.info.samples[0]; }), "samples are not those of a cube");
   EXPECT_EQ(fault_of(cylinder(), [](WorldGround& g) { g.info.basis.radius_m = 0; }), "the basis is none");
   EXPECT_EQ(fault_of(plane(), [](WorldGround& g) { g.info.basis.kind = BasisKind::function; }),
-            "a function cannot be in a file");
+            "the basis is none");
   EXPECT_EQ(fault_of(projected(), [](WorldGround& g) { g.earth.per_m[1] = 0; }),
             "a scale is not within 1e-12..1e12");
   EXPECT_EQ(fault_of(projected(), [](WorldGround& g) { g.earth.origin[0] = NAN; }),
@@ -127,7 +127,7 @@ TEST(GroundSection, RefusesBytesThatMeanNothing) {
     EXPECT_EQ(read.info.samples[0], 100);  // untouched
     return std::string(fault.what == nullptr ? "" : fault.what);
   };
-  EXPECT_EQ(fault_at(geographic(), 64, 4), "a basis of unknown kind");
+  EXPECT_EQ(fault_at(geographic(), 64, 5), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 64, 260), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 68, 2), "a flag is unknown");
   EXPECT_EQ(fault_at(geographic(), 156, 1), "a reserved field is not 0");

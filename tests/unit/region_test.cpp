@@ -29,8 +29,10 @@ TEST(PlaceRegion, LiesOnEdgesOfNodesWithOutermostVoxelsCentresThere) {
     EXPECT_EQ(info.lattice_size, g);
     EXPECT_EQ(info.regions()[0].nodes, (NodeRect{{7, 9}, {12, 12}}));
     for (int axis = 0; axis < 2; ++axis) {
-      const std::int64_t low = sample_place(info, axis, std::int64_t{info.regions()[0].nodes.low[axis]} * kNodeQuads);
-      const std::int64_t high = sample_place(info, axis, std::int64_t{info.regions()[0].nodes.high[axis]} * kNodeQuads);
+      const std::int64_t low =
+          sample_place(info, axis, std::int64_t{info.regions()[0].nodes.low[axis]} * kNodeQuads);
+      const std::int64_t high =
+          sample_place(info, axis, std::int64_t{info.regions()[0].nodes.high[axis]} * kNodeQuads);
       EXPECT_EQ(low * kVertexStep, kStepsPerHalfVoxel);
       const int extent = axis == 0 ? (5 << g) + 1 : (3 << g) + 1;
       EXPECT_EQ(high * kVertexStep, extent * kStepsPerVoxel - kStepsPerHalfVoxel);
@@ -79,11 +81,11 @@ TEST(PlaceRegion, SeveralLieANodeApart) {
     EXPECT_EQ(info.region_count, is ? static_cast<int>(rectangles.size()) : 0);
     return is;
   };
-  EXPECT_TRUE(placed({{5, 5, 3, 2}, {9, 5, 2, 2}}));    // a node between them
-  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 5, 2, 2}}));   // side by side
-  EXPECT_FALSE(placed({{5, 5, 3, 2}, {7, 6, 2, 2}}));   // on each other
-  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 7, 2, 2}}));   // at a corner
-  EXPECT_TRUE(placed({{5, 5, 3, 2}, {8, 8, 2, 2}}));    // a row between them
+  EXPECT_TRUE(placed({{5, 5, 3, 2}, {9, 5, 2, 2}}));   // a node between them
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 5, 2, 2}}));  // side by side
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {7, 6, 2, 2}}));  // on each other
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 7, 2, 2}}));  // at a corner
+  EXPECT_TRUE(placed({{5, 5, 3, 2}, {8, 8, 2, 2}}));   // a row between them
   EXPECT_FALSE(placed({{5, 5, 3, 2}, {20, 5, 2, 2}, {6, 6, 1, 1}}));
   EXPECT_FALSE(placed({{5, 5, 3, 2}, {38, 5, 2, 2}}));  // no ground in the east of one
   GroundInfo high = with_regions({{5, 5, 3, 2}, {9, 5, 2, 2}});
