@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <unordered_map>
 
 #include <glm/common.hpp>
@@ -31,6 +32,10 @@ constexpr double kVoxelsARadius = 2;
 // Distance of vertices by default, in samples.
 constexpr double kSamplesPerVertex = 0.75;
 constexpr double kGroundPointVoxels = 0.5;  // between points of the ground that is replaced
+// Voxels along a sample's sides in which it becomes the ground.
+constexpr double kJoinVoxels = 3.5;
+// Of the points of a surface that are compared with the ground: coarser ones are further from it.
+constexpr int kMeasuredLevel = 3;
 
 double smallest_radius(const CarveShape& shape) {
   if (shape.kind != CarveShape::Kind::box) return shape.radius_m;
@@ -99,7 +104,7 @@ std::string number(double value) {
 }  // namespace
 
 Error RegionBaker::load() {
-  if (!is_wanted()) return {};
+  if (job_.carve_path.empty()) return {};
   return read_carve(job_.carve_path, shapes_);
 }
 
@@ -231,6 +236,27 @@ Error RegionBaker::choose(GroundRows& rows, const std::vector<std::size_t>& meet
   return {};
 }
 
+// The sample's voxels; shapes have to lie among them.
+Error RegionBaker::choose_sample() {
+  node_voxels_log2_ = sample_grid_->node_voxels_log2;
+  for (int axis = 0; axis < 2; ++axis) {
+    nodes_.low[axis] = sample_grid_->first_node[axis];
+    nodes_.high[axis] = nodes_.low[axis] + sample_grid_->nodes[axis];
+  }
+  const Box all = sample_grid_->rectangle_m();
+  const double margin_m = kMarginVoxels * std::ldexp(kNodeQuads * spacing_m_, -node_voxels_log2_);
+  for (std::size_t n = 0; n < shapes_.size(); ++n) {
+    const Box box = grown(shapes_[n]);
+    if (box.min.x - margin_m >= all.min.x && box.max.x + margin_m <= all.max.x &&
+        box.min.z - margin_m >= all.min.z && box.max.z + margin_m <= all.max.z)
+      continue;
+    return "--carve: shape " + std::to_string(n) + ": comes nearer than " + number(margin_m) +
+           " m to the sides of the sample's voxels, which reach " + number(all.max.x) + " m in x and " +
+           number(all.max.z) + " m in z from the middle; --no-ground has no such sides";
+  }
+  return {};
+}
+
 Error RegionBaker::make(GroundRows& rows) {
   const double node_m = kNodeQuads * spacing_m_;
   const double voxel_m = std::ldexp(node_m, -node_voxels_log2_);
@@ -249,6 +275,10 @@ Error RegionBaker::make(GroundRows& rows) {
   if (Error error = take_elevation(rows, samples, piece); !error.ok()) return error;
   const auto [lowest, highest] = std::minmax_element(piece.heights_m.begin(), piece.heights_m.end());
   double bottom_m = double{*lowest}, top_m = double{*highest};
+  if (sample_ != nullptr) {
+    bottom_m = std::min(bottom_m, sample_->content_m.min.y);
+    top_m = std::max(top_m, sample_->content_m.max.y);
+  }
   std::vector<CarveShape> shapes = shapes_;
   for (CarveShape& shape : shapes) {
     shape.centre_m -= piece_centre_m_;
@@ -286,17 +316,24 @@ Error RegionBaker::make(GroundRows& rows) {
   WorldGrid local = grid_;
   local.origin_m -= piece_centre_m_;
   const ElevationSolid ground(piece, false);
-  const std::vector<float> tops = column_tops(ground, piece, local, job_.threads);
+  std::vector<float> tops;
+  if (sample_ == nullptr) tops = column_tops(ground, piece, local, job_.threads);
   const ColumnSolid columns(tops, local);
-  CarvedSolid voxels(columns, shapes, local);
-  CarvedSolid solid(ground, shapes, local);
+  std::optional<SampleInGround> joined;
+  if (sample_ != nullptr)
+    joined.emplace(*sample_->solid, ground.surface(), sample_grid_->rectangle_m(), kJoinVoxels * voxel_m);
+  const Solid* const base = joined ? static_cast<const Solid*>(&*joined) : &ground;
+  CarvedSolid voxels(joined ? *base : columns, shapes, local);
+  CarvedSolid solid(*base, shapes, local);
   const auto most = static_cast<std::size_t>(job_.max_carve);
   if (Error error = voxels.build(most); !error.ok()) return error;
   if (Error error = solid.build(most); !error.ok()) return error;
   surface_.create(local, job_.threads, true, progress_);
   if (Error error = surface_.fill(voxels); !error.ok()) return error;
   int level = job_.level;
-  if (level <= 0) {
+  if (level <= 0 && sample_ != nullptr) {
+    level = sample_->level;
+  } else if (level <= 0) {
     const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m);
     level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m / vertex_m))), 1, kMaxLevel);
   }
@@ -323,9 +360,10 @@ void RegionBaker::measure(const ElevationSurface& ground) {
   double most_m = 0;
   // Points of the surface by the voxel that they lie in.
   PointCells cells(grid_.extent);
-  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(heights.level)));
+  const int level = std::min(heights.level, kMeasuredLevel);
+  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
   for (PatchId p = 0; p < surface.patches.size(); ++p) {
-    displaced_positions(surface, heights, heights.level, p, places);
+    displaced_positions(surface, heights, level, p, places);
     const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p)));
     for (const glm::ivec3 place : places) {
       const glm::dvec3 voxels = (at + glm::dvec3(place)) / double{kStepsPerVoxel};
@@ -362,11 +400,15 @@ Error RegionBaker::run(GroundRows& rows) {
   spacing_m_ = facts.spacing_x_m;
   report_.shapes = shapes_.size();
   Error error;
-  const std::vector<std::size_t> met = meeting(rows, error);
-  if (!error.ok()) return error;
-  report_.unmet = shapes_.size() - met.size();
-  if (met.empty()) return {};
-  if (error = choose(rows, met); !error.ok()) return error;
+  if (sample_ != nullptr) {
+    if (error = choose_sample(); !error.ok()) return error;
+  } else {
+    const std::vector<std::size_t> met = meeting(rows, error);
+    if (!error.ok()) return error;
+    report_.unmet = shapes_.size() - met.size();
+    if (met.empty()) return {};
+    if (error = choose(rows, met); !error.ok()) return error;
+  }
   if (error = make(rows); !error.ok()) return error;
   exists_ = true;
   report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

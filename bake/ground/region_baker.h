@@ -10,6 +10,7 @@
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation.h"
 #include "bake/pipeline/bake.h"
+#include "bake/samples/sample_ground.h"
 #include "bake/voxels/voxel_surface.h"
 #include "platform/base/error.h"
 #include "terrain/ground/ground.h"
@@ -26,7 +27,13 @@ class RegionBaker {
 
   // Reads the shapes. An error names --carve and the shape.
   Error load();
-  bool is_wanted() const { return !job_.carve_path.empty(); }
+  bool is_wanted() const { return !job_.carve_path.empty() || sample_ != nullptr; }
+  // Instead of places where shapes meet the ground: a sample's, where its grid has them. Both outlive this.
+  // rows are of its ground.
+  void stand_on(const Sample& sample, const SampleGrid& grid) {
+    sample_ = &sample;
+    sample_grid_ = &grid;
+  }
   // Chooses the rectangle of nodes and the voxel, reads the elevation there, and makes its voxels, surface
   // and heights. rows: opened; of one spacing in x and z, else an error that says so.
   Error run(GroundRows& rows);
@@ -57,6 +64,7 @@ class RegionBaker {
 
   Error take_elevation(GroundRows& rows, const Rect& samples, Elevation& out) const;
   Error choose(GroundRows& rows, const std::vector<std::size_t>& meeting);
+  Error choose_sample();
   std::vector<std::size_t> meeting(GroundRows& rows, Error& error) const;
   Rect around(const Box& box, const GroundRows& rows, double margin_m) const;
   Error make(GroundRows& rows);
@@ -64,6 +72,8 @@ class RegionBaker {
 
   const Bake& job_;
   const ReportProgress& progress_;
+  const Sample* sample_ = nullptr;
+  const SampleGrid* sample_grid_ = nullptr;
   std::vector<CarveShape> shapes_;
   bool exists_ = false;
   WorldGrid grid_;  // origin in the world
