@@ -105,16 +105,23 @@ Error store_basis(void* options, const OptionValue& value) {
   BakeBasis& basis = bake_of(options).job.basis;
   const std::size_t colon = value.text.find(':');
   const std::string_view kind = value.text.substr(0, colon);
-  constexpr std::string_view kKinds[] = {"plane", "geographic", "cube", "cylinder"};
+  constexpr std::string_view kKinds[] = {"plane", "geographic", "cube", "cylinder", "function"};
   const auto* const found = std::find(std::begin(kKinds), std::end(kKinds), kind);
   if (found == std::end(kKinds))
-    return wrong(value, quote(kind) + " is not one of plane, geographic, cube, cylinder[:RADIUS]");
+    return wrong(value,
+                 quote(kind) + " is not one of plane, geographic, cube, cylinder[:RADIUS], function:RADIUS");
   basis.kind = static_cast<BakeBasis::Kind>(found - std::begin(kKinds));
+  const bool is_function = basis.kind == BakeBasis::Kind::function;
+  if (colon == std::string_view::npos && is_function)
+    return wrong(value, "the least radius of its curvature is missing, in metres: function:5000");
   if (colon == std::string_view::npos) return {};
   const std::string_view radius = value.text.substr(colon + 1);
   const auto [end, error] = std::from_chars(radius.data(), radius.data() + radius.size(), basis.radius_m);
   const bool is_radius = !radius.empty() && error == std::errc() && end == radius.data() + radius.size() &&
                          std::abs(basis.radius_m) >= 1 && std::abs(basis.radius_m) <= 1e9;
+  if (is_function && is_radius && basis.radius_m > 0) return {};
+  if (is_function)
+    return wrong(value, "the radius of its curvature is within 1 to 1e9 metres: function:5000");
   if (basis.kind != BakeBasis::Kind::cylinder || !is_radius)
     return wrong(value, "only a cylinder has a radius, of 1 to 1e9 metres, below 0 inside: cylinder:-1000");
   return {};
@@ -199,9 +206,10 @@ constexpr OptionRow kWorldRows[] = {
      .kind = Kind::other,
      .value = "B",
      .initial = "plane",
-     .words = "plane geographic cube cylinder",
+     .words = "plane geographic cube cylinder function",
      .help = "what a ground lies on: plane; geographic, longitude and latitude on the ellipsoid as they are; "
-             "cube, a whole planet on six faces; cylinder:RADIUS in metres, below 0 inside",
+             "cube, a whole planet on six faces; cylinder:RADIUS in metres, below 0 inside; function:RADIUS, "
+             "where a host's own function puts it, RADIUS being the least of its curvature",
      .store = store_basis},
     {.name = "voxel",
      .kind = Kind::number,

@@ -30,9 +30,32 @@
 #define display_value karst_display_value
 #define dither karst_dither
 #define picture_colour karst_display
+#define light_on_water karst_light_on_water
+#define kWaterExtinction karst_kWaterExtinction
+#define kWaterScatter karst_kWaterScatter
+#define kWaterIndex2 karst_kWaterIndex2
+#define kWaterReflects karst_kWaterReflects
+#define kWaveSlope karst_kWaveSlope
+#define kRippleVariance karst_kRippleVariance
+#define kFoamDepth karst_kFoamDepth
+#define kWetHeight karst_kWetHeight
+#define kWetAlbedo karst_kWetAlbedo
+#define water_absorbs karst_water_absorbs
+#define water_slope karst_water_slope
+#define water_glint karst_water_glint
+#define through_surface karst_through_surface
+#define through_water karst_through_water
+#define in_water karst_in_water
+#define water_wave karst_water_wave
+#define water karst_water
+#define sky_light karst_sky_light
+#define view_scale karst_view_scale
+#define KARST_WATER 1
+#define KARST_WAVES 6
 #include "output.glsl"
 #include "sky_colour.glsl"
 #include "shadow.glsl"
+#include "water.glsl"
 #undef KARST_SHADOW_BORDER
 #undef sun_direction
 #undef sun_light
@@ -59,6 +82,28 @@
 #undef display_value
 #undef dither
 #undef picture_colour
+#undef light_on_water
+#undef kWaterExtinction
+#undef kWaterScatter
+#undef kWaterIndex2
+#undef kWaterReflects
+#undef kWaveSlope
+#undef kRippleVariance
+#undef kFoamDepth
+#undef kWetHeight
+#undef kWetAlbedo
+#undef water_absorbs
+#undef water_slope
+#undef water_glint
+#undef through_surface
+#undef through_water
+#undef in_water
+#undef water_wave
+#undef water
+#undef sky_light
+#undef view_scale
+#undef KARST_WATER
+#undef KARST_WAVES
 
 // Light that a matt surface throws back. from_eye: a place less the eye, metres; normal: of the surface, unit
 // length; both in the simulator's frame.
@@ -80,6 +125,12 @@ vec3 karst_haze(vec3 light, vec3 from_eye) {
     // A parallel view: as terrain.frag has it.
     direction = karst_ray_forward.xyz;
     distance_voxels = max(dot(ray, direction), 0.0);
+  }
+  // Under water, or seen from there: as light.glsl has it of level ground.
+  float below = karst_water.x - ray.y;
+  if (below > 0.0 || karst_water.x > 0.0) {
+    float sun = karst_sun_direction.y > 0.0 ? karst_sun_reaches(ray, vec3(0.0, 1.0, 0.0)) : 0.0;
+    light = karst_in_water(light, direction, below, sun, distance_voxels);
   }
   float hazed = 1.0 - exp(-distance_voxels * karst_view_scale.x);
   return mix(light, karst_sky_colour(vec3(direction.x, max(direction.y, 0.0), direction.z)), hazed);

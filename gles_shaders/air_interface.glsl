@@ -18,4 +18,6 @@ KARST_BLOCK(KarstAir) {
   vec4 karst_shadow_box_1;
   vec4 karst_shadow_box_2;
   vec4 karst_shadow_scale;
+  vec4 karst_water;
+  vec4 karst_water_wave[6];  // KARST_WAVES
 };

@@ -43,6 +43,8 @@ float stars(vec3 direction) {
 }
 
 #ifdef KARST_CURVED
+const float kSeaDeepM = 1e4;  // where the bed is not known
+
 // How bright the air is along a ray from the eye, beside the sky from the ground: above it thins, and is seen
 // from outside where the ray passes close to the ground.
 float air_along(vec3 direction) {
@@ -68,6 +70,22 @@ vec3 open_sky(vec3 direction) {
 
 // direction: unit length.
 vec3 background(vec3 direction) {
+#ifdef KARST_WATER
+  float rise = dot(direction, level_top.xyz);
+  if (water.x > 0.0) {
+    return rise > 0.0 ? through_water(open_sky(direction), water.x / max(rise, 1e-4), 0.0)
+                      : through_water(vec3(0.0), 1e6, 0.0);
+  }
+  float surface = level_distance(direction, water.w);
+  if (surface >= 0.0) {
+    // A sea whose bed the ray passes by.
+    float sea = surface;
+    vec3 seen = through_surface(vec3(0.0), direction, kSeaDeepM / water.y, 1.0, sea);
+    vec3 mist = sky_colour(normalize(direction - level_top.xyz * min(rise + level_top.w, 0.0)));
+    float misty = 1.0 - exp(-sea * view_scale.x * level_haze(water.z));
+    return mix(seen, mist * level_day(level_up(direction * sea)), misty);
+  }
+#endif
   if (level_air.w < 0.5) return open_sky(direction);
   vec3 s = level_step(direction), eye = level_at_eye();
   float a = dot(s, s), b = dot(eye, s), c = level_eye.x - level_air.z;

@@ -6,6 +6,7 @@ precision highp float;
 precision highp int;
 #include "interface.glsl"
 #include "place.glsl"
+#include "level.glsl"
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 rim;  // xyz: lattice steps; w: normal's yaw, 2^16 a turn
 
@@ -19,6 +20,9 @@ out vec3 from_eye_ws;
 out vec3 in_patch;
 flat out ivec3 patch_voxel;
 flat out ivec2 patch_shading;
+#ifdef KARST_CURVED
+out float height;
+#endif
 #endif
 
 void main() {
@@ -33,5 +37,8 @@ void main() {
   in_patch = vec3(rim.xyz) / KARST_STEPS_PER_VOXEL;
   patch_voxel = ivec3(0);
   patch_shading = ivec2(-1, 0);
+#ifdef KARST_CURVED
+  height = level_height(from_eye_ws);
+#endif
 #endif
 }

@@ -110,6 +110,8 @@
 #define KARST_MOST_LIGHTS 16
 // Waves of the water.
 #define KARST_WAVES 6
+// Octrees that a world may have (terrain/base/config.h).
+#define KARST_REGIONS 16
 // Products of the normal with the sun's direction between which its light fades in.
 #define KARST_SUN_GRAZES -0.05
 #define KARST_SUN_SHINES 0.15
@@ -171,6 +173,11 @@ KARST_BLOCK(FrameBlock) {
   // instead of what a display shows, or 0
   vec4 view_scale;
   vec4 sky_scale;          // of sky_visibility: xyz: 1 / size in x, z and y, 1/voxels; w: a cell, voxels
+  // Of several octrees (terrain/field/sky_atlas.h), x of them. xyz: low corner, voxels; w: a cell, voxels
+  ivec4 sky_octrees;
+  vec4 sky_corner[KARST_REGIONS];
+  // xy: voxels along x and z; z: first layer of cells; w: layers of cells
+  vec4 sky_box[KARST_REGIONS];
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
   vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
   vec4 shadow_y;           // the same for y
@@ -181,8 +188,11 @@ KARST_BLOCK(FrameBlock) {
   vec4 shadow_scale;       // x: number of maps, y: texels a side, z: 1 / y, w: depth a voxel
   vec4 drape_place;        // place in the image over a column: xz * xy + zw, x and z in voxels
   // Surroundings, terrain/shading/surroundings.h. Heights are voxels above the eye.
-  vec4 water;              // x: of the water's level, far below where there is none; y: metres a voxel
-  // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye
+  // x: of the water's level, far below where there is none; y: metres a voxel. Of a curved basis: z: of its
+  // level above height 0; w: |q|^2 of the eye less that at its level
+  vec4 water;
+  // xy: wave vector on x and z, radians a voxel, w: its length; z: phase at the eye. Of a curved basis xyz:
+  // wave vector; w: phase
   vec4 water_wave[KARST_WAVES];
   vec4 plain;              // rgb: albedo, w: height, far above where there is none
   // Of a curved basis, terrain/basis/level_view.h: rows of the scale, w: of the eye.
@@ -197,8 +207,8 @@ KARST_BLOCK(FrameBlock) {
   // What every pixel does whether it needs it or not, to measure what skipping saves; 1 or 0. x: the second
   // plane, y: the second material, z: the near scale, w: looking at the sun.
   ivec4 least_work;
-  // The screen pass. xy: the viewport's corner, pixels; z: 1 where the sky is drawn, or 0; w: width, and
-  // height * 2^16
+  // The screen pass. xy: the viewport's corner, pixels; z: bit 0, the sky is drawn; bit 1, depth is in two
+  // ranges (screen_pass.cpp); w: width, and height * 2^16
   ivec4 screen_place;
   // x: depth along the ray, voxels, a clip w; y: the far plane's depth; depth is ndc z * z + w
   vec4 screen_scale;

@@ -19,6 +19,17 @@ float level_height(vec3 from_eye) {
   return level_eye.y * (over / (q + 1.0)) * (q / length(level_step(eye + s)));
 }
 
+// Voxels along a ray from the eye to what is level at a height, over being |q|^2 of the eye less that there;
+// below 0: it does not meet it.
+float level_distance(vec3 direction, float over) {
+  vec3 s = level_step(direction);
+  float a = dot(s, s), b = dot(level_at_eye(), s), inside = b * b - a * over;
+  if (inside <= 0.0) return -1.0;
+  float root = sqrt(inside);
+  if (level_eye.y > 0.0) return b < 0.0 && over > 0.0 ? over / (root - b) : -1.0;
+  return b > 0.0 ? -over / (root + b) : (root - b) / max(a, 1e-30);
+}
+
 // Air between the eye and a place, as a share of as much air as lies at height 0: density falls with height.
 float level_haze(float height) {
   if (level_air.y <= 0.0) return 1.0;

@@ -39,6 +39,9 @@ struct Point {
   vec3 in_voxel;
   int material;  // of all of its patch, or less than 0
   bool cave;     // its patch may be a cave or lit by lamps
+#ifdef KARST_CURVED
+  float height;  // voxels above height 0
+#endif
 };
 
 // In caves the visitor carries a lamp: a point light at the eye.
@@ -91,7 +94,7 @@ vec3 light_from(Point point) {
   Footprint footprint = footprint_of(seen_from, normal, direction);
 #ifdef KARST_CURVED
   vec3 up = level_up(point.from_eye);
-  float height = level_height(point.from_eye);
+  float height = point.height;
 #else
   float height = float(point.voxel.y) + point.in_voxel.y;
 #endif
@@ -136,20 +139,23 @@ vec3 light_from(Point point) {
   // from the sun's side, so that slopes in shade keep their relief.
   float facing_sun = dot(bumped, sun_direction.xyz);
   KARST_MEDIUM float sun = max(facing_sun, 0.0);
-  sun *= smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
+  KARST_MEDIUM float shines = smoothstep(KARST_SUN_GRAZES, KARST_SUN_SHINES, dot(normal, sun_direction.xyz));
+  sun *= shines;
 #ifdef KARST_CURVED
   float day = level_day(up);
   sun *= day;
 #endif
   bool sunlit = sun > 0.0 || least_work.w > 0;
+  KARST_MEDIUM float reaches = 1.0;
 #ifdef KARST_SHADOWS
   if (sunlit) {
     KARST_COUNT_LOOKUPS(shadow_scale.x > 0.0 ? 4 : 0);
-    sun *= sun_reaches(point.from_eye, normal);
+    reaches = sun_reaches(point.from_eye, normal);
   }
 #else
-  sun *= 1.0 - cave * light_scale.y;
+  reaches = 1.0 - cave * light_scale.y;
 #endif
+  sun *= reaches;
   KARST_MEDIUM vec3 ambient =
       mix(ground_light.rgb, sky_light.rgb, (0.5 + 0.5 * KARST_UPWARDS(bumped)) * open) *
       (0.8 + sun_direction.w * facing_sun);
@@ -174,8 +180,17 @@ vec3 light_from(Point point) {
 
   vec3 arrives = light;
 #ifdef KARST_WATER
+#ifdef KARST_CURVED
+  float below = water.z - height;
+  height = max(height, water.z);
+#else
   float below = water.x - point.from_eye.y;
-  if (below > -kWetHeight / water.y) arrives = in_water(arrives, direction, below, sun, distance_voxels);
+#endif
+  if (below > -kWetHeight / water.y) {
+    // However steep the bed is, water over it is level.
+    float lit = sun > 0.0 ? shines * reaches : 0.0;
+    arrives = in_water(arrives, direction, below, lit, distance_voxels);
+  }
 #endif
 #ifdef KARST_CURVED
   float hazed = 1.0 - exp(-distance_voxels * view_scale.x * level_haze(height));

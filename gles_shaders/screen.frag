@@ -28,6 +28,20 @@ out vec4 colour;
 
 vec3 from_eye_of(float over_w) { return ray_ws * (screen_scale.x / over_w); }
 
+// llvmpipe takes the footprints of a lookup in several places from one pixel of each block of 2 x 2, whether
+// that is shaded or not: where it shows no terrain, it has what another one of its block shows.
+#if KARST_ANISOTROPY > 1
+uvec2 of_block(ivec2 place, uvec2 texel) {
+  ivec2 other = (ivec2(gl_FragCoord.xy) ^ 1) - ivec2(gl_FragCoord.xy);
+  if (texel.y == 0u) texel = texelFetch(geometry, place + ivec2(0, other.y), 0).xy;
+  if (texel.y == 0u) texel = texelFetch(geometry, place + ivec2(other.x, 0), 0).xy;
+  if (texel.y == 0u) texel = texelFetch(geometry, place + other, 0).xy;
+  return texel;
+}
+#else
+uvec2 of_block(ivec2 place, uvec2 texel) { return texel; }
+#endif
+
 vec4 colour_of(uvec2 texel) {
 #ifdef KARST_EDGES
   if (texel.y == 0u) return target_colour(background(normalize(ray_ws)));
@@ -36,7 +50,11 @@ vec4 colour_of(uvec2 texel) {
   vec3 in_voxel = camera_fine.xyz / KARST_STEPS_PER_VOXEL + from_eye;
   Point point = Point(unpack_normal(texel.x), from_eye, camera_voxel.xyz, in_voxel,
                       int(texel.x >> KARST_GEOMETRY_MATERIAL_SHIFT & 15u) - 1,
-                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u);
+                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u
+#ifdef KARST_CURVED
+                      , level_height(from_eye)
+#endif
+  );
   return target_colour(light_from(point));
 }
 
@@ -44,11 +62,14 @@ void main() {
   ivec2 place = ivec2(gl_FragCoord.xy) - screen_place.xy;
   uvec2 texel = texelFetch(geometry, place, 0).xy;
 #ifdef KARST_EDGES
-  if (texel.y == 0u && screen_place.z == 0) discard;
-#elif !defined(KARST_SHARE_DEPTH)
+  if (texel.y == 0u && (screen_place.z & 1) == 0) discard;
+  colour = colour_of(texel);
+#else
+  colour = colour_of(of_block(place, texel));
+#ifndef KARST_SHARE_DEPTH
   if (texel.y == 0u) discard;
 #endif
-  colour = colour_of(texel);
+#endif
   float over_w = uintBitsToFloat(texel.y);
 #ifdef KARST_EDGES
   Silhouette edge = silhouette_at(place, over_w);
@@ -62,6 +83,11 @@ void main() {
     // Depth as the vertices have it, by the row of clip z.
     float z = dot(screen_depth.xyz, from_eye_of(over_w)) + screen_depth.w;
     gl_FragDepth = z * over_w * screen_scale.z + screen_scale.w;
+    if ((screen_place.z & 2) != 0) {
+      // In two ranges.
+      vec2 range = over_w >= screen_scale.z ? screen_depth.xy : screen_depth.zw;
+      gl_FragDepth = range.x + range.y * over_w;
+    }
   }
 #endif
 }

@@ -61,7 +61,7 @@ Silhouette silhouette_at(ivec2 place, float here) {
     int n = jump[axis] < jump[axis + 1] ? axis + 1 : axis;
     float there = around[n];
     bool sky = min(here, there) == 0.0;
-    if (!other[n] || (sky ? screen_place.z == 0 : jump[n] < kSurfaceJump * jump[n ^ 1])) continue;
+    if (!other[n] || (sky ? (screen_place.z & 1) == 0 : jump[n] < kSurfaceJump * jump[n ^ 1])) continue;
     ivec2 side = (axis == 0 ? ivec2(1, 0) : ivec2(0, 1)) * (n == axis ? 1 : -1);
     float cover = cover_from(place, side, here, there);
     if (cover > best.cover) best = Silhouette(side, cover);

@@ -16,12 +16,18 @@ in vec3 from_eye_ws;
 in vec3 in_patch;
 flat in ivec3 patch_voxel;
 flat in ivec2 patch_shading;
+#ifdef KARST_CURVED
+in float height;
+#define KARST_AT_HEIGHT , height
+#else
+#define KARST_AT_HEIGHT
+#endif
 
 out vec4 colour;
 
 void main() {
-  vec3 light = light_from(
-      Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x, patch_shading.y > 0));
+  vec3 light = light_from(Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x,
+                                patch_shading.y > 0 KARST_AT_HEIGHT));
 #ifdef KARST_SHOW_LOOKUPS
   // Red counts, for programs; blue says that it does.
   float many = float(lookups) / 20.0;

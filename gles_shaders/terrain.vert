@@ -11,6 +11,9 @@ out vec3 from_eye_ws;        // voxels
 out vec3 in_patch;           // voxels from the page's origin, +-4 of its size
 flat out ivec3 patch_voxel;  // the page's origin, voxels from the octree's minimum corner, modulo 2^32
 flat out ivec2 patch_shading;  // x: material of all of the patch, or less than 0; y: 1 in caves, or 0
+#ifdef KARST_CURVED
+out float height;  // voxels above height 0: linear between vertices, where a chord's own falls below them
+#endif
 #ifdef KARST_SHOW_LEVELS
 flat out int node_size;  // or less than 0 of a patch
 #endif
@@ -23,6 +26,10 @@ void main() {
   in_patch = v.in_patch / KARST_STEPS_PER_VOXEL;
   patch_voxel = v.patch_voxel;
   patch_shading = ivec2(v.material, v.cave);
+#ifdef KARST_CURVED
+  // Targets lie on chords.
+  height = level_height((v.home - camera_fine.xyz) / KARST_STEPS_PER_VOXEL);
+#endif
 #ifdef KARST_SHOW_LEVELS
   node_size = v.node_size;
 #endif

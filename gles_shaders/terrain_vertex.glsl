@@ -24,6 +24,7 @@ struct TerrainVertex {
   ivec3 patch_voxel;  // the page's origin, voxels from the octree's minimum corner, modulo 2^32
   vec3 in_patch;      // lattice steps from there
   vec3 position;      // lattice steps from camera_voxel
+  vec3 home;          // where it is when it does not move
   float share;        // of the way to its morph target, 0..1
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
@@ -62,6 +63,7 @@ TerrainVertex read_terrain_vertex() {
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;
   result.cave = int(texel.z >> KARST_CAVE_SHIFT);
   result.node_size = place < KARST_FIRST_GROUND_PLACE ? -1 : size;
+  result.home = home;
   result.position = morph_position(home, way * reference.unit, target, result.share);
   int in_page = gl_VertexID & KARST_MASK(KARST_PAGE_BITS);
   if (place >= KARST_FIRST_GROUND_PLACE && in_page >= KARST_NODE_VERTICES) {

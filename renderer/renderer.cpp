@@ -214,8 +214,8 @@ Status Renderer::upload_image_table(std::uint32_t view, int size, std::span<cons
   return core::upload_image_table(device_, settings_, view, size, part);
 }
 
-Status Renderer::upload_sky(const SkyVisibility& sky) {
-  return core::upload_sky(device_, settings_, sky);
+Status Renderer::upload_sky(const SkyVisibility& sky, std::size_t place) {
+  return core::upload_sky(device_, settings_, sky, place);
 }
 
 Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
@@ -307,20 +307,39 @@ Status Renderer::draw(const ViewInput& input, const DrawTarget& target) {
 bool Renderer::is_deferred(const ViewInput& input, const DrawTarget& target) const {
   return settings_.deferred() && target.viewport.width <= settings_.deferred_width &&
          target.viewport.height <= settings_.deferred_height && !input.camera.parallel &&
-         input.show == Show::materials && target.writes == Writes::all;
+         !input.has_long_chords && input.show == Show::materials && target.writes == Writes::all;
+}
+
+// Draws what is drawn with depth once, or in each of two ranges; the nearer one first, which hides much.
+template <class Draw>
+Status Renderer::in_ranges(const ViewInput& input, const DrawTarget& target, Draw&& draw) {
+  const DepthRanges ranges = ranges_of(input, target);
+  if (ranges.count == 1) return draw(input);
+  const shader::FrameBlock block = make_view_block(settings_, input, target);
+  Status status;
+  for (int range = 0; range < ranges.count && status.ok(); ++range)
+    status = draw(enter_range(device_, ranges, range, input, block));
+  leave_ranges(device_);
+  return status;
 }
 
 Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) {
   enter_draw(device_, state_of(input, target));
   bind_textures(device_);
-  Status status;
-  if (!counts_.vertices_lost) {
-    status = draw_terrain(device_, settings_, programs_, input, target, counts_);
-  }
-  if (status.ok() && target.writes != Writes::depth && sees_edge(settings_, input, rim_vertices_)) {
-    draw_edge(device_, programs_, input.cascades.empty() ? ShaderVariant::edge : ShaderVariant::edge_shadowed,
-              rim_vertices_, counts_);
-  }
+  const bool edge = target.writes != Writes::depth && sees_edge(settings_, input, rim_vertices_);
+  const auto draw = [&](const ViewInput& part) {
+    Status status;
+    if (!counts_.vertices_lost) {
+      status = draw_terrain(device_, settings_, programs_, part, target, counts_);
+    }
+    if (status.ok() && edge) {
+      draw_edge(device_, programs_,
+                input.cascades.empty() ? ShaderVariant::edge : ShaderVariant::edge_shadowed, rim_vertices_,
+                counts_);
+    }
+    return status;
+  };
+  const Status status = in_ranges(input, target, draw);
   if (status.ok() && target.sky && target.writes != Writes::depth) {
     draw_sky(device_, programs_, input.camera.reversed_depth, counts_);
   }
@@ -333,10 +352,14 @@ Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target)
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, name_of(device_, Object::geometry_target));
   enter_draw(device_, state);
   bind_textures(device_);
-  Status status;
   const bool edge = sees_edge(settings_, input, rim_vertices_);
-  if (!counts_.vertices_lost) status = draw_geometry(device_, settings_, programs_, input, counts_);
-  if (edge) draw_edge(device_, programs_, ShaderVariant::edge_geometry, rim_vertices_, counts_);
+  clear_geometry(device_, input);
+  const Status status = in_ranges(input, target, [&](const ViewInput& part) {
+    Status drawn;
+    if (!counts_.vertices_lost) drawn = draw_geometry(device_, settings_, programs_, part, counts_);
+    if (edge) draw_edge(device_, programs_, ShaderVariant::edge_geometry, rim_vertices_, counts_);
+    return drawn;
+  });
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
   ViewInput shaded = input;
   if (edge) shaded.shading |= kShadeBlend;  // which the wall needs

@@ -108,7 +108,7 @@ class Renderer {
 
   // How much of the sky is seen from where; its grid is the settings'. Without it, all of it is everywhere.
   // invalid_argument where the grid is another one.
-  Status upload_sky(const SkyVisibility& sky);
+  Status upload_sky(const SkyVisibility& sky, std::size_t place = 0);
 
   // Copies vertices of a patch's slot, from vertex `first` on, to the pages of its chain, which must reach
   // that far; writes these pages' texels. Pages must be new, or not drawn in the last kFramesInFlight frames;
@@ -161,6 +161,8 @@ class Renderer {
   void listen(bool on);
   void begin(const PageTable& pages);
   bool is_deferred(const ViewInput& input, const DrawTarget& target) const;
+  template <class Draw>
+  Status in_ranges(const ViewInput& input, const DrawTarget& target, Draw&& draw);
   Status draw_forward(const ViewInput& input, const DrawTarget& target);
   Status draw_deferred(const ViewInput& input, const DrawTarget& target);
   static void GL_APIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, GLenum severity,

@@ -23,7 +23,7 @@ constexpr OptionRow kRows[] = {{.name = "json", .help = "for programs", .store =
 constexpr OptionGroup kGroups[] = {{"output", kRows}};
 constexpr OptionPart kParts[] = {kGroups};
 // In the order of Basis.
-constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder"};
+constexpr const char* kBases[] = {"plane", "geographic", "cube", "cylinder", "function"};
 
 void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   JsonWriter json;
@@ -56,13 +56,14 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
     json.field("geodetic", info.is_geodetic);
     json.field("image_texel_m", info.image_texel_m);
-    if (info.region_nodes[0] > 0) {
-      json.key("region").begin_object().key("first_node").begin_array();
-      json.value(info.region_first[0]).value(info.region_first[1]).end_array().key("nodes").begin_array();
-      json.value(info.region_nodes[0]).value(info.region_nodes[1]).end_array().end_object();
-    } else {
-      json.key("region").null();
+    json.key("regions").begin_array();
+    for (std::uint32_t n = 0; n < info.regions; ++n) {
+      json.begin_object().key("first_node").begin_array();
+      json.value(info.region_first[n][0]).value(info.region_first[n][1]).end_array();
+      json.key("nodes").begin_array();
+      json.value(info.region_nodes[n][0]).value(info.region_nodes[n][1]).end_array().end_object();
     }
+    json.end_array();
     json.end_object();
   } else {
     json.key("ground").null();
@@ -77,7 +78,9 @@ void print_ground(const WorldInfo& info) {
   std::printf("ground         %.0f x %.0f samples of %.10g x %.10g m, over %.10g x %.10g m\n", wide, deep,
               info.ground_spacing_m[0], info.ground_spacing_m[1], info.ground_spacing_m[0] * (wide - 1),
               info.ground_spacing_m[1] * (deep - 1));
-  if (info.basis != Basis::plane) {
+  if (info.basis == Basis::function) {
+    std::printf("basis          where a function of the host says\n");
+  } else if (info.basis != Basis::plane) {
     std::printf("basis          %s of %.10g m\n", kBases[static_cast<int>(info.basis)], info.radius_m);
   }
   if (info.epsg > 0) {
@@ -93,9 +96,10 @@ void print_ground(const WorldInfo& info) {
     std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n", tile_bytes, info.ground_sizes,
                 8 * static_cast<double>(info.tile_bytes) / (wide * deep));
   }
-  if (info.region_nodes[0] > 0) {
+  for (std::uint32_t n = 0; n < info.regions; ++n) {
     std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
-                info.region_nodes[0], info.region_nodes[1], info.region_first[0], info.region_first[1]);
+                info.region_nodes[n][0], info.region_nodes[n][1], info.region_first[n][0],
+                info.region_first[n][1]);
   }
 }
 
@@ -114,10 +118,11 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;
   }
-  std::printf("voxels         %d x %d x %d of %g m, octree of %d levels\n", info.extent[0], info.extent[1],
-              info.extent[2], size, info.octree_depth);
+  std::printf("voxels         %d x %d x %d of %g m%s, octree of %d levels\n", info.extent[0], info.extent[1],
+              info.extent[2], size, info.regions > 1 ? " at most" : "", info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
-  std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  // Of several regions it is where the first begin.
+  if (info.regions <= 1) std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
   std::printf("materials      %u, %u lights\n", info.materials, info.lights);
   if (info.blend_map[0] > 0)
     std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);

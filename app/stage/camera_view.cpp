@@ -142,7 +142,8 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalA
 
 ShownBox shown_box(const WorldInfo& world) {
   ShownBox box{world.low_m, world.high_m};
-  if (world.region_nodes[0] == 0) return box;
+  // An elevation model is all shown, whatever caves it has.
+  if (world.regions != 1 || world.epsg != 0 || world.is_geodetic || world.is_projected) return box;
   // The surface ends at the middle of the outermost voxels; the topmost one is air.
   const double size = world.voxel_size_m;
   box.low_m = {world.origin_m.x + 0.5 * size, std::max(world.origin_m.y, world.low_m.y),

@@ -34,8 +34,8 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalA
 // before they are shown.
 Status check_place(const CameraPlace& place, const WorldInfo& world);
 
-// What cameras begin with, in the world's own metres: a box around the voxels of a ground's region, else the
-// world's.
+// What cameras begin with, in the world's own metres: a box around the voxels where the world is a ground
+// with a region and no place on the earth, as samples are; else the world's.
 struct ShownBox {
   Vec3 low_m, high_m;
 };

@@ -70,6 +70,21 @@ void write_patches(JsonWriter& json, const WorldInfo& world, const std::vector<F
   json.end_array().end_object();
 }
 
+void write_tiles(JsonWriter& json, const std::vector<FrameRecord>& frames) {
+  std::uint64_t asked = 0, used = 0, wasted = 0;
+  std::uint32_t below = 0;
+  for (const FrameRecord& frame : frames) {
+    asked += frame.costs.ahead_asked;
+    used += frame.costs.ahead_used;
+    wasted += frame.costs.ahead_wasted;
+    below = std::max(below, frame.costs.sizes_left_out);
+  }
+  json.key("tiles").begin_object();
+  json.field("ahead_asked", asked).field("ahead_used", used).field("ahead_wasted", wasted);
+  json.field("left_out", mean_of(frames, [](const FrameRecord& f) { return f.costs.left_out; }));
+  json.field("below_size", std::uint64_t{below}).end_object();
+}
+
 void write_flags(JsonWriter& json, const std::vector<FrameRecord>& frames) {
   std::uint32_t flags = 0;
   for (const FrameRecord& frame : frames) flags |= frame.result.limits;
@@ -114,6 +129,7 @@ std::string statistics_json(const Stage& stage, const std::vector<FrameRecord>& 
   json.field("triangles", mean_of(frames, [](const FrameRecord& f) { return f.costs.triangles; }));
   json.field("draw_calls", mean_of(frames, [](const FrameRecord& f) { return f.costs.draw_calls; }));
   write_patches(json, stage.world().info(), frames);
+  write_tiles(json, frames);
   json.key("skips").begin_object();
   json.field("material", mean_of(frames, [](const FrameRecord& f) { return f.costs.blend_skipped; }));
   json.field("cave", mean_of(frames, [](const FrameRecord& f) { return f.costs.cave_skipped; }));

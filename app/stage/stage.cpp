@@ -122,7 +122,7 @@ Error Stage::make_plan_for(const Head& head) {
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
   // Of a ground a voxel is four samples, however fine those of its region are.
-  const double voxel_m = info.region_nodes[0] > 0 ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
+  const double voxel_m = info.regions > 0 ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
   needs.shadow_reach_m = scene_.shadow_reach_voxels * voxel_m;
   const bool sampled = samples_of(scene_.antialias) > 1;
   if (scene_.shading != ShadingChoice::forward && scene_.drape.empty() && !sampled) {
@@ -243,6 +243,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
     }
     Target target;
     target.depth_zero_to_one = view.view.reversed_depth;
+    target.two_ranges = !target.depth_zero_to_one && !keep_depth;  // read_depth() has one
     target.viewport = target_.viewport();
     target.framebuffer = target_.framebuffer();
     target.sky = !has_drape() && !counts;

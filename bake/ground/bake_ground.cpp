@@ -25,7 +25,7 @@
 namespace karst::bake {
 namespace {
 
-constexpr int kMostHalvings = 10;  // of the steps between samples: kMostSampleSteps to kLeastSampleSteps
+constexpr int kMostHalvings = 10;  // of the steps between samples
 // What a float loses of a height that is whole in its unit.
 constexpr double kFloatLoss = 2e-7;
 constexpr int kProgressRows = 64;
@@ -66,6 +66,30 @@ class Scale {
   double quantum_ = 0;
 };
 
+// What the file has of the patches of all regions, one behind the other.
+struct Patches {
+  std::vector<PatchKey> keys;
+  std::vector<std::byte> mask;
+  std::vector<std::int16_t> samples;
+  VoxelSurface::Measures measures;
+
+  void add(const RegionBaker::Region& region, std::uint32_t number) {
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(keys, region.surface.keys(number));
+    append(samples, region.surface.heights().samples);
+    append(measures.level_errors, region.measures.level_errors);
+    append(measures.bounds, region.measures.bounds);
+    append(measures.cones, region.measures.cones);
+    append(measures.shading_cones, region.measures.shading_cones);
+    mask.assign((keys.size() + 7) / 8, std::byte{0});
+    for (std::size_t p = 0; p < keys.size(); ++p) mask[p / 8] |= std::byte{1} << (p % 8);
+  }
+  WorldPatches view() const {
+    return {
+        keys, mask, samples, measures.level_errors, measures.bounds, measures.cones, measures.shading_cones};
+  }
+};
+
 class GroundBaker {
  public:
   GroundBaker(const BakeGround& job, BakeGround::Report& report, const ReportProgress& progress)
@@ -74,7 +98,7 @@ class GroundBaker {
         report_(report),
         progress_(progress),
         rows_(job_.read, job_.water_m),
-        region_(job_, progress),
+        regions_(job_, progress),
         images_(job.imagery),
         imagery_(images_, job_.threads) {}
 
@@ -86,13 +110,13 @@ class GroundBaker {
       return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
              (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
     }
-    if (is_curved() && job_.water_m)
-      return "--water: stands on a plane alone; leave --basis away, or --water";
-    if (Error error = region_.load(); !error.ok()) return error;
+    if (is_curved() && !images_.files.empty())
+      return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
+    if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;
-    if (Error error = region_.run(rows_); !error.ok()) return error;
-    report_.region = region_.report();
+    if (Error error = regions_.run(rows_); !error.ok()) return error;
+    tell_of_regions();
     if (Error error = write_tiles(); !error.ok()) return error;
     report_.seconds_tiles = seconds_since(start);
     report_.bytes_tiles = report_.ground.tile_bytes;
@@ -115,7 +139,7 @@ class GroundBaker {
     const double voxel_m = job_.voxel_m > 0 ? job_.voxel_m : sample_.voxel_m;
     if (Error error = SampleGrid::around(sample_, voxel_m, sample_grid_); !error.ok()) return error;
     rows_.hold(sample_elevation(sample_, sample_grid_, job_.threads), kSampleUnitM);
-    region_.stand_on(sample_, sample_grid_);
+    regions_.stand_on(sample_, sample_grid_);
     return {};
   }
 
@@ -123,7 +147,7 @@ class GroundBaker {
 
   Error write_tiles() {
     int halvings = 0;
-    double base_m = region_.exists() ? region_.grid().origin_m.y : 0;
+    double base_m = regions_.exists() ? regions_.origin_m().y : 0;
     for (;;) {
       if (Error error = choose_steps(halvings, base_m); !error.ok()) return error;
       if (Error error = check_memory(); !error.ok()) return error;
@@ -135,7 +159,7 @@ class GroundBaker {
       if (Error error = try_tiles(base_m, outcome, offending_m); !error.ok()) return error;
       if (outcome == Outcome::done) return {};
       ++report_.attempts;
-      if (region_.exists()) {
+      if (regions_.exists()) {
         return input() +
                ": too steep, or heights that differ too much, for voxels so fine; try a larger --voxel";
       }
@@ -159,9 +183,8 @@ class GroundBaker {
     ground.samples[0] = rows_.width();
     ground.samples[1] = rows_.height();
     double spacing_m[2] = {facts.spacing_x_m, facts.spacing_z_m};
-    warnings_.clear();
     if (is_curved()) {
-      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m, warnings_);
+      Error error = choose_basis(job_, facts, rows_.width(), rows_.height(), ground, spacing_m);
       if (!error.ok()) return error;
     } else {
       // Of the georeference.
@@ -171,8 +194,9 @@ class GroundBaker {
     report_.spacing_x_m = spacing_m[0];
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
-    const double step_m = region_.exists() ? region_.grid().voxel_m / kStepsPerVoxel
-                                           : longer / std::ldexp(kMostSampleSteps, -halvings);
+    const double step_m =
+        regions_.exists() ? regions_.regions()[0].grid.voxel_m / kStepsPerVoxel
+                          : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {
@@ -204,15 +228,12 @@ class GroundBaker {
     world.extent = {2, 1, 2};
     world.depth = 1;
     world.level = 1;
-    if (region_.exists()) {
-      ground.steps[0] = ground.steps[1] = region_.sample_steps();
-      region_.surface().tell(world);
-      for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = region_.grid().origin_m[axis];
-      const bool placed =
-          place_region(ground, world.extent.x, world.extent.z, region_.first_node(0), region_.first_node(1));
-      if (!placed) return input() + ": too many samples for voxels so fine; try a larger --voxel";
-      ground.rim_edges = RegionRim::count(region_.surface().surface());
-      if (Error error = check_rim(); !error.ok()) return error;
+    if (regions_.exists()) {
+      ground.steps[0] = ground.steps[1] = regions_.sample_steps();
+      regions_.tell(world, ground);
+      if (!place_regions(ground))
+        return input() + ": too many samples for voxels so fine; try a larger --voxel";
+      if (Error error = check_rims(); !error.ok()) return error;
     }
     const std::string& path = job_.read.path;
     const std::string name = job_.sample.empty() ? path.substr(path.find_last_of('/') + 1) : job_.sample;
@@ -225,16 +246,34 @@ class GroundBaker {
     return {};
   }
 
-  // That the region's sides are what the ground meets, as whoever loads the world will find.
-  Error check_rim() const {
-    std::vector<RegionRim::Edge> edges(info_.rim_edges);
-    std::vector<std::uint32_t> marks(info_.rim_edges);
-    RegionRim rim;
-    rim.create({edges, marks});
-    const Status status = rim.build(info_, region_.surface().surface());
-    if (status.ok()) return {};
-    return std::string("--carve: the region cannot be joined to the ground: ") + status.what() +
-           "; try a smaller --voxel";
+  // That the regions' sides are what the ground meets, as whoever loads the world will find.
+  Error check_rims() const {
+    std::uint64_t edges_of_all = 0;
+    for (std::size_t n = 0; n < info_.regions().size(); ++n) {
+      const GroundRegion& region = info_.regions()[n];
+      std::vector<RegionRim::Edge> edges(region.rim_edges);
+      std::vector<std::uint32_t> marks(region.rim_edges);
+      RegionRim rim;
+      rim.create({edges, marks});
+      const Status status = rim.build(region, info_.lattice_size, regions_.regions()[n].surface.surface());
+      if (!status.ok()) {
+        return std::string("--carve: a region cannot be joined to the ground: ") + status.what() +
+               "; try a smaller --voxel";
+      }
+      edges_of_all += region.rim_edges;
+    }
+    if (edges_of_all <= kMostRimEdges) return {};
+    return "--carve: the regions' borders have " + std::to_string(edges_of_all) + " edges, and the most is " +
+           std::to_string(kMostRimEdges) + "; try a larger --voxel";
+  }
+
+  void tell_of_regions() {
+    report_.shapes = regions_.shapes();
+    report_.unmet = regions_.unmet();
+    for (const RegionBaker::Region& region : regions_.regions()) {
+      report_.regions.push_back({region.grid.extent, region.surface.surface().patches.size(), region.bytes(),
+                                 region.misses, region.folds_left, region.deviation_m, region.seconds});
+    }
   }
 
   // Some rows of all sizes are in memory. Of a file that is much shorter they are of one height, or made to
@@ -259,8 +298,8 @@ class GroundBaker {
     } else {
       // Rules are of the sample's own heights, whatever stands far away.
       materials_.sample = job_.sample;
-      materials_.octree = &region_.surface().octree();
-      materials_.surface = region_.surface().surface();
+      materials_.octree = &regions_.regions()[0].surface.octree();
+      materials_.surface = regions_.regions()[0].surface.surface();
     }
     BakedMaterials outlined;
     if (Error error = materials_.outline(outlined); !error.ok()) return error;
@@ -325,7 +364,9 @@ class GroundBaker {
     const Scale scale(vertex_m, base_m, info_.is_cube() ? 0.0 : rows_.unit_m());
     Error unwritten;
     std::uint64_t end = 0;
-    GroundPyramid pyramid(info_, region_.measure(), scale.quantum(), job_.threads,
+    std::vector<RegionMeasure> measures;
+    for (const RegionBaker::Region& region : regions_.regions()) measures.push_back(region.measure);
+    GroundPyramid pyramid(info_, measures, scale.quantum(), job_.threads,
                           [&](std::span<const std::byte> bytes) {
                             unwritten = file_.write(begin_ + end, bytes);
                             end += bytes.size();
@@ -337,6 +378,11 @@ class GroundBaker {
     auto step = GroundPyramid::Outcome::ok;
     const auto take = [&](std::span<const float> heights_m) {
       for (std::size_t n = 0; n < row.size(); ++n) {
+        // The last column of a ground that closes is its first one.
+        if (n + 1 == row.size() && info_.closes()) {
+          row[n] = row[0];
+          break;
+        }
         const double height = scale.height(double{heights_m[n]});
         if (!(std::abs(height) <= kMostHeight)) {
           outcome = Outcome::out_of_range;
@@ -368,7 +414,6 @@ class GroundBaker {
     report_.sunk_samples = rows_.sunk_samples();
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
-    report_.warnings.insert(report_.warnings.end(), warnings_.begin(), warnings_.end());
     if (job_.water_m && !rows_.is_held()) {
       report_.warnings.push_back(input() + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
@@ -412,15 +457,15 @@ class GroundBaker {
     Arena arena({static_cast<std::byte*>(aligned), space});
     Octree octree;
     Status status = octree.create(arena, 1, 1);
-    writer_.octree = region_.exists() ? &region_.surface().octree() : &octree;
-    const std::vector<PatchKey> keys = region_.surface().keys();
-    const std::vector<std::byte> mask = region_.surface().mask();
-    if (region_.exists()) {
-      const VoxelSurface::Measures& m = region_.measures();
-      writer_.patches = {keys,           mask,     region_.surface().heights().samples,
-                         m.level_errors, m.bounds, m.cones,
-                         m.shading_cones};
+    writer_.octree = &octree;
+    Patches patches;
+    std::vector<const Octree*> octrees;
+    for (const RegionBaker::Region& region : regions_.regions()) {
+      patches.add(region, static_cast<std::uint32_t>(octrees.size()));
+      octrees.push_back(&region.surface.octree());
     }
+    writer_.octrees = octrees;
+    writer_.patches = patches.view();
     writer_.materials = report_.materials.view();
     writer_.materials.surroundings = surroundings();
     writer_.ground = report_.ground;
@@ -438,14 +483,6 @@ class GroundBaker {
     KARST_ASSERT(head.size() == begin_);
     if (Error error = file_.write(begin_ + report_.ground.tile_bytes, tail); !error.ok()) return error;
     report_.bytes = writer_.file_bytes();
-    if (region_.exists()) {
-      WorldWriter without{report_.info, &octree, {}};
-      without.info.octets = without.info.volumes = without.info.patches = without.info.height_blocks = 0;
-      without.materials = writer_.materials;
-      without.ground = report_.ground;
-      without.ground.info.region = {};
-      report_.region_bytes = report_.bytes - without.file_bytes();
-    }
     return file_.write(0, head);
   }
 
@@ -458,8 +495,7 @@ class GroundBaker {
   GroundRows rows_;
   CubeRows cube_;
   bool has_cube_ = false;
-  std::vector<std::string> warnings_;  // of the basis
-  RegionBaker region_;
+  RegionBaker regions_;
   BakeMaterials materials_;
   GroundInfo info_;
   WorldWriter writer_;

@@ -37,8 +37,15 @@ struct BakeGround {
     std::size_t sunk_samples = 0;   // by SinkSea
     int attempts = 1;               // the first one with the finest steps
     BakedMaterials materials;
-    RegionBaker::Report region;                       // of a world with one
-    std::uint64_t region_bytes = 0;                   // of the file; 0: there is none
+    // Of each region; bytes: of the file.
+    struct Region {
+      glm::ivec3 extent{0};  // voxels
+      std::uint64_t patches = 0, bytes = 0;
+      std::uint64_t misses = 0, folds_left = 0;
+      double deviation_m = 0, seconds = 0;
+    };
+    std::vector<Region> regions;
+    std::size_t shapes = 0, unmet = 0;                // unmet: of them, those that do not meet the ground
     BakeImagery::Report imagery;                      // of no files: there is none
     double seconds_materials = 0, seconds_tiles = 0;  // tiles: with reading
   };

@@ -52,12 +52,27 @@ Georeference plane_earth(const Elevation& facts, int width, int height) {
 }
 
 Error choose_basis(const Bake& job, const Elevation& facts, int width, int height, GroundInfo& info,
-                   double (&spacing_m)[2], std::vector<std::string>& warnings) {
+                   double (&spacing_m)[2]) {
   const std::string& path = job.read.path;
   const ElevationEarth& earth = facts.earth;
   Basis& basis = info.basis;
   info.samples[0] = width;
   info.samples[1] = height;
+  if (job.basis.kind == BakeBasis::Kind::function) {
+    basis.kind = BasisKind::function;
+    const int samples[2] = {width, height};
+    spacing_m[0] = facts.spacing_x_m;
+    spacing_m[1] = facts.spacing_z_m;
+    for (int axis = 0; axis < 2; ++axis) {
+      basis.step[axis] = spacing_m[axis];
+      basis.first[axis] = -0.5 * spacing_m[axis] * (samples[axis] - 1);
+    }
+    // A quad's diagonal on a sphere of that radius.
+    const double across_m = std::hypot(spacing_m[0], spacing_m[1]);
+    basis.function.turn_rad = across_m / job.basis.radius_m;
+    basis.function.sagitta_m = across_m * basis.function.turn_rad / 8;
+    return {};
+  }
   if (job.basis.kind == BakeBasis::Kind::cylinder) {
     basis.kind = BasisKind::cylinder;
     spacing_m[0] = facts.spacing_x_m;
@@ -67,7 +82,13 @@ Error choose_basis(const Bake& job, const Elevation& facts, int width, int heigh
     basis.first[0] = -0.5 * spacing_m[0] * (width - 1);
     basis.first[1] = -0.5 * spacing_m[1] * (height - 1);
     const double around_m = spacing_m[0] * (width - 1);
-    basis.radius_m = job.basis.radius_m != 0 ? job.basis.radius_m : around_m / (2 * std::numbers::pi);
+    if (job.basis.radius_m == 0) {
+      // Behind the last column comes the first one.
+      basis.radius_m = spacing_m[0] * width / (2 * std::numbers::pi);
+      ++info.samples[0];
+      return {};
+    }
+    basis.radius_m = job.basis.radius_m;
     if (around_m > 2 * std::numbers::pi * std::abs(basis.radius_m) * (1 + 1e-9)) {
       return path + ": is wider than once around a cylinder of that radius; --basis cylinder:" +
              std::to_string(std::ceil(around_m / (2 * std::numbers::pi))) + " is the least";
@@ -110,8 +131,13 @@ Error choose_basis(const Bake& job, const Elevation& facts, int width, int heigh
   const Ellipsoid ellipsoid{earth.radius_m, earth.flattening};
   spacing_m[0] = earth.step_x * metres_per_degree(widest, ellipsoid).x;
   spacing_m[1] = earth.step_z * earth.radius_m / (1 - earth.flattening) * kDegree;
-  if (is_whole_turn(facts, width))
-    warnings.push_back(path + ": goes once around the earth, and leaves a seam; --basis cube closes it");
+  if (is_whole_turn(facts, width)) {
+    // Behind the last column comes the first one.
+    basis.step[0] = 360.0 / width;
+    ++info.samples[0];
+  } else if (is_whole_turn(facts, width - 1)) {
+    basis.step[0] = 360.0 / (width - 1);
+  }
   return {};
 }
 

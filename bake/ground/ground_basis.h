@@ -19,9 +19,10 @@ namespace karst::bake {
 Georeference plane_earth(const Elevation& facts, int width, int height);
 
 // Fills samples and, but for heights' unit and finish(), the basis; spacing_m: the most from one sample to
-// the next at height 0. The error, one line, is of elevation that such a basis cannot have.
+// the next at height 0. What goes once around closes: samples have one more column then, which is the first
+// one. The error, one line, is of elevation that such a basis cannot have.
 Error choose_basis(const Bake& job, const Elevation& facts, int width, int height, GroundInfo& info,
-                   double (&spacing_m)[2], std::vector<std::string>& warnings);
+                   double (&spacing_m)[2]);
 
 // Rows of the grid of a cube, sampled from elevation by longitude and latitude: linear between samples.
 class CubeRows {

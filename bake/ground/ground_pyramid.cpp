@@ -135,9 +135,9 @@ struct GroundPyramid::Level {
   }
 };
 
-GroundPyramid::GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
-                             Write write)
-    : region_(region),
+GroundPyramid::GroundPyramid(const GroundInfo& info, std::vector<RegionMeasure> regions, double quantum,
+                             int threads, Write write)
+    : regions_(std::move(regions)),
       quantum_(quantum),
       threads_(threads),
       write_(std::move(write)),
@@ -274,7 +274,7 @@ bool GroundPyramid::measure_nodes_of(int size) {
   measure.size = size;
   measure.own = &own;
   measure.z = z;
-  measure.region = region_;
+  measure.regions = regions_;
   if (z > 0) measure.north = &north;
   if (z + 1 < level.nodes[1]) measure.south = &south;
   if (size > 0) {
@@ -300,8 +300,12 @@ void GroundPyramid::fill_tile(NodeKey key, Tile& tile) const {
     const std::span<const std::int32_t> row = level.row(std::int64_t{key.z} * kTileQuads + k);
     std::int32_t* out = tile.heights + (k + kTileRim) * kTileSide;
     for (int i = -kTileRim; i <= kTileQuads + kTileRim; ++i, ++out) {
-      const std::int64_t at =
-          std::clamp<std::int64_t>(std::int64_t{key.x} * kTileQuads + i, 0, level.wide - 1);
+      std::int64_t at = std::int64_t{key.x} * kTileQuads + i;
+      // As sample_around().
+      if (ground_.info.closes() && at < 0) at += level.quads[0];
+      if (ground_.info.closes() && at > level.quads[0] && level.quads[0] % kNodeQuads == 0)
+        at -= level.quads[0];
+      at = std::clamp<std::int64_t>(at, 0, level.wide - 1);
       *out = row[static_cast<std::size_t>(at)];
     }
   }

@@ -21,8 +21,8 @@ class GroundPyramid {
   // Takes the bytes of a tile, in the order in which they lie in TILE. False: it cannot.
   using Write = std::function<bool(std::span<const std::byte>)>;
 
-  // info: samples, steps and region. region: of it. quantum: of heights, as TileEncoder has it.
-  GroundPyramid(const GroundInfo& info, const RegionMeasure& region, double quantum, int threads,
+  // info: samples, steps and regions. regions: of them. quantum: of heights, as TileEncoder has it.
+  GroundPyramid(const GroundInfo& info, std::vector<RegionMeasure> regions, double quantum, int threads,
                 Write write);
   GroundPyramid(const GroundPyramid&) = delete;
   GroundPyramid& operator=(const GroundPyramid&) = delete;
@@ -55,7 +55,7 @@ class GroundPyramid {
   void fill_tile(NodeKey key, Tile& tile) const;
 
   WorldGround ground_;
-  RegionMeasure region_;
+  std::vector<RegionMeasure> regions_;
   double quantum_;
   int threads_;
   Write write_;

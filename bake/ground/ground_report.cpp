@@ -84,19 +84,18 @@ std::string ground_report_text(const Bake& job, const BakeGround::Report& report
   if (report.attempts > 1)
     print(out, "lattice       %.6g steps a sample, after %d attempts\n",
           std::max(ground.steps[0], ground.steps[1]), report.attempts);
-  if (report.region_bytes > 0) {
-    const WorldInfo& info = report.info;
-    print(out, "region        %d x %d x %d voxels of %.6g m, %u patches at level %d, %llu bytes\n",
-          info.extent.x, info.extent.y, info.extent.z, info.voxel_size_m, info.patches, info.level,
-          number(report.region_bytes));
+  for (const BakeGround::Report::Region& region : report.regions) {
+    print(out, "region        %d x %d x %d voxels of %.6g m, %llu patches at level %d, %llu bytes\n",
+          region.extent.x, region.extent.y, region.extent.z, report.info.voxel_size_m, number(region.patches),
+          report.info.level, number(region.bytes));
     print(out,
           "              up to %.4g m from the ground that stands for it far away; %llu vertices missed, "
           "%llu folds left\n",
-          report.region.deviation_m, number(report.region.misses), number(report.region.folds_left));
+          region.deviation_m, number(region.misses), number(region.folds_left));
   }
-  if (report.region.unmet > 0)
-    print(out, "shapes        %zu of %zu do not meet the ground and are left out\n", report.region.unmet,
-          report.region.shapes);
+  if (report.unmet > 0)
+    print(out, "shapes        %zu of %zu do not meet the ground and are left out\n", report.unmet,
+          report.shapes);
   print_imagery(report, out);
   const MaterialSet& set = report.materials.set;
   for (std::uint32_t k = 0; k < set.count; ++k)
@@ -135,18 +134,21 @@ std::string ground_report_json(const BakeGround& job, const BakeGround::Report& 
   json.field("bytes", report.bytes_tiles).field("bits_a_sample", bits_a_sample(report));
   json.field("attempts", report.attempts);
   json.field("samples_sunk", std::uint64_t{report.sunk_samples}).end_object();
-  if (report.region_bytes > 0) {
-    json.key("region").begin_object();
-    json.key("extent").begin_array();
-    for (int axis = 0; axis < 3; ++axis) json.value(report.info.extent[axis]);
-    json.end_array().field("patches", std::uint64_t{report.info.patches}).field("level", report.info.level);
-    json.field("bytes", report.region_bytes).field("deviation_m", report.region.deviation_m);
-    json.field("misses", report.region.misses).field("folds_left", report.region.folds_left);
-    json.field("seconds", report.region.seconds).end_object();
+  if (!report.regions.empty()) {
+    json.key("regions").begin_array();
+    for (const BakeGround::Report::Region& region : report.regions) {
+      json.begin_object().key("extent").begin_array();
+      for (int axis = 0; axis < 3; ++axis) json.value(region.extent[axis]);
+      json.end_array().field("patches", region.patches).field("level", report.info.level);
+      json.field("bytes", region.bytes).field("deviation_m", region.deviation_m);
+      json.field("misses", region.misses).field("folds_left", region.folds_left);
+      json.field("seconds", region.seconds).end_object();
+    }
+    json.end_array();
   }
-  if (report.region.shapes > 0) {
-    json.field("carve_shapes", std::uint64_t{report.region.shapes});
-    json.field("carve_shapes_unmet", std::uint64_t{report.region.unmet});
+  if (report.shapes > 0) {
+    json.field("carve_shapes", std::uint64_t{report.shapes});
+    json.field("carve_shapes_unmet", std::uint64_t{report.unmet});
   }
   put_imagery(report, json);
   json.field("quantisation_m", report.info.voxel_size_m * kVertexStep / kStepsPerVoxel);

@@ -18,7 +18,9 @@
 #include "bake/ground/ground_rows.h"
 #include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
+#include "terrain/measure/level_error.h"
 #include "terrain/patch/displacement.h"
+#include "terrain/regions/region_rim.h"
 #include "terrain/surface/patch.h"
 
 namespace karst::bake {
@@ -31,11 +33,11 @@ constexpr int kMarginSamples = 4;  // of elevation around the region
 constexpr double kVoxelsARadius = 2;
 // Distance of vertices by default, in samples.
 constexpr double kSamplesPerVertex = 0.75;
-constexpr double kGroundPointVoxels = 0.5;  // between points of the ground that is replaced
 // Voxels along a sample's sides in which it becomes the ground.
 constexpr double kJoinVoxels = 3.5;
 // Of the points of a surface that are compared with the ground: coarser ones are further from it.
 constexpr int kMeasuredLevel = 3;
+constexpr double kGroundPointVoxels = 0.5;  // between points of the ground that is replaced
 
 double smallest_radius(const CarveShape& shape) {
   if (shape.kind != CarveShape::Kind::box) return shape.radius_m;
@@ -47,6 +49,10 @@ Box grown(const CarveShape& shape) {
   box.min -= shape.blend_m;
   box.max += shape.blend_m;
   return box;
+}
+
+Box around_both(const Box& a, const Box& b) {
+  return {glm::min(a.min, b.min), glm::max(a.max, b.max)};
 }
 
 bool overlap(const Box& a, const Box& b) {
@@ -143,8 +149,9 @@ Error RegionBaker::take_elevation(GroundRows& rows, const Rect& samples, Elevati
   return {};
 }
 
-// Shapes of which the ground's surface passes through one, and those that hang together with it.
-std::vector<std::size_t> RegionBaker::meeting(GroundRows& rows, Error& error) const {
+// Groups of shapes that hang together, of which the ground's surface passes through one. radius_m: the
+// smallest of them.
+std::vector<RegionBaker::Group> RegionBaker::meeting(GroundRows& rows, double& radius_m, Error& error) {
   std::vector<std::size_t> group(shapes_.size());
   std::iota(group.begin(), group.end(), std::size_t{0});
   const auto root = [&](std::size_t n) {
@@ -185,66 +192,116 @@ std::vector<std::size_t> RegionBaker::meeting(GroundRows& rows, Error& error) co
     const Box box = grown(shapes_[n]);
     if (box.min.y <= double{under[n].high} && box.max.y >= double{under[n].low}) meets[root(n)] = true;
   }
-  std::vector<std::size_t> found;
+  std::vector<Group> found;
+  std::vector<std::size_t> place(shapes_.size(), shapes_.size());  // by root: among those found
+  unmet_ = 0;
+  radius_m = std::numeric_limits<double>::infinity();
   for (std::size_t n = 0; n < shapes_.size(); ++n) {
-    if (meets[root(n)]) found.push_back(n);
+    const std::size_t of = root(n);
+    if (!meets[of]) {
+      ++unmet_;
+      continue;
+    }
+    radius_m = std::min(radius_m, smallest_radius(shapes_[n]));
+    if (place[of] == shapes_.size()) {
+      place[of] = found.size();
+      found.push_back({grown(shapes_[n])});
+    } else {
+      found[place[of]].box = around_both(found[place[of]].box, grown(shapes_[n]));
+    }
   }
   return found;
 }
 
-// The voxel, and the nodes that the shapes take.
-Error RegionBaker::choose(GroundRows& rows, const std::vector<std::size_t>& meeting) {
-  Box box = grown(shapes_[meeting.front()]);
-  double radius = std::numeric_limits<double>::infinity();
-  for (const std::size_t n : meeting) {
-    const Box other = grown(shapes_[n]);
-    box.min = glm::min(box.min, other.min);
-    box.max = glm::max(box.max, other.max);
-    radius = std::min(radius, smallest_radius(shapes_[n]));
-  }
-  const double node_m = kNodeQuads * spacing_m_;
-  const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius / kVoxelsARadius;
-  const int least =
-      std::clamp(static_cast<int>(std::ceil(std::log2(node_m / wanted_m) - 1e-6)), 0, kMostLatticeSize);
-  for (node_voxels_log2_ = least;; --node_voxels_log2_) {
-    const double voxel_m = std::ldexp(node_m, -node_voxels_log2_);
-    const int count[2] = {rows.width(), rows.height()};
-    bool fits = true;
-    for (int axis = 0; axis < 2; ++axis) {
-      const double middle = 0.5 * (count[axis] - 1) / kNodeQuads;
-      const double margin_m = kMarginVoxels * voxel_m;
-      const double low = std::floor((box.min[2 * axis] - margin_m) / node_m + middle);
-      const double high = std::ceil((box.max[2 * axis] + margin_m) / node_m + middle);
-      if (!(low >= 1 && high * kNodeQuads < count[axis] - 1)) {
-        return "--carve: the shapes that meet the ground come nearer than " + number(2 * node_m) +
-               " m to its border; a region has ground all around it";
-      }
-      nodes_.low[axis] = static_cast<int>(low);
-      nodes_.high[axis] = static_cast<int>(high);
-      fits = fits && std::ldexp(high - low, node_voxels_log2_) + 1 <= (1 << kMaxDepth);
+double RegionBaker::node_m() const {
+  return kNodeQuads * spacing_m_;
+}
+double RegionBaker::voxel_m() const {
+  return std::ldexp(node_m(), -node_voxels_log2_);
+}
+
+Error RegionBaker::find_nodes(const GroundRows& rows, Group& group) const {
+  const int count[2] = {rows.width(), rows.height()};
+  for (int axis = 0; axis < 2; ++axis) {
+    const double middle = 0.5 * (count[axis] - 1) / kNodeQuads;
+    const double margin_m = kMarginVoxels * voxel_m();
+    const double low = std::floor((group.box.min[2 * axis] - margin_m) / node_m() + middle);
+    const double high = std::ceil((group.box.max[2 * axis] + margin_m) / node_m() + middle);
+    if (!(low >= 1 && high * kNodeQuads < count[axis] - 1)) {
+      return "--carve: the shapes that meet the ground come nearer than " + number(2 * node_m()) +
+             " m to its border; a region has ground all around it";
     }
-    if (fits) break;
-    // By default as fine as an octree holds.
-    if (job_.voxel_m > 0 || node_voxels_log2_ == 0) {
-      return "--carve: the shapes that meet the ground lie " +
-             number(std::max(box.max.x - box.min.x, box.max.z - box.min.z)) +
-             " m apart, and a region is 511 voxels of " + number(voxel_m) +
-             " m wide at most; carve places that are nearer to each other" +
-             (node_voxels_log2_ > 0 ? ", or use a larger --voxel" : "");
-    }
+    group.nodes.low[axis] = static_cast<int>(low);
+    group.nodes.high[axis] = static_cast<int>(high);
   }
   return {};
+}
+
+// Groups whose nodes lie nearer to each other than a node become one, and the nearest ones while there are
+// too many.
+Error RegionBaker::group_up(const GroundRows& rows, std::vector<Group>& groups) const {
+  const auto gap = [](const Rect& a, const Rect& b) {
+    int most = std::numeric_limits<int>::min();
+    for (int axis = 0; axis < 2; ++axis)
+      most = std::max({most, a.low[axis] - b.high[axis], b.low[axis] - a.high[axis]});
+    return most;
+  };
+  for (Group& group : groups) {
+    if (Error error = find_nodes(rows, group); !error.ok()) return error;
+  }
+  while (groups.size() > 1) {
+    std::size_t first = 0, second = 1;
+    for (std::size_t a = 0; a < groups.size(); ++a) {
+      for (std::size_t b = a + 1; b < groups.size(); ++b) {
+        if (gap(groups[a].nodes, groups[b].nodes) < gap(groups[first].nodes, groups[second].nodes)) {
+          first = a;
+          second = b;
+        }
+      }
+    }
+    if (gap(groups[first].nodes, groups[second].nodes) >= 1 && groups.size() <= kMostRegions) break;
+    groups[first].box = around_both(groups[first].box, groups[second].box);
+    groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(second));
+    if (Error error = find_nodes(rows, groups[first]); !error.ok()) return error;
+  }
+  return {};
+}
+
+// The voxel, one for all, and the nodes that the shapes take.
+Error RegionBaker::choose(const GroundRows& rows, std::vector<Group> groups) {
+  for (;; --node_voxels_log2_) {
+    groups_ = groups;
+    if (Error error = group_up(rows, groups_); !error.ok()) return error;
+    double widest_m = 0;
+    bool fits = true;
+    for (const Group& group : groups_) {
+      for (int axis = 0; axis < 2; ++axis) {
+        fits = fits && std::ldexp(group.nodes.high[axis] - group.nodes.low[axis], node_voxels_log2_) + 1 <=
+                           (1 << kMaxDepth);
+        widest_m = std::max(widest_m, group.box.max[2 * axis] - group.box.min[2 * axis]);
+      }
+    }
+    if (fits) return {};
+    // By default as fine as an octree holds.
+    if (job_.voxel_m > 0 || node_voxels_log2_ == 0) {
+      return "--carve: shapes that meet the ground and hang together are " + number(widest_m) +
+             " m wide, and a region is 511 voxels of " + number(voxel_m()) + " m wide at most" +
+             (node_voxels_log2_ > 0 ? "; use a larger --voxel"
+                                    : "; carve places that are nearer to each other");
+    }
+  }
 }
 
 // The sample's voxels; shapes have to lie among them.
 Error RegionBaker::choose_sample() {
   node_voxels_log2_ = sample_grid_->node_voxels_log2;
-  for (int axis = 0; axis < 2; ++axis) {
-    nodes_.low[axis] = sample_grid_->first_node[axis];
-    nodes_.high[axis] = nodes_.low[axis] + sample_grid_->nodes[axis];
-  }
   const Box all = sample_grid_->rectangle_m();
-  const double margin_m = kMarginVoxels * std::ldexp(kNodeQuads * spacing_m_, -node_voxels_log2_);
+  Group& group = groups_.emplace_back(Group{all});
+  for (int axis = 0; axis < 2; ++axis) {
+    group.nodes.low[axis] = sample_grid_->first_node[axis];
+    group.nodes.high[axis] = group.nodes.low[axis] + sample_grid_->nodes[axis];
+  }
+  const double margin_m = kMarginVoxels * voxel_m();
   for (std::size_t n = 0; n < shapes_.size(); ++n) {
     const Box box = grown(shapes_[n]);
     if (box.min.x - margin_m >= all.min.x && box.max.x + margin_m <= all.max.x &&
@@ -257,109 +314,145 @@ Error RegionBaker::choose_sample() {
   return {};
 }
 
-Error RegionBaker::make(GroundRows& rows) {
-  const double node_m = kNodeQuads * spacing_m_;
-  const double voxel_m = std::ldexp(node_m, -node_voxels_log2_);
+// Where they stand: each as deep as its shapes and its ground are.
+Error RegionBaker::make_grids(GroundRows& rows) {
+  const int count[2] = {rows.width(), rows.height()};
+  std::vector<double> bottom_m, top_m;
+  glm::dvec3 low_m(std::numeric_limits<double>::infinity());  // of all
+  for (const Group& group : groups_) {
+    Rect samples{};
+    double side_m[2];
+    for (int axis = 0; axis < 2; ++axis) {
+      samples.low[axis] = std::max(group.nodes.low[axis] * kNodeQuads - kMarginSamples, 0);
+      samples.high[axis] = std::min(group.nodes.high[axis] * kNodeQuads + kMarginSamples, count[axis] - 1);
+      side_m[axis] = (group.nodes.low[axis] * kNodeQuads - 0.5 * (count[axis] - 1)) * spacing_m_;
+      low_m[2 * axis] = std::min(low_m[2 * axis], side_m[axis]);
+    }
+    Elevation piece;
+    if (Error error = take_elevation(rows, samples, piece); !error.ok()) return error;
+    const auto [lowest, highest] = std::minmax_element(piece.heights_m.begin(), piece.heights_m.end());
+    bottom_m.push_back(double{*lowest});
+    top_m.push_back(double{*highest});
+    if (sample_ != nullptr) {
+      bottom_m.back() = std::min(bottom_m.back(), sample_->content_m.min.y);
+      top_m.back() = std::max(top_m.back(), sample_->content_m.max.y);
+    }
+    for (const CarveShape& shape : shapes_) {
+      const Box box = grown(shape);
+      if (box.max.x < side_m[0] || box.max.z < side_m[1] ||
+          box.min.x > side_m[0] + (group.nodes.high[0] - group.nodes.low[0]) * node_m() ||
+          box.min.z > side_m[1] + (group.nodes.high[1] - group.nodes.low[1]) * node_m())
+        continue;
+      if (shape.fill) {
+        top_m.back() = std::max(top_m.back(), box.max.y);
+      } else {
+        bottom_m.back() = std::min(bottom_m.back(), box.min.y);
+      }
+    }
+  }
+  const double voxel = voxel_m();
+  // At a whole unit of the elevation, whose tiles then take fewer bytes.
+  const double unit_m = rows.unit_m() > 0 ? rows.unit_m() : voxel;
+  const double lowest_m = *std::min_element(bottom_m.begin(), bottom_m.end());
+  low_m.y = std::floor((lowest_m - WorldGrid::kLayersBelow * voxel) / unit_m) * unit_m;
+  origin_m_ = {low_m.x - 0.5 * voxel, low_m.y, low_m.z - 0.5 * voxel};
+  regions_.resize(groups_.size());
+  for (std::size_t n = 0; n < groups_.size(); ++n) {
+    const Rect& nodes = groups_[n].nodes;
+    WorldGrid& grid = regions_[n].grid;
+    // The lowest one begins where the world does.
+    const double layers =
+        bottom_m[n] == lowest_m ? 0 : std::floor((bottom_m[n] - low_m.y) / voxel - WorldGrid::kLayersBelow);
+    grid.voxel_m = voxel;
+    grid.origin_m.y = low_m.y + std::max(0.0, layers) * voxel;
+    const double tall = std::ceil((top_m[n] - grid.origin_m.y) / voxel) + 1;
+    if (!(tall < (1 << kMaxDepth))) {
+      return "--voxel: voxels of " + number(voxel) + " m are " + number(tall) +
+             " along y in the region, and the most is 511; use a larger one";
+    }
+    grid.extent = {((nodes.high[0] - nodes.low[0]) << node_voxels_log2_) + 1, static_cast<int>(tall),
+                   ((nodes.high[1] - nodes.low[1]) << node_voxels_log2_) + 1};
+    for (int axis = 0; axis < 2; ++axis) {
+      regions_[n].first_node[axis] = nodes.low[axis];
+      grid.origin_m[2 * axis] =
+          (nodes.low[axis] * kNodeQuads - 0.5 * (count[axis] - 1)) * spacing_m_ - 0.5 * voxel;
+    }
+    grid.depth = 1;
+    while ((1 << grid.depth) < std::max({grid.extent.x, grid.extent.z, grid.extent.y + 1})) ++grid.depth;
+  }
+  sample_steps_ = std::ldexp(kMostSampleSteps, node_voxels_log2_);
+  return {};
+}
+
+// level: of the heights, at most; 0: what suits the samples. Out: what they have.
+Error RegionBaker::make(GroundRows& rows, Region& region, const Rect& nodes, int& level) const {
+  const auto start = std::chrono::steady_clock::now();
   const int count[2] = {rows.width(), rows.height()};
   Rect samples{};
-  double low_m[2];  // of the region's west and north border
+  glm::dvec3 centre_m(0.0);  // of the piece of elevation, in the world
   for (int axis = 0; axis < 2; ++axis) {
-    first_node_[axis] = nodes_.low[axis];
-    samples.low[axis] = std::max(nodes_.low[axis] * kNodeQuads - kMarginSamples, 0);
-    samples.high[axis] = std::min(nodes_.high[axis] * kNodeQuads + kMarginSamples, count[axis] - 1);
-    low_m[axis] = (nodes_.low[axis] * kNodeQuads - 0.5 * (count[axis] - 1)) * spacing_m_;
-    piece_centre_m_[2 * axis] =
+    samples.low[axis] = std::max(nodes.low[axis] * kNodeQuads - kMarginSamples, 0);
+    samples.high[axis] = std::min(nodes.high[axis] * kNodeQuads + kMarginSamples, count[axis] - 1);
+    centre_m[2 * axis] =
         (0.5 * (samples.low[axis] + samples.high[axis]) - 0.5 * (count[axis] - 1)) * spacing_m_;
   }
   Elevation piece;
   if (Error error = take_elevation(rows, samples, piece); !error.ok()) return error;
-  const auto [lowest, highest] = std::minmax_element(piece.heights_m.begin(), piece.heights_m.end());
-  double bottom_m = double{*lowest}, top_m = double{*highest};
-  if (sample_ != nullptr) {
-    bottom_m = std::min(bottom_m, sample_->content_m.min.y);
-    top_m = std::max(top_m, sample_->content_m.max.y);
-  }
   std::vector<CarveShape> shapes = shapes_;
   for (CarveShape& shape : shapes) {
-    shape.centre_m -= piece_centre_m_;
-    for (glm::dvec3& point : shape.points_m) point -= piece_centre_m_;
+    shape.centre_m -= centre_m;
+    for (glm::dvec3& point : shape.points_m) point -= centre_m;
   }
-  for (const CarveShape& shape : shapes_) {
-    const Box box = grown(shape);
-    if (box.max.x < low_m[0] || box.max.z < low_m[1] ||
-        box.min.x > low_m[0] + (nodes_.high[0] - nodes_.low[0]) * node_m ||
-        box.min.z > low_m[1] + (nodes_.high[1] - nodes_.low[1]) * node_m)
-      continue;
-    if (shape.fill) {
-      top_m = std::max(top_m, box.max.y);
-    } else {
-      bottom_m = std::min(bottom_m, box.min.y);
-    }
-  }
-  // At a whole unit of the elevation, whose tiles then take fewer bytes.
-  const double unit_m = rows.unit_m() > 0 ? rows.unit_m() : voxel_m;
-  const double origin_m = std::floor((bottom_m - WorldGrid::kLayersBelow * voxel_m) / unit_m) * unit_m;
-  const double tall = std::ceil((top_m - origin_m) / voxel_m) + 1;
-  if (!(tall < (1 << kMaxDepth))) {
-    return "--voxel: voxels of " + number(voxel_m) + " m are " + number(tall) +
-           " along y in the region, and the most is 511; use a larger one";
-  }
-  grid_ = {};
-  grid_.voxel_m = voxel_m;
-  grid_.origin_m = {low_m[0] - 0.5 * voxel_m, origin_m, low_m[1] - 0.5 * voxel_m};
-  grid_.extent = {((nodes_.high[0] - nodes_.low[0]) << node_voxels_log2_) + 1, static_cast<int>(tall),
-                  ((nodes_.high[1] - nodes_.low[1]) << node_voxels_log2_) + 1};
-  grid_.depth = 1;
-  while ((1 << grid_.depth) < std::max({grid_.extent.x, grid_.extent.z, grid_.extent.y + 1})) ++grid_.depth;
-  sample_steps_ = std::ldexp(kMostSampleSteps, node_voxels_log2_);
-
-  WorldGrid local = grid_;
-  local.origin_m -= piece_centre_m_;
+  WorldGrid local = region.grid;
+  local.origin_m -= centre_m;
   const ElevationSolid ground(piece, false);
   std::vector<float> tops;
   if (sample_ == nullptr) tops = column_tops(ground, piece, local, job_.threads);
   const ColumnSolid columns(tops, local);
+  // A sample lies in the middle of its ground, as the piece does.
   std::optional<SampleInGround> joined;
   if (sample_ != nullptr)
-    joined.emplace(*sample_->solid, ground.surface(), sample_grid_->rectangle_m(), kJoinVoxels * voxel_m);
+    joined.emplace(*sample_->solid, ground.surface(), sample_grid_->rectangle_m(), kJoinVoxels * voxel_m());
   const Solid* const base = joined ? static_cast<const Solid*>(&*joined) : &ground;
   CarvedSolid voxels(joined ? *base : columns, shapes, local);
   CarvedSolid solid(*base, shapes, local);
   const auto most = static_cast<std::size_t>(job_.max_carve);
   if (Error error = voxels.build(most); !error.ok()) return error;
   if (Error error = solid.build(most); !error.ok()) return error;
-  surface_.create(local, job_.threads, true, progress_);
-  if (Error error = surface_.fill(voxels); !error.ok()) return error;
-  int level = job_.level;
-  if (level <= 0 && sample_ != nullptr) {
+  region.surface.create(local, job_.threads, true, progress_);
+  if (Error error = region.surface.fill(voxels); !error.ok()) return error;
+  const bool is_given = level > 0;
+  if (!is_given && sample_ != nullptr) {
     level = sample_->level;
-  } else if (level <= 0) {
-    const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m);
-    level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m / vertex_m))), 1, kMaxLevel);
+  } else if (!is_given) {
+    const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m());
+    level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m() / vertex_m))), 1, kMaxLevel);
   }
-  if (Error error = surface_.extract(level, job_.level <= 0); !error.ok()) return error;
+  if (Error error = region.surface.extract(level, !is_given); !error.ok()) return error;
+  level = region.surface.heights().level;
   VoxelSurface::Fit fit;
-  if (Error error = surface_.fit(solid, false, {}, fit); !error.ok()) return error;
-  report_.misses = fit.misses;
-  report_.folds_left = fit.folds_left;
-  measures_ = surface_.measure();
-  measure(ground.surface());
-  for (int axis = 0; axis < 3; ++axis) report_.size_m[axis] = grid_.extent[axis] * voxel_m;
+  if (Error error = region.surface.fit(solid, false, {}, fit); !error.ok()) return error;
+  region.misses = fit.misses;
+  region.folds_left = fit.folds_left;
+  region.measures = region.surface.measure();
+  measure(ground.surface(), centre_m, region);
+  region.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return {};
 }
 
 // How far what is seen of the region from outside is from the ground that stands for it: the ground from the
 // nearest point of the region, so half of the width of a cave's mouth; and what stands above the ground from
 // it. What lies below is seen through mouths alone. And the box of all.
-void RegionBaker::measure(const ElevationSurface& ground) {
-  const double step_m = grid_.voxel_m / kStepsPerVoxel;
-  const glm::dvec3 origin_m = grid_.origin_m - piece_centre_m_;
-  const Surface surface = surface_.surface();
-  const Heights heights = surface_.heights();
+void RegionBaker::measure(const ElevationSurface& ground, const glm::dvec3& centre_m, Region& region) const {
+  const WorldGrid& grid = region.grid;
+  const double step_m = grid.voxel_m / kStepsPerVoxel;
+  const glm::dvec3 origin_m = grid.origin_m - centre_m;
+  const Surface surface = region.surface.surface();
+  const Heights heights = region.surface.heights();
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
   double most_m = 0;
   // Points of the surface by the voxel that they lie in.
-  PointCells cells(grid_.extent);
+  PointCells cells(grid.extent);
   const int level = std::min(heights.level, kMeasuredLevel);
   std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
   for (PatchId p = 0; p < surface.patches.size(); ++p) {
@@ -368,29 +461,69 @@ void RegionBaker::measure(const ElevationSurface& ground) {
     for (const glm::ivec3 place : places) {
       const glm::dvec3 voxels = (at + glm::dvec3(place)) / double{kStepsPerVoxel};
       cells.add(voxels);
-      const glm::dvec3 point_m = origin_m + grid_.voxel_m * voxels;
+      const glm::dvec3 point_m = origin_m + grid.voxel_m * voxels;
       const double ground_m = ground.at(point_m.x, point_m.z);
       most_m = std::max(most_m, point_m.y - ground_m);
       low = glm::min(low, glm::min(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
       high = glm::max(high, glm::max(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
     }
   }
-  for (double z = 0.5; z <= grid_.extent.z - 0.5; z += kGroundPointVoxels) {
-    for (double x = 0.5; x <= grid_.extent.x - 0.5; x += kGroundPointVoxels) {
-      const double height_m = ground.at(origin_m.x + grid_.voxel_m * x, origin_m.z + grid_.voxel_m * z);
-      const glm::dvec3 point(x, (height_m - origin_m.y) / grid_.voxel_m, z);
-      most_m = std::max(most_m, grid_.voxel_m * cells.nearest(point));
+  for (double z = 0.5; z <= grid.extent.z - 0.5; z += kGroundPointVoxels) {
+    for (double x = 0.5; x <= grid.extent.x - 0.5; x += kGroundPointVoxels) {
+      const double height_m = ground.at(origin_m.x + grid.voxel_m * x, origin_m.z + grid.voxel_m * z);
+      const glm::dvec3 point(x, (height_m - origin_m.y) / grid.voxel_m, z);
+      most_m = std::max(most_m, grid.voxel_m * cells.nearest(point));
     }
   }
-  report_.deviation_m = most_m;
-  measure_.error = most_m / step_m;
-  measure_.reach = glm::length(high - low + 2 * grid_.voxel_m) / step_m;
+  region.deviation_m = most_m;
+  region.measure.error = most_m / step_m;
+  region.measure.reach = glm::length(high - low + 2 * grid.voxel_m) / step_m;
+}
+
+std::uint64_t RegionBaker::Region::bytes() const {
+  WorldInfo own;
+  surface.tell(own);
+  const std::uint64_t of_patch = sizeof(PatchKey) + level_error_values(own.level) * sizeof(std::uint16_t) +
+                                 sizeof(PatchBounds) + 2 * sizeof(NormalCone) +
+                                 static_cast<std::uint64_t>(patch_vertices(own.level)) * sizeof(std::int16_t);
+  return 2 * std::uint64_t{own.octets} + 1 + own.patches * of_patch + (own.patches + 7) / 8 +
+         (own.patches + kHeightGroup - 1) / kHeightGroup * sizeof(std::uint32_t);
+}
+
+void RegionBaker::tell(WorldInfo& world, GroundInfo& ground) const {
+  world.regions = static_cast<std::uint32_t>(regions_.size());
+  world.octets = world.volumes = world.patches = world.height_blocks = 0;
+  world.extent = glm::ivec3(0);
+  world.depth = 0;
+  ground.region_count = static_cast<std::int32_t>(regions_.size());
+  for (std::size_t n = 0; n < regions_.size(); ++n) {
+    const Region& from = regions_[n];
+    WorldInfo own;
+    from.surface.tell(own);
+    GroundRegion& to = ground.region_list[n] = {};
+    for (int axis = 0; axis < 2; ++axis) to.nodes.low[axis] = from.first_node[axis];
+    to.corner.y = static_cast<std::int32_t>(std::lround((from.grid.origin_m.y - origin_m_.y) / voxel_m()));
+    to.extent = own.extent;
+    to.depth = own.depth;
+    to.octets = own.octets;
+    to.volumes = own.volumes;
+    to.patches = own.patches;
+    to.rim_edges = RegionRim::count(from.surface.surface());
+    world.level = own.level;
+    world.octets += own.octets;
+    world.volumes += own.volumes;
+    world.patches += own.patches;
+    world.height_blocks += own.height_blocks;
+    world.extent = glm::max(world.extent, own.extent);
+    world.depth = std::max(world.depth, own.depth);
+  }
+  for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = origin_m_[axis];
+  world.voxel_size_m = voxel_m();
 }
 
 Error RegionBaker::run(GroundRows& rows) {
-  exists_ = false;
+  regions_.clear();
   if (!is_wanted()) return {};
-  const auto start = std::chrono::steady_clock::now();
   const Elevation& facts = rows.facts();
   if (facts.spacing_x_m != facts.spacing_z_m) {
     return job_.read.path + ": --carve needs samples that are as wide as long; they are " +
@@ -398,20 +531,24 @@ Error RegionBaker::run(GroundRows& rows) {
            " m: gdalwarp -tr makes others, or --pixel-size";
   }
   spacing_m_ = facts.spacing_x_m;
-  report_.shapes = shapes_.size();
   Error error;
   if (sample_ != nullptr) {
     if (error = choose_sample(); !error.ok()) return error;
   } else {
-    const std::vector<std::size_t> met = meeting(rows, error);
-    if (!error.ok()) return error;
-    report_.unmet = shapes_.size() - met.size();
-    if (met.empty()) return {};
+    double radius_m = 0;
+    const std::vector<Group> met = meeting(rows, radius_m, error);
+    if (!error.ok() || met.empty()) return error;
+    const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius_m / kVoxelsARadius;
+    node_voxels_log2_ =
+        std::clamp(static_cast<int>(std::ceil(std::log2(node_m() / wanted_m) - 1e-6)), 0, kMostLatticeSize);
     if (error = choose(rows, met); !error.ok()) return error;
   }
-  if (error = make(rows); !error.ok()) return error;
-  exists_ = true;
-  report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (error = make_grids(rows); !error.ok()) return error;
+  // The first one's level is that of all.
+  int level = job_.level;
+  for (std::size_t n = 0; n < regions_.size(); ++n) {
+    if (error = make(rows, regions_[n], groups_[n].nodes, level); !error.ok()) return error;
+  }
   return {};
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The region of a ground: where carved shapes meet it, and nowhere else, voxels stand in its place.
+// The regions of a ground: where carved shapes meet it, and nowhere else, voxels stand in its place. Shapes
+// whose regions would lie nearer to each other than a node share one.
 #pragma once
 
 #include <cstddef>
@@ -34,59 +35,72 @@ class RegionBaker {
     sample_ = &sample;
     sample_grid_ = &grid;
   }
-  // Chooses the rectangle of nodes and the voxel, reads the elevation there, and makes its voxels, surface
+  // Chooses rectangles of nodes and the voxel, reads the elevation there, and makes voxels, their surfaces
   // and heights. rows: opened; of one spacing in x and z, else an error that says so.
   Error run(GroundRows& rows);
 
-  // After run(). exists(): some shape meets the ground.
-  bool exists() const { return exists_; }
-  const VoxelSurface& surface() const { return surface_; }
-  const VoxelSurface::Measures& measures() const { return measures_; }
-  const WorldGrid& grid() const { return grid_; }
-  // Its first node, and lattice steps between samples.
-  int first_node(int axis) const { return first_node_[axis]; }
-  double sample_steps() const { return sample_steps_; }
-  const RegionMeasure& measure() const { return measure_; }
-
-  struct Report {
-    std::size_t shapes = 0, unmet = 0;  // unmet: of them, those that do not meet the ground
-    double size_m[3] = {};
+  struct Region {
+    WorldGrid grid;  // origin in the world; the grids of all regions are parts of one
+    int first_node[2] = {};
+    VoxelSurface surface;
+    VoxelSurface::Measures measures;
+    RegionMeasure measure;
     std::uint64_t misses = 0, folds_left = 0;
     double deviation_m = 0;
     double seconds = 0;
+
+    // Of the world file: what it would be shorter without it, but for gaps between sections.
+    std::uint64_t bytes() const;
   };
-  const Report& report() const { return report_; }
+  // After run(). exists(): some shape meets the ground, or there is a sample.
+  bool exists() const { return !regions_.empty(); }
+  const std::vector<Region>& regions() const { return regions_; }
+  // Where the grids begin, in the world.
+  const glm::dvec3& origin_m() const { return origin_m_; }
+  // Lattice steps between samples.
+  double sample_steps() const { return sample_steps_; }
+  // The regions' fields of a world, and of its ground.
+  void tell(WorldInfo& world, GroundInfo& ground) const;
+
+  std::size_t shapes() const { return shapes_.size(); }
+  std::size_t unmet() const { return unmet_; }  // of them, those that do not meet the ground
 
  private:
   struct Rect {
     int low[2], high[2];  // samples, or nodes
   };
 
+  // A region to be: shapes that hang together, and the nodes they take.
+  struct Group {
+    Box box;
+    Rect nodes{};
+  };
+
   Error take_elevation(GroundRows& rows, const Rect& samples, Elevation& out) const;
-  Error choose(GroundRows& rows, const std::vector<std::size_t>& meeting);
+  Error choose(const GroundRows& rows, std::vector<Group> groups);
   Error choose_sample();
-  std::vector<std::size_t> meeting(GroundRows& rows, Error& error) const;
+  Error find_nodes(const GroundRows& rows, Group& group) const;
+  Error group_up(const GroundRows& rows, std::vector<Group>& groups) const;
+  std::vector<Group> meeting(GroundRows& rows, double& radius_m, Error& error);
   Rect around(const Box& box, const GroundRows& rows, double margin_m) const;
-  Error make(GroundRows& rows);
-  void measure(const ElevationSurface& ground);
+  Error make_grids(GroundRows& rows);
+  Error make(GroundRows& rows, Region& region, const Rect& nodes, int& level) const;
+  void measure(const ElevationSurface& ground, const glm::dvec3& centre_m, Region& region) const;
+  double node_m() const;
+  double voxel_m() const;
 
   const Bake& job_;
   const ReportProgress& progress_;
   const Sample* sample_ = nullptr;
   const SampleGrid* sample_grid_ = nullptr;
   std::vector<CarveShape> shapes_;
-  bool exists_ = false;
-  WorldGrid grid_;  // origin in the world
-  int first_node_[2] = {};
+  std::size_t unmet_ = 0;
+  std::vector<Group> groups_;  // by region
+  std::vector<Region> regions_;
+  glm::dvec3 origin_m_{0.0};
   int node_voxels_log2_ = 0;
   double sample_steps_ = 0;
   double spacing_m_ = 0;
-  Rect nodes_{};
-  glm::dvec3 piece_centre_m_{0.0};  // of the piece of elevation, in the world; y 0
-  VoxelSurface surface_;
-  VoxelSurface::Measures measures_;
-  RegionMeasure measure_;
-  Report report_;
 };
 
 }  // namespace karst::bake

@@ -22,9 +22,10 @@ using namespace core;
 
 // What a ground lies on (terrain/basis/basis.h).
 struct BakeBasis {
-  enum class Kind : std::uint8_t { plane, geographic, cube, cylinder };
+  enum class Kind : std::uint8_t { plane, geographic, cube, cylinder, function };
   Kind kind = Kind::plane;
-  double radius_m = 0;  // of a cylinder, below 0 inside; 0: as wide as the DEM
+  // Of a cylinder, below 0 inside; 0: as wide as the DEM. Of a function the least radius of its curvature.
+  double radius_m = 0;
 };
 
 struct Bake {

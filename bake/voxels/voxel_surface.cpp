@@ -201,9 +201,9 @@ VoxelSurface::Measures VoxelSurface::measure() const {
   return made;
 }
 
-std::vector<PatchKey> VoxelSurface::keys() const {
+std::vector<PatchKey> VoxelSurface::keys(std::uint32_t region) const {
   std::vector<PatchKey> keys;
-  for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(surface(), p));
+  for (PatchId p = 0; p < patches_.size(); ++p) keys.push_back(key_of(surface(), p, region));
   return keys;
 }
 

@@ -69,7 +69,7 @@ class VoxelSurface {
   Surface surface() const { return {volumes_, patches_}; }
   Heights heights() const { return {level_, heights_}; }
   // All of them have heights, in the order of keys.
-  std::vector<PatchKey> keys() const;
+  std::vector<PatchKey> keys(std::uint32_t region = 0) const;
   std::vector<std::byte> mask() const;
   // Its fields of a world, without a name.
   void tell(WorldInfo& info) const;

@@ -13,6 +13,7 @@
 #include "app/files/whole_file.h"
 #include "bench/command/bench_options.h"
 #include "bench/frames/flight_times.h"
+#include "bench/ground/bench_motion.h"
 #include "bench/ground/bench_sweep.h"
 #include "bench/suites/bench_core.h"
 #include "bench/suites/bench_flight.h"
@@ -133,6 +134,7 @@ int run_frames(const BenchOptions& options) {
   frames.look = options.scene;
   take(options.frames, frames.frames);
   frames.json = options.json;
+  frames.gl_times = options.gl_times;
   return run_flight_times(frames);
 }
 
@@ -156,6 +158,15 @@ int run_sweep(const BenchOptions& options) {
   take(options.disk_sleep_ms, sweep.sleep_ms);
   sweep.json = options.json;
   return run_sweep_suite(sweep);
+}
+
+int run_motion(const BenchOptions& options) {
+  MotionOptions motion;
+  motion.look = options.scene;
+  take(options.frames, motion.frames);
+  take(options.disk_mb_per_s, motion.megabytes_per_s);
+  if (options.disk_seek_ms >= 0) motion.seek_ms = options.disk_seek_ms;
+  return run_motion_suite(motion);
 }
 
 }  // namespace
@@ -191,7 +202,7 @@ int run_bench(std::span<const char* const> words) {
   }
   constexpr int (*kSuites[])(const BenchOptions&) = {run_core,    run_lod,     run_pareto, run_shading,
                                                      run_shadows, run_queries, run_flight, run_frames,
-                                                     run_select,  run_sweep};
+                                                     run_select,  run_sweep,   run_motion};
   return kSuites[static_cast<int>(options.suite)](options);
 }
 

@@ -38,7 +38,7 @@ constexpr OptionRow kSuiteRows[] = {
      .kind = Kind::word,
      .value = "NAME",
      .initial = "core",
-     .words = "core lod pareto shading shadows queries flight frames select sweep",
+     .words = "core lod pareto shading shadows queries flight frames select sweep motion",
      .help =
          "core: extraction, adjacency, vertices and packing of all patches, on one core; lod: choosing, "
          "making and submitting frames of 1, 2 and 4 passes at levels 4 and 5; pareto: frames against their "
@@ -49,7 +49,8 @@ constexpr OptionRow kSuiteRows[] = {
          "flight: nothing, but prints a flight as --path takes it, with the terrain that it shows; "
          "frames: times of frames on three flights, drawn as the options say; "
          "select: choosing levels, listing and writing indices on flights, without GL; "
-         "sweep: the same views of synthetic grounds of 10^6 to 10^12 samples, which take no WORLD",
+         "sweep: the same views of synthetic grounds of 10^6 to 10^12 samples; "
+         "motion: flights over such a ground, with reading ahead and without; both take no WORLD",
      .store = put<&BenchOptions::suite>},
     {.name = "rounds",
      .kind = Kind::integer,
@@ -57,12 +58,13 @@ constexpr OptionRow kSuiteRows[] = {
      .initial = "core, queries: 9, shading, select, sweep: 3, pareto: 1",
      .min = 1,
      .max = 1000,
-     .help = "medians are over so many rounds; of pareto and select: measured laps (all but lod and shadows)",
+     .help = "medians are over so many rounds; of pareto and select: measured laps (all but lod, shadows and "
+             "motion)",
      .store = put<&BenchOptions::rounds>},
     {.name = "frames",
      .kind = Kind::integer,
      .value = "N",
-     .initial = "lod, flight, frames, sweep: 24, pareto: 120, shading: 1, shadows: 36, select: 240",
+     .initial = "lod, flight, frames, sweep: 24, pareto: 120, shading: 1, shadows: 36, select, motion: 240",
      .min = 1,
      .max = 100000,
      .help = "of each flight (all but core and queries)",
@@ -70,7 +72,8 @@ constexpr OptionRow kSuiteRows[] = {
     {.name = "json",
      .kind = Kind::file,
      .value = "FILE",
-     .help = "for programs; - prints it instead of the table (all but shadows, queries, flight and select)",
+     .help = "for programs; - prints it instead of the table (all but shadows, queries, flight, select and "
+             "motion)",
      .store = put<&BenchOptions::json>},
     {.name = "version", .help = "prints the version"},
 };
@@ -178,6 +181,12 @@ constexpr OptionRow kFlightRows[] = {
      .store = put<&BenchOptions::flight>},
 };
 
+constexpr OptionRow kFramesRows[] = {
+    {.name = "gl-times",
+     .help = "prints what the functions of GL take, each by the clock",
+     .store = put<&BenchOptions::gl_times>},
+};
+
 constexpr OptionRow kSweepRows[] = {
     {.name = "jumps",
      .kind = Kind::integer,
@@ -190,7 +199,7 @@ constexpr OptionRow kSweepRows[] = {
     {.name = "disk-speed",
      .kind = Kind::number,
      .value = "MB",
-     .initial = "100",
+     .initial = "100, motion: 20",
      .unit = "megabytes a second",
      .min = 0.01,
      .max = 1e6,
@@ -199,7 +208,7 @@ constexpr OptionRow kSweepRows[] = {
     {.name = "disk-seek",
      .kind = Kind::number,
      .value = "MS",
-     .initial = "5",
+     .initial = "5, motion: 8",
      .unit = "milliseconds",
      .min = 0,
      .max = 1e4,
@@ -218,51 +227,66 @@ constexpr OptionRow kSweepRows[] = {
 
 constexpr OptionGroup kGroups[] = {{"suite", kSuiteRows},      {"of shading", kShadingRows},
                                    {"of pareto", kParetoRows}, {"of queries", kQueryRows},
-                                   {"of flight", kFlightRows}, {"of sweep", kSweepRows}};
+                                   {"of flight", kFlightRows}, {"of frames", kFramesRows},
+                                   {"of sweep", kSweepRows}};
 constexpr OptionPart kParts[] = {kGroups, kSceneGroups};
 
 // What a suite has no use for, with blanks around each: it draws nothing, or the option is what it varies.
 constexpr const char* kUnused[] = {
     // core
-    " frames against path targets distances full no-errors elevation pixel-size z-scale csv svg peers board "
+    " gl-times frames against path targets distances full no-errors elevation pixel-size z-scale csv svg "
+    "peers board "
     "size "
     "sun fov haze show precision no-skip lod error-px lod-distance level generate-ms vertex-memory "
     "max-memory "
     "shadows shadow-size shadow-reach drape drape-repeat query-level query-patches rays flight jumps "
     "disk-speed disk-seek disk-sleep ",
     // lod
-    " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers level "
+    " gl-times rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg "
+    "peers level "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // pareto
-    " against lod error-px lod-distance query-level query-patches rays flight jumps disk-speed disk-seek "
+    " gl-times against lod error-px lod-distance query-level query-patches rays flight jumps disk-speed "
+    "disk-seek "
     "disk-sleep ",
     // shading
-    " path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision no-skip "
+    " gl-times path targets distances full no-errors elevation pixel-size z-scale csv svg peers precision "
+    "no-skip "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // shadows
-    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "generate-ms drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
     "disk-sleep ",
     // queries
-    " frames json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times frames json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "board size sun fov haze show precision no-skip lod error-px lod-distance level generate-ms "
     "vertex-memory max-memory shadows shadow-size shadow-reach drape drape-repeat flight jumps disk-speed "
     "disk-seek disk-sleep ",
     // flight
-    " rounds json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg peers "
     "generate-ms query-level query-patches rays jumps disk-speed disk-seek disk-sleep ",
     // frames
     " rounds against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
     "generate-ms query-level query-patches rays flight jumps disk-speed disk-seek disk-sleep ",
     // select
-    " json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers sun haze "
+    " gl-times json against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "sun haze "
     "show precision drape drape-repeat query-level query-patches rays flight jumps disk-speed disk-seek "
     "disk-sleep ",
     // sweep
-    " against path targets distances full no-errors elevation pixel-size z-scale csv svg peers lod-distance "
-    "level generate-ms drape drape-repeat query-level query-patches rays flight "};
-constexpr const char* kSuiteNames[] = {"core",    "lod",    "pareto", "shading", "shadows",
-                                       "queries", "flight", "frames", "select",  "sweep"};
+    " gl-times against path targets distances full no-errors elevation pixel-size z-scale csv svg peers "
+    "lod-distance "
+    "level generate-ms drape drape-repeat query-level query-patches rays flight ",
+    // motion
+    " gl-times rounds json against path targets distances full no-errors elevation pixel-size z-scale csv "
+    "svg "
+    "peers lod-distance level generate-ms drape drape-repeat query-level query-patches rays flight jumps "
+    "disk-sleep "};
+constexpr const char* kSuiteNames[] = {"core",   "lod",    "pareto", "shading", "shadows", "queries",
+                                       "flight", "frames", "select", "sweep",   "motion"};
 
 Error check(const CommandLine& line, const BenchOptions& options) {
   const auto suite = static_cast<std::size_t>(options.suite);
@@ -287,10 +311,11 @@ Error check(const CommandLine& line, const BenchOptions& options) {
 constinit const CommandSpec kBenchSpec = {
     .name = "karst-bench",
     .brief = "measures what worlds and frames cost",
-    .usage = "WORLD [--suite NAME] [options]\n--suite sweep [options]",
+    .usage = "WORLD [--suite NAME] [options]\n--suite sweep|motion [options]",
     .about =
         "Measures a world and prints the results beside those of the paper it follows. Each suite refuses "
-        "the options that it has no use for. In lod, pareto and sweep there are no shadow maps unless "
+        "the options that it has no use for. In lod, pareto, sweep and motion there are no shadow maps "
+        "unless "
         "--shadows or "
         "--board says so; lod and shading keep everything resident unless --vertex-memory or --board says "
         "otherwise.",
@@ -305,8 +330,9 @@ Error parse_bench_options(std::span<const char* const> words, CommandLine& line,
   if (line.wants_help() || line.has("version")) return {};
   void* const targets[] = {&options, &options.scene};
   if (Error error = line.store(targets); !error.ok()) return error;
-  const bool sweeps = options.suite == SuiteName::sweep;
-  if (sweeps && !line.positional().empty()) return "the suite sweep makes its own grounds: takes no WORLD";
+  const bool sweeps = options.suite == SuiteName::sweep || options.suite == SuiteName::motion;
+  if (sweeps && !line.positional().empty())
+    return "the suites sweep and motion make their own grounds: they take no WORLD";
   if (!sweeps && line.positional().size() != 1) return "takes one WORLD";
   if (!sweeps) options.world = line.positional()[0];
   const bool levels_alone = sweeps || options.suite == SuiteName::lod || options.suite == SuiteName::pareto;

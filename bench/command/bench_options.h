@@ -23,7 +23,8 @@ enum class SuiteName : std::uint8_t {
   flight,
   frames,
   select,
-  sweep
+  sweep,
+  motion
 };
 
 enum class FlightName : std::uint8_t { overview, low, oblique, high, teleport };
@@ -53,6 +54,7 @@ struct BenchOptions {
   double disk_mb_per_s = 0;  // 0: the suite's own
   double disk_seek_ms = -1;  // less than 0: the suite's own
   double disk_sleep_ms = 0;  // 0: the suite's own
+  bool gl_times = false;
 };
 
 extern const app::CommandSpec kBenchSpec;

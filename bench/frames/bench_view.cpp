@@ -12,7 +12,8 @@
 #include <optional>
 
 #include "app/stage/camera_ground.h"
-#include "bench/frames/bench_clock.h"
+#include "bench/measure/bench_clock.h"
+#include "bench/measure/gl_times.h"
 #include "platform/headless/headless_display.h"
 #include "terrain/resident/page_table.h"
 
@@ -78,6 +79,16 @@ Error BenchView::open(const std::string& world, const SceneArguments& look, bool
   return stage_.attach(*display_, look.width, look.height);
 }
 
+Error BenchView::open_timed(const std::string& world, const SceneArguments& look, bool time_gl) {
+  if (!time_gl) return open(world, look);
+  if (Error error = load(world, look); !error.ok()) return error;
+  Error error;
+  display_ = open_headless_display({}, error);
+  if (display_ == nullptr) return error;
+  timed_ = std::make_unique<TimedDisplay>(*display_);
+  return stage_.attach(*timed_, look.width, look.height);
+}
+
 Error BenchView::load(const std::string& world, const SceneArguments& look) {
   if (Error error = stage_.load(world, look, 1); !error.ok()) return error;
   look_ = stage_view(look, stage_.world().info());
@@ -134,8 +145,13 @@ const GroundHeights& BenchView::ground() {
   const core::World& world = terrain();
   const glm::ivec3 extent = glm::max(world.info().extent, world.box().max / core::kStepsPerVoxel);
   GroundHeights& ground = ground_.emplace(glm::ivec2(extent.x, extent.z));
-  for (core::PatchId patch = 0; patch < world.patch_count(); ++patch) {
-    ground.add(core::patch_box(world.surface(), world.bounds(), patch));
+  for (const core::WorldPart& part : world.parts()) {
+    for (core::PatchId patch = 0; patch < part.patches(); ++patch) {
+      core::LatticeBox box = core::patch_box(part.surface, part.bounds, patch);
+      box.min += part.corner * core::kStepsPerVoxel;
+      box.max += part.corner * core::kStepsPerVoxel;
+      ground.add(box);
+    }
   }
   // load() has asked for the query, so that there is one.
   CameraGround heights;

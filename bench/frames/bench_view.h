@@ -41,6 +41,8 @@ class BenchView {
   // to the caller to attach the stage to a display.
   // look: of all pictures, their size and what they may take included.
   Error open(const std::string& world, const SceneArguments& look, bool keep_depth = false);
+  // time_gl: gl_times() tells what the functions of GL take (bench/measure/gl_times.h).
+  Error open_timed(const std::string& world, const SceneArguments& look, bool time_gl);
   Error load(const std::string& world, const SceneArguments& look);
 
   // Draws one picture and waits for it. work_ms: FrameInput's. The rest of the view is look()'s.
@@ -74,6 +76,7 @@ class BenchView {
   CameraPlace place_of(const CameraSettings& settings) const;
 
   std::unique_ptr<Display> display_;  // of open(); before stage_, whose objects are in its context
+  std::unique_ptr<Display> timed_;    // stands for it
   Stage stage_;
   StageView look_;
   PictureShape shape_;

@@ -11,6 +11,7 @@
 #include "app/common/progress.h"
 #include "app/files/atomic_file.h"
 #include "bench/frames/bench_view.h"
+#include "bench/measure/gl_times.h"
 
 namespace karst::bench {
 using namespace app;
@@ -26,7 +27,10 @@ struct Times {
 struct FlightTimes {
   std::string_view name;
   Times frame, cpu, gpu;  // cpu: of all threads; gpu: of the picture's passes, shadow maps aside
-  double triangles = 0, draw_calls = 0;  // means
+  Times select, generate, upload, submit, shadow;  // FrameCosts
+  double triangles = 0, draw_calls = 0;            // means
+  double generated = 0, uploaded_bytes = 0;        // means
+  std::vector<GlCallTimes> gl;                     // a frame, where asked for
 };
 
 template <class Get>
@@ -44,7 +48,15 @@ FlightTimes summary_of(std::string_view name, const std::vector<BenchFrame>& fra
   f.frame = times_of(frames, [](const BenchFrame& b) { return b.record.frame_ms; });
   f.cpu = times_of(frames, [](const BenchFrame& b) { return b.all_cpu_ms; });
   f.gpu = times_of(frames, [](const BenchFrame& b) { return b.record.costs.gpu_terrain_ms; });
+  f.select = times_of(frames, [](const BenchFrame& b) { return b.record.costs.select_ms; });
+  f.generate = times_of(frames, [](const BenchFrame& b) { return b.record.costs.generate_ms; });
+  f.upload = times_of(frames, [](const BenchFrame& b) { return b.record.costs.upload_ms; });
+  f.submit = times_of(frames, [](const BenchFrame& b) { return b.record.costs.submit_ms; });
+  f.shadow = times_of(frames, [](const BenchFrame& b) { return b.record.costs.shadow_ms; });
   for (const BenchFrame& frame : frames) {
+    f.generated += frame.record.costs.generated / static_cast<double>(frames.size());
+    f.uploaded_bytes +=
+        static_cast<double>(frame.record.costs.uploaded_bytes) / static_cast<double>(frames.size());
     f.triangles += static_cast<double>(frame.record.costs.triangles) / static_cast<double>(frames.size());
     f.draw_calls += frame.record.costs.draw_calls / static_cast<double>(frames.size());
   }
@@ -57,11 +69,13 @@ Error fly(BenchView& view, std::string_view name, int frames, FlightTimes& fligh
   if (Error error = view.place(path, cameras); !error.ok()) return error;
   std::vector<BenchFrame> first, second;
   for (std::vector<BenchFrame>* lap : {&first, &second}) {
+    reset_gl_times();
     for (const ViewState& camera : cameras) {
       if (Error error = view.draw(camera, view.levels(), lap->emplace_back()); !error.ok()) return error;
     }
   }
   flight = summary_of(name, second);
+  flight.gl = gl_times();
   return {};
 }
 
@@ -73,6 +87,26 @@ void write_times(JsonWriter& json, const char* name, const Times& times) {
   }
   json.begin_object().field("median", times.median).field("p95", times.p95).field("max", times.most);
   json.end_object();
+}
+
+// Means of a frame.
+void write_gl(JsonWriter& json, const FlightTimesOptions& options, const std::vector<GlCallTimes>& times) {
+  json.key("gl").begin_array();
+  for (const GlCallTimes& time : times) {
+    json.begin_object().field("function", time.name);
+    json.field("calls", static_cast<double>(time.calls) / options.frames);
+    json.field("ms", time.ms / options.frames).end_object();
+  }
+  json.end_array();
+}
+
+void print_gl(const FlightTimesOptions& options, const FlightTimes& flight) {
+  std::printf("GL functions a frame of %s, by the clock:\n", std::string(flight.name).c_str());
+  for (const GlCallTimes& time : flight.gl) {
+    if (time.ms / options.frames < 0.001) break;
+    std::printf("  %-24s %9.1f calls %9.3f ms\n", time.name, static_cast<double>(time.calls) / options.frames,
+                time.ms / options.frames);
+  }
 }
 
 std::string json_text(const FlightTimesOptions& options, BenchView& view,
@@ -89,7 +123,15 @@ std::string json_text(const FlightTimesOptions& options, BenchView& view,
     write_times(json, "frame_ms", f.frame);
     write_times(json, "cpu_ms", f.cpu);
     write_times(json, "gpu_ms", f.gpu);
-    json.field("triangles", f.triangles).field("draw_calls", f.draw_calls).end_object();
+    write_times(json, "select_ms", f.select);
+    write_times(json, "generate_ms", f.generate);
+    write_times(json, "upload_ms", f.upload);
+    write_times(json, "submit_ms", f.submit);
+    write_times(json, "shadow_ms", f.shadow);
+    json.field("triangles", f.triangles).field("draw_calls", f.draw_calls).field("generated", f.generated);
+    json.field("uploaded_bytes", f.uploaded_bytes);
+    if (options.gl_times) write_gl(json, options, f.gl);
+    json.end_object();
   }
   json.end_array().key("bytes").begin_object();
   json.field("cpu_budget", stage.cpu_bytes()).field("cpu_used", device.cpu_bytes);
@@ -108,13 +150,23 @@ void print_text(const FlightTimesOptions& options, BenchView& view, const std::v
     std::printf("%-8s %9.2f %9.2f %9.2f %9.2f %9.2f %10.0f\n", std::string(f.name).c_str(), f.frame.median,
                 f.frame.p95, f.gpu.median, f.gpu.p95, f.cpu.median, f.triangles);
   }
+  std::printf("\n%-8s %9s %9s %9s %9s %9s %10s %10s\n", "", "select ms", "generate", "upload", "submit",
+              "shadow", "generated", "KiB up");
+  for (const FlightTimes& f : flights) {
+    std::printf("%-8s %9.3f %9.3f %9.3f %9.3f %9.3f %10.0f %10.0f\n", std::string(f.name).c_str(),
+                f.select.median, f.generate.median, f.upload.median, f.submit.median, f.shadow.median,
+                f.generated, f.uploaded_bytes / 1024);
+  }
+  if (options.gl_times) {
+    for (const FlightTimes& f : flights) print_gl(options, f);
+  }
   std::printf("CPU: of all threads. GPU memory: %.2f MiB\n",
               static_cast<double>(view.stage().gpu_used()) / (1 << 20));
 }
 
 Error run_suite(const FlightTimesOptions& options) {
   BenchView view;
-  if (Error error = view.open(options.world, options.look); !error.ok()) return error;
+  if (Error error = view.open_timed(options.world, options.look, options.gl_times); !error.ok()) return error;
   std::vector<FlightTimes> flights;
   Progress progress("flying", std::size(kFlights));
   for (const std::string_view name : kFlights) {

@@ -13,8 +13,9 @@ using namespace app;
 struct FlightTimesOptions {
   std::string world;
   SceneArguments look;
-  int frames = 24;   // of each flight
-  std::string json;  // file; "-": printed in place of the table; empty: none
+  int frames = 24;        // of each flight
+  std::string json;       // file; "-": printed in place of the table; empty: none
+  bool gl_times = false;  // what the functions of GL take, too
 };
 
 // Flies each flight twice and measures the second time: complete frames, each waited for until the GPU is

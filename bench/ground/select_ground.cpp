@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/frames/bench_clock.h"
+#include "bench/measure/bench_clock.h"
 #include "terrain/world/terrain_parts.h"
 
 namespace karst::bench {

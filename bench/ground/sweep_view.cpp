@@ -69,8 +69,15 @@ Error SweepView::place(double east_m, double south_m, double above_m, double yaw
   return view_.place(at, camera);
 }
 
-Error SweepView::draw(const ViewState& camera, double work_ms, BenchFrame& frame) {
-  return view_.draw(camera, view_.levels(), frame, work_ms);
+Error SweepView::draw(const ViewState& camera, double work_ms, BenchFrame& frame, bool ahead) {
+  StageView look = view_.look();
+  const double error_px = look.view.error_px;
+  look.view = camera;
+  look.view.error_px = error_px;
+  look.work_ms = work_ms;
+  look.wait = true;
+  look.inspection.read_ahead = ahead;
+  return view_.draw(look, frame);
 }
 
 Error SweepView::count_open(std::uint64_t& pixels) {

@@ -8,7 +8,7 @@
 
 #include "bench/frames/bench_view.h"
 #include "bench/ground/synthetic_ground.h"
-#include "terrain/ground/tile_source.h"
+#include "terrain/paging/tile_source.h"
 
 namespace karst::bench {
 
@@ -27,8 +27,8 @@ class SweepView {
   // A camera above the ground, metres and degrees; places are told from the ground's middle.
   Error place(double east_m, double south_m, double above_m, double yaw_deg, double pitch_deg,
               ViewState& camera);
-  // work_ms 0: the frame is complete, whatever it waits for.
-  Error draw(const ViewState& camera, double work_ms, BenchFrame& frame);
+  // work_ms 0: the frame is complete, whatever it waits for. ahead: Inspection::read_ahead.
+  Error draw(const ViewState& camera, double work_ms, BenchFrame& frame, bool ahead = true);
   // Pixels of the last picture that show no ground. Once a picture.
   Error count_open(std::uint64_t& pixels);
 

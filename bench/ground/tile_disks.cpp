@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "bench/frames/bench_clock.h"
+#include "bench/measure/bench_clock.h"
 
 namespace karst::bench {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/ground/synthetic_ground.h"
-#include "terrain/ground/tile_source.h"
+#include "terrain/paging/tile_source.h"
 #include "tiles/encode_tile.h"
 
 namespace karst::bench {

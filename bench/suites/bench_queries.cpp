@@ -258,8 +258,12 @@ int run_query_suite(std::span<const std::byte> file, const QuerySuiteOptions& op
   Arena arena(aligned(query_memory, budget.cpu_bytes()));
   core::Query query;
   if (status = query.create(limits, arena); !status.ok()) return fail(status);
-  QueryWorld world{terrain.surface(), terrain.bounds(),   &terrain.tree(),
-                   terrain.heights(), info.height_blocks, {}};
+  QueryWorld world;
+  world.surface = terrain.surface();
+  world.bounds = terrain.bounds();
+  world.tree = &terrain.tree();
+  world.heights = terrain.heights();
+  world.height_blocks = info.height_blocks;
   if (status = query.set_world(world); !status.ok()) return fail(status);
   std::printf("%s: %u patches; level %d, %u of them kept in %zu bytes\n", info.name, terrain.patch_count(),
               query.level(), limits.patches, budget.cpu_bytes());

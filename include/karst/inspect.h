@@ -39,6 +39,7 @@ struct Inspection {
   bool skip_blend = true;      // by pixel: the second material where the first covers all
   bool skip_detail = true;     // by pixel: the near scale where it has faded
   bool skip_sun = true;        // by pixel: shadows and mirrored light where no sun falls
+  bool read_ahead = true;      // tiles that moving views will lack; and not those that would come too late
   bool lamps = true;           // the world's point lights
   bool wait_for_gpu = false;   // before and after shadow maps, so that shadow_ms holds the GPU's work
   // Told when work of karst begins and ends in which no GL is called, to count heap calls. May be null.
@@ -57,6 +58,12 @@ struct FrameCosts {
   double gpu_terrain_ms = 0, gpu_shadow_ms = 0;  // the newest that the driver tells; NaN: not known
   std::uint32_t patches_drawn = 0, patches_missing = 0, patches_capped = 0;
   std::uint32_t nodes_drawn = 0;  // of the ground
+  // Of the ground's tiles and imagery's: asked for before a view lacked them; of such, first looked at in
+  // this frame; and that gave way without having been. Their sums are those of all frames.
+  std::uint32_t ahead_asked = 0, ahead_used = 0, ahead_wasted = 0;
+  // Nodes and image tiles that lack what would come too late to be of use, so that it is not asked for; and
+  // below which size nodes do, 0: none does.
+  std::uint32_t left_out = 0, sizes_left_out = 0;
   std::uint32_t culled_frustum = 0, culled_backface = 0, culled_occluded = 0;
   std::uint32_t at_level[7] = {};                     // patches drawn, by level
   std::uint32_t blend_skipped = 0, cave_skipped = 0;  // patches drawn that need none

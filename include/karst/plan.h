@@ -46,7 +46,7 @@ struct Needs {
 // A file's head, read and checked once and handed on: what becomes of the file afterwards changes none of it.
 struct Head {
   std::uint64_t hash = 0;                 // of the head's bytes; 0: none was read
-  alignas(8) std::byte state[4608] = {};  // karst's own
+  alignas(8) std::byte state[6144] = {};  // karst's own
 };
 
 // Bytes of one part, for people and for CI.
@@ -64,10 +64,11 @@ struct Limit {
   const char* reason;
 };
 
-// needs and placement are the caller's; make_plan() fills in the rest.
+// needs, placement and ground are the caller's; make_plan() fills in the rest.
 struct Plan {
   Needs needs;
   Placement placement;
+  GroundFunction ground;  // World::create() wants it, where the world's basis is one
 
   std::uint64_t cpu_bytes = 0;  // of the memory that World::create() wants, aligned to kMemoryAlignment
   std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own

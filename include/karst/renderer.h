@@ -41,6 +41,10 @@ struct ViewState {
   double view_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   // Any perspective or parallel projection, off-axis and with an oblique near plane too; lengths in metres.
   double clip_from_view[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  // How the eye moves, metres a frame: what it will see is read ahead, and nothing that would come too late.
+  // Without has_motion: as it moved in the last eight frames.
+  Vec3 motion{};
+  bool has_motion = false;
   bool reversed_depth = false;  // the projection has 1 at the near plane: what is greater passes
   std::uint32_t width_px = 0, height_px = 0;  // of the picture, 1..16384
   double error_px = 4;  // wanted: no drawn point is further from the full surface. 0.01..1000
@@ -109,7 +113,21 @@ struct Target {
   // float depth buffer depth is then as fine far away as nearby: near may be 0.1 m and far 100 km. Needs
   // DeviceInfo::clip_control, else unsupported. Whoever draws into the same depth sets glClipControl alike.
   bool depth_zero_to_one = false;
+  // Without clip control: where the projection's far plane is more than 2,048 times as far as its near plane,
+  // depth is in two ranges, as depth_ranges() tells, so that near may be 0.1 m and far 100 km on any driver.
+  // What is in one of them alone is drawn once; where one range does, this changes nothing. Whoever draws
+  // into the same depth draws once for each range. Not with depth_zero_to_one.
+  bool two_ranges = false;
 };
+
+// A range of depth: what lies between two distances along the view goes to a part of the buffer.
+struct DepthRange {
+  double near_m = 0, far_m = 0;           // of the projection to draw it with, all else as the view has it
+  float buffer_near = 0, buffer_far = 1;  // for glDepthRangef
+};
+// What Target::two_ranges makes of a view: returns 1 or 2, the nearer range first. The ranges overlap a
+// little. One, the view's own, of parallel views, oblique near planes, endless far planes and reversed depth.
+KARST_API std::uint32_t depth_ranges(const ViewState& view, DepthRange (&ranges)[2]) noexcept;
 
 // Light and air of a view, for the simulator's own shaders to look alike; linear light.
 struct Air {
@@ -168,7 +186,7 @@ class KARST_API Renderer {
   // Functions for fragment shaders of #version 300 es, to be put after the precision lines; places are less
   // the eye, in the simulator's frame and metres:
   //   vec3 karst_light(vec3 from_eye, vec3 normal, vec3 albedo)  sun, with shadows, and sky
-  //   vec3 karst_haze(vec3 light, vec3 from_eye)
+  //   vec3 karst_haze(vec3 light, vec3 from_eye)                 and water, where the world has any
   //   vec4 karst_display(vec3 light)                             Output::display
   static const char* air_glsl() noexcept;
 

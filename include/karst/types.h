@@ -32,8 +32,21 @@ struct Placement {
 // --- Where places lie on the earth.
 
 // What a world's ground lies on: a plane; longitude and latitude on an ellipsoid; six faces of a cube around
-// it, a whole planet; a cylinder.
-enum class Basis : std::uint8_t { plane, geographic, cube, cylinder };
+// it, a whole planet; a cylinder; what a function of the host says.
+enum class Basis : std::uint8_t { plane, geographic, cube, cylinder, function };
+
+// Where the host puts a ground whose basis is Basis::function (karst-bake --basis function:RADIUS). u, v:
+// metres to the east and to the south of its middle. Places are metres in the world's own axes: to the east,
+// up and to the south. At height 0 places are no further apart than u and v are, and no radius of curvature
+// is less than RADIUS. All give the same bits for the same numbers, from any thread. Materials' heights, haze
+// and walls know what is level at the eye alone: such a ground has no walls.
+struct GroundFunction {
+  Vec3 (*place)(void* user, double u, double v, double height_m) = nullptr;
+  Vec3 (*up)(void* user, double u, double v) = nullptr;  // unit length
+  // Of what is near the ground; false: none. Null: queries by place find nothing.
+  bool (*inverse)(void* user, Vec3 place_m, double& u, double& v, double& height_m) = nullptr;
+  void* user = nullptr;
+};
 
 // In the datum of the elevation that the world was made from. Altitude: as its heights, which stand above the
 // ellipsoid where the basis is one.

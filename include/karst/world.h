@@ -14,6 +14,8 @@
 
 namespace karst {
 
+inline constexpr std::uint32_t kMostRegions = 16;  // of a ground
+
 struct WorldInfo {
   char name[64] = {};  // printable ASCII, zero-terminated; may be empty
   double voxel_size_m = 0;
@@ -34,9 +36,10 @@ struct WorldInfo {
   std::int32_t ground_sizes = 0;        // of nodes, each of twice the side of the one before
   std::uint64_t tile_bytes = 0;         // of all its tiles in the file, those of imagery too
   double image_texel_m = 0;             // the finest texel of its imagery, along x; 0: there is none
-  // Of its region, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
-  // the south. 0: it has none.
-  std::int32_t region_first[2] = {}, region_nodes[2] = {};
+  // Of its regions, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
+  // the south.
+  std::uint32_t regions = 0;  // ..kMostRegions
+  std::int32_t region_first[kMostRegions][2] = {}, region_nodes[kMostRegions][2] = {};
   double ground_low_m = 0, ground_high_m = 0;  // heights of its samples, in the world's own metres
   // What it lies on. Of a cube samples are those of its grid, which holds six faces; of all that are not
   // planes spacing is the greatest and heights stand above the basis.
@@ -63,8 +66,8 @@ class KARST_API World {
   // Lives at the start of memory: plan.cpu_bytes of it, aligned to kMemoryAlignment, the caller's until
   // destroy() has returned. Reads the file behind its head, which plan has, and later reads heights from it
   // where they did not all find room (plan.holds_all_heights), so the source must outlive the world. Any
-  // thread. invalid_argument ("plan": not made for this file; "memory"); corrupt, unsupported: the file,
-  // which names "file" where it cannot be read.
+  // thread. invalid_argument ("plan": not made for this file; "ground": its function is missing; "memory");
+  // corrupt, unsupported: the file, which names "file" where it cannot be read.
   static Status create(const Plan& plan, const Source& file, std::span<std::byte> memory, World*& out,
                        Log log = {}) noexcept;
   // Renderers and queries first.

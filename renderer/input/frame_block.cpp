@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <glm/geometric.hpp>
 
@@ -81,8 +82,25 @@ Status FrameLight::validate() const {
   return {};
 }
 
+namespace {
+
+void set_sky(const SkyAtlas& sky, shader::FrameBlock& block) {
+  const SkyGrid& first = sky.places[0].grid;
+  const float one = first.cell_voxels();
+  block.sky_scale = glm::vec4(1.0f / (glm::vec3(sky.cells.x, sky.cells.z, sky.cells.y) * one), one);
+  block.sky_octrees.x = static_cast<int>(sky.count);
+  for (std::size_t n = 0; sky.count > 1 && n < sky.count; ++n) {
+    const SkyAtlas::Place& place = sky.places[n];
+    const float cell = place.grid.cell_voxels();
+    block.sky_corner[n] = glm::vec4(glm::vec3(place.box.corner), cell);
+    block.sky_box[n] = glm::vec4(place.box.extent.x, place.box.extent.z, place.first, place.grid.cells.y);
+  }
+}
+
+}  // namespace
+
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    const SkyGrid& sky, int height) {
+                                    const SkyAtlas& sky, int height) {
   shader::FrameBlock block{};
   block.clip_from_lattice = clip_from_lattice(camera);
   block.camera_voxel = glm::ivec4(camera.voxel, 0);
@@ -99,8 +117,7 @@ shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, cons
   block.view_scale.x = static_cast<float>(1.0 / light.haze_voxels);
   block.view_scale.y = static_cast<float>(2.0 * (1.0 / vertical_scale(camera)) / height);
   block.view_scale.z = camera.parallel ? 1.0f : 0.0f;
-  const float cell = sky.cell_voxels();
-  block.sky_scale = glm::vec4(1.0f / (glm::vec3(sky.cells.x, sky.cells.z, sky.cells.y) * cell), cell);
+  set_sky(sky, block);
   return block;
 }
 
@@ -111,6 +128,10 @@ void set_level(const FrameLevel& level, shader::FrameBlock& block) {
   block.level_eye = level.view.eye;
   block.level_top = glm::vec4(level.up, level.dip);
   block.level_air = {level.sky, level.thins, level.plain_over, level.has_plain ? 1.0f : 0.0f};
+  if (!level.has_water) return;
+  block.water.x = level.water_height - level.view.eye.w;
+  block.water.z = level.water_height;
+  block.water.w = level.water_over;
 }
 
 glm::dvec3 light_direction(const FrameLight& light) {
@@ -198,22 +219,27 @@ glm::vec3 horizon_light(const FrameLight& light) {
 }
 
 shader::KarstAir make_air_block(const shader::FrameBlock& block, const glm::mat4& world) {
-  return {.karst_world = world,
-          .karst_sun_direction = block.sun_direction,
-          .karst_sun_light = block.sun_light,
-          .karst_sky_light = block.sky_light,
-          .karst_ground_light = block.ground_light,
-          .karst_sky_zenith = block.sky_zenith,
-          .karst_sky_horizon = block.sky_horizon,
-          .karst_view_scale = block.view_scale,
-          .karst_ray_forward = block.ray_forward,
-          .karst_shadow_x = block.shadow_x,
-          .karst_shadow_y = block.shadow_y,
-          .karst_shadow_z = block.shadow_z,
-          .karst_shadow_box_0 = block.shadow_box_0,
-          .karst_shadow_box_1 = block.shadow_box_1,
-          .karst_shadow_box_2 = block.shadow_box_2,
-          .karst_shadow_scale = block.shadow_scale};
+  shader::KarstAir air = {.karst_world = world,
+                          .karst_sun_direction = block.sun_direction,
+                          .karst_sun_light = block.sun_light,
+                          .karst_sky_light = block.sky_light,
+                          .karst_ground_light = block.ground_light,
+                          .karst_sky_zenith = block.sky_zenith,
+                          .karst_sky_horizon = block.sky_horizon,
+                          .karst_view_scale = block.view_scale,
+                          .karst_ray_forward = block.ray_forward,
+                          .karst_shadow_x = block.shadow_x,
+                          .karst_shadow_y = block.shadow_y,
+                          .karst_shadow_z = block.shadow_z,
+                          .karst_shadow_box_0 = block.shadow_box_0,
+                          .karst_shadow_box_1 = block.shadow_box_1,
+                          .karst_shadow_box_2 = block.shadow_box_2,
+                          .karst_shadow_scale = block.shadow_scale,
+                          .karst_water = block.water,
+                          .karst_water_wave = {}};
+  static_assert(std::size(air.karst_water_wave) == KARST_WAVES);
+  std::copy(std::begin(block.water_wave), std::end(block.water_wave), std::begin(air.karst_water_wave));
+  return air;
 }
 
 void turn_frame_block(shader::FrameBlock& block, int quarter_turns) {

@@ -9,7 +9,7 @@
 #include "karst/status.h"
 #include "renderer/input/shader_interface.h"
 #include "terrain/basis/level_view.h"
-#include "terrain/field/sky_visibility.h"
+#include "terrain/field/sky_atlas.h"
 #include "terrain/imagery/image_view.h"
 #include "terrain/shading/materials.h"
 #include "terrain/shadow/cascades.h"
@@ -30,9 +30,9 @@ struct FrameLight {
   Status validate() const;
 };
 
-// least_cos2: ErrorScale's. sky: the world's. height: of the picture in pixels. light is valid.
+// least_cos2: ErrorScale's. sky: of the world's octrees. height: of the picture in pixels. light is valid.
 shader::FrameBlock make_frame_block(const Camera& camera, float least_cos2, const FrameLight& light,
-                                    const SkyGrid& sky, int height);
+                                    const SkyAtlas& sky, int height);
 
 // Towards what shines, unit length: the sun, or after dusk the moon, which is full and stands opposite.
 glm::dvec3 light_direction(const FrameLight& light);
@@ -49,6 +49,9 @@ struct FrameLevel {
   float thins = 0;                 // 1 / voxels in which air thins by e; 0: it does not
   float plain_over = 0;            // |q|^2 - 1 of the plain beyond the ground
   bool has_plain = false;
+  bool has_water = false;
+  float water_height = 0;  // of its level, voxels
+  float water_over = 0;    // |q|^2 of the eye less that at its level
 };
 void set_level(const FrameLevel& level, shader::FrameBlock& block);
 // What a pass into a cascade's shadow map needs.

@@ -9,7 +9,7 @@
 #include "karst/status.h"
 #include "karst/types.h"
 #include "terrain/base/budget.h"
-#include "terrain/field/sky_visibility.h"
+#include "terrain/field/sky_atlas.h"
 #include "terrain/imagery/image_tile.h"
 #include "terrain/shading/materials.h"
 
@@ -27,7 +27,7 @@ struct RendererSettings {
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^20 on each axis
   bool rim = true;                   // there may be a wall around it (Renderer::upload_rim)
-  SkyGrid sky;                       // SkyVisibility::grid_for(extent, Config::sky_words)
+  SkyAtlas sky;                      // of the world's octrees
   // An image that is laid over the world from above instead of its materials; 0: none. Pixels, both 0 or
   // both 1..kMaxPicture.
   int drape_width = 0;

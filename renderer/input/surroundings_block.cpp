@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/geometric.hpp>
+
 namespace karst::core {
 namespace {
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
+constexpr double kGoldenTurn = kTurn * 0.38196601125010515;
 constexpr double kGravity = 9.81;      // m / s^2
 constexpr double kLongestM = 87.0;     // of waves
 constexpr double kNextLength = 0.477;  // times that of the wave before
@@ -51,6 +54,16 @@ void set_surroundings(const Camera& camera, const FrameSurroundings& surrounding
   double length_m = kLongestM;
   for (int n = 0; n < KARST_WAVES; ++n, length_m *= kNextLength) {
     const double k = kTurn / length_m;  // radians a metre
+    if (surroundings.curved) {
+      // Ways evenly spread over the sphere: some run along what is level wherever that is.
+      const double up = (2.0 * n + 1.0) / KARST_WAVES - 1.0;
+      const double turn = kGoldenTurn * n;
+      const double level = std::sqrt(1.0 - up * up);
+      const glm::dvec3 way = glm::dvec3(level * std::cos(turn), up, level * std::sin(turn)) * (k * size);
+      const double at_eye = glm::dot(way, eye) - std::sqrt(kGravity * k) * surroundings.water_time_s;
+      block.water_wave[n] = glm::vec4(glm::vec3(way), static_cast<float>(std::remainder(at_eye, kTurn)));
+      continue;
+    }
     const double x = std::cos(kWind + kSpread[n]);
     const double z = std::sin(kWind + kSpread[n]);
     // Deep water waves: those of a length have one speed.

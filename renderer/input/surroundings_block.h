@@ -15,6 +15,7 @@ struct FrameSurroundings {
   Surroundings world;
   double voxel_size_m = 1;
   bool has_plain = false;         // at world.plain_level
+  bool curved = false;            // water is level on a curved basis (FrameLevel)
   glm::vec3 plain_albedo{0.28f};  // linear
   double water_time_s = 0;        // waves move by it
 };

@@ -48,13 +48,18 @@ struct ViewInput {
   // bit e of lower_edges: the neighbour across edge e is one size coarser (edges:
   // terrain/nodes/family_row.h).
   std::span<const DrawItem> nodes;
+  std::size_t near_nodes =
+      SIZE_MAX;  // of them, that may be nearer than the split of depth's ranges: the first
   std::span<const std::uint32_t> belts;  // of the region, between items and nodes (terrain/regions/belts.h)
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
   ImagePlace images;             // of imagery, where the settings have layers
   std::uint32_t image_view = 0;  // whose table pixels look up, of the settings' image_views
   FrameSurroundings surroundings;
-  FrameLevel level;                            // where the settings say that the basis is curved
+  FrameLevel level;  // where the settings say that the basis is curved
+  // Chords of what is drawn are so far below what is level that pixels take their heights from vertices: they
+  // are shaded while they are drawn.
+  bool has_long_chords = false;
   std::span<const PointLight> lights;          // at most kMostLights
   PageTable pages;                             // the one that uploads were made with
   std::span<const std::uint16_t> index_table;  // build_index_tables(); with nodes up to kNodeLevel at least
@@ -87,6 +92,8 @@ struct DrawTarget {
   // Depth reaches the buffer by way of 0..1 in clip space, not -1..1: the same but for rounding, which
   // matters to reversed depth in floating point. Needs caps().clip_control.
   bool depth_zero_to_one = false;
+  // Where one range does not do (terrain/view/depth_ranges.h). Not with depth_zero_to_one.
+  bool two_ranges = false;
 };
 
 // What is drawn into a shadow map. foot, items, nodes, belts, pages, index_table, max_level: as in ViewInput.

@@ -9,7 +9,8 @@
 
 namespace karst::core {
 
-void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlock& block) {
+void set_screen(const ViewInput& input, const DrawTarget& target, shader::FrameBlock& block) {
+  const Camera& camera = input.camera;
   const auto row = [&block](int n) {
     const glm::mat4& m = block.clip_from_lattice;
     return glm::dvec4(m[0][n], m[1][n], m[2][n], m[3][n]);
@@ -24,6 +25,15 @@ void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlo
   const float half = target.depth_zero_to_one ? 1.0f : 0.5f;
   block.screen_scale = {camera.parallel ? 0.0f : static_cast<float>(1.0 / w_a_voxel),
                         camera.reversed_depth ? 0.0f : 1.0f, half, 1.0f - half};
+  if (const DepthRanges ranges = ranges_of(input, target); ranges.count == 2) {
+    // Depth is x + y / w of the nearer range, z + w / w of the other one.
+    block.screen_place.z |= 2;
+    block.screen_scale.z = static_cast<float>(1.0 / ranges.far_of(0) / w_a_voxel);
+    const auto start = [&](int n) { return 0.25 + 0.5 * n + 0.25 * ranges.a(n); };
+    const auto slope = [&](int n) { return 0.25 * ranges.b(n) * w_a_voxel; };
+    block.screen_depth = glm::vec4(start(0), slope(0), start(1), slope(1));
+    return;
+  }
   block.screen_depth = glm::vec4(glm::vec3(glm::dvec3(z) * kSteps), static_cast<float>(z_at_eye));
 }
 

@@ -9,7 +9,7 @@
 namespace karst::core {
 
 // What screen.frag needs to know of the view in the target.
-void set_screen(const Camera& camera, const DrawTarget& target, shader::FrameBlock& block);
+void set_screen(const ViewInput& input, const DrawTarget& target, shader::FrameBlock& block);
 
 // After draw_geometry(), with the target's framebuffer bound; counts what it did.
 void draw_screen(const GlDevice& device, const RendererSettings& settings, const Programs& programs,

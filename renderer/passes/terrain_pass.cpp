@@ -6,6 +6,7 @@
 #include "renderer/passes/screen_pass.h"
 #include "renderer/passes/terrain_variants.h"
 #include "renderer/resources/index_stream.h"
+#include "renderer/resources/object_table.h"
 
 namespace karst::core {
 namespace {
@@ -74,8 +75,34 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
   set_images(input.images, input.image_view, block);
   set_lights(input.camera, input.lights, settings.cascades == 0, block);
-  set_screen(input.camera, target, block);
+  set_screen(input, target, block);
   return block;
+}
+
+DepthRanges ranges_of(const ViewInput& input, const DrawTarget& target) {
+  if (!target.two_ranges || target.depth_zero_to_one || input.camera.parallel) return {};
+  return depth_ranges(input.camera.clip_from_view, input.camera.reversed_depth);
+}
+
+ViewInput enter_range(const GlDevice& device, const DepthRanges& ranges, int range, const ViewInput& input,
+                      shader::FrameBlock block) {
+  // Clip z of the range; x, y and w stay the same bits.
+  Camera camera = input.camera;
+  const double w = -camera.clip_from_view[2][3];
+  camera.clip_from_view[2][2] = -ranges.a(range) * w;
+  camera.clip_from_view[3][2] = ranges.b(range) * w;
+  const glm::mat4 clip = clip_from_lattice(camera);
+  for (int column = 0; column < 4; ++column) block.clip_from_lattice[column][2] = clip[column][2];
+  use_block(device, Object::frame_block, KARST_BINDING_FRAME, as_bytes(block));
+  const float from = 0.5f * static_cast<float>(range);
+  device.gl.DepthRangef(from, from + 0.5f);
+  ViewInput part = input;
+  if (range == 0 && input.near_nodes < part.nodes.size()) part.nodes = part.nodes.first(input.near_nodes);
+  return part;
+}
+
+void leave_ranges(const GlDevice& device) {
+  device.gl.DepthRangef(0.0f, 1.0f);
 }
 
 unsigned frame_shading(const ViewInput& input) {
@@ -83,14 +110,17 @@ unsigned frame_shading(const ViewInput& input) {
          (input.lights.empty() ? 0u : unsigned{kShadeLamps});
 }
 
+void clear_geometry(const GlDevice& device, const ViewInput& input) {
+  constexpr GLuint kNothing[4] = {};
+  device.gl.ClearBufferuiv(GL_COLOR, 0, kNothing);
+  const GLfloat far = input.camera.reversed_depth ? 0.0f : 1.0f;
+  device.gl.ClearBufferfv(GL_DEPTH, 0, &far);
+}
+
 Status draw_geometry(const GlDevice& device, const RendererSettings& settings, const Programs& programs,
                      const ViewInput& input, FrameCounts& counts) {
   const Gl& gl = device.gl;
   device.push_group("geometry");
-  constexpr GLuint kNothing[4] = {};
-  gl.ClearBufferuiv(GL_COLOR, 0, kNothing);
-  const GLfloat far = input.camera.reversed_depth ? 0.0f : 1.0f;
-  gl.ClearBufferfv(GL_DEPTH, 0, &far);
   gl.UseProgram(programs[ShaderVariant::geometry]);
   const Status status = draw_items(device, expand_of(settings, input), input.max_level, counts);
   device.pop_group();

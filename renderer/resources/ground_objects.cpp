@@ -37,15 +37,16 @@ Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects&
   return {};
 }
 
-Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky) {
-  if (sky.grid() != settings.sky) {
+Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky,
+                  std::size_t place) {
+  if (place >= settings.sky.count || sky.grid() != settings.sky.places[place].grid) {
     return {StatusCode::invalid_argument, "of another grid than the settings'", "sky"};
   }
-  const glm::ivec3 cells = settings.sky.cells;
+  const glm::ivec3 cells = sky.grid().cells;
   enter_upload(device);
   device.gl.BindTexture(GL_TEXTURE_3D, name_of(device, Object::sky_visibility));
-  device.gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, cells.x, cells.z, cells.y, GL_RED, GL_UNSIGNED_BYTE,
-                          sky.cells().data());
+  device.gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, settings.sky.places[place].first, cells.x, cells.z, cells.y,
+                          GL_RED, GL_UNSIGNED_BYTE, sky.cells().data());
   device.gl.BindTexture(GL_TEXTURE_3D, 0);
   leave_upload(device);
   return {};

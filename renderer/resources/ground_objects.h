@@ -21,7 +21,8 @@ namespace karst::core {
 Status fill_sky(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
 
 // Renderer::upload_sky and upload_drape.
-Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky);
+Status upload_sky(const GlDevice& device, const RendererSettings& settings, const SkyVisibility& sky,
+                  std::size_t place);
 Status upload_drape(const GlDevice& device, const RendererSettings& settings,
                     std::span<const std::uint8_t> rgba);
 

@@ -47,6 +47,19 @@ glm::vec4 near_decoding(TextureFormat format, const Material& material) {
           material.slope_span * factor, -material.slope_span * offset};
 }
 
+// What stands for materials where there are none: pale stone, level and rough. sRGB and roughness; and the
+// same as materials' averages are, as the shader decodes it (decode_albedo()).
+constexpr std::uint8_t kPlain[4] = {148, 140, 128, 230};
+glm::vec4 plain_average() {
+  glm::vec4 average;
+  for (int c = 0; c < 3; ++c) {
+    const float s = static_cast<float>(kPlain[c]) / 255.0f;
+    average[c] = s * (s * (s * 0.305306011f + 0.682171111f) + 0.012522878f);
+  }
+  average.w = static_cast<float>(kPlain[3]) / 255.0f;
+  return average;
+}
+
 Status fill_plain(const Gl& gl, const RendererSettings& settings, const std::uint8_t (&texel)[4]) {
   if (settings.material_count > 0) return {};
   gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, texel);
@@ -74,7 +87,7 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ive
   const float levels = materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side));
   block.material_scale = {std::exp2(-levels), levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
   block.material_repeat = {materials.repeat_log2, more_scales(materials.repeat_log2, extent), 0, 0};
-  block.material_average[0] = {1.0f, 1.0f, 1.0f, 1.0f};
+  block.material_average[0] = plain_average();
   block.material_tint[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
   const BlendMap& map = materials.blend_map;
@@ -110,9 +123,8 @@ Status fill_material_block(const Gl& gl, const RendererSettings& /*settings*/, c
   return {};
 }
 
-// Pale stone, level and rough.
 Status fill_far_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
-  return fill_plain(gl, settings, {148, 140, 128, 230});
+  return fill_plain(gl, settings, kPlain);
 }
 Status fill_near_textures(const Gl& gl, const RendererSettings& settings, const GlObjects& /*objects*/) {
   return fill_plain(gl, settings, {128, 128, 128, 128});

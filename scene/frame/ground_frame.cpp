@@ -13,6 +13,8 @@ namespace {
 constexpr int kMostRounds = 4 * kMostSize;
 // Height in which the earth's air thins by e.
 constexpr double kAirThinsM = 8'000;
+// Radii by which a chord may be below what is level where heights are those of its pixels: 25 m of the earth.
+constexpr double kShortChord = 1.0 / 250'000;
 
 }  // namespace
 
@@ -33,8 +35,9 @@ void GroundFrame::begin_frame(double work_ms, FrameCosts& costs) {
   costs.generate_ms += ms_since(start);
 }
 
-// Selects views first .. end - 1 and asks for what they lack; with wait again and again.
-void GroundFrame::complete(std::size_t first, std::size_t end, bool wait) {
+// Selects views first .. end - 1 and asks for what they lack, all or what comes soon; with wait again and
+// again.
+void GroundFrame::complete(std::size_t first, std::size_t end, bool all, bool wait) {
   Ground& ground = terrain_->ground;
   const OwnWork own(*inspection_);
   for (int round = 0; round < kMostRounds; ++round) {
@@ -43,17 +46,16 @@ void GroundFrame::complete(std::size_t first, std::size_t end, bool wait) {
       ground.select(v, requests_[v]);
       lacking += ground.view(v).result().lacks_tile;
     }
-    ground.ask();
+    ground.ask(all);
     if (!wait || lacking == 0 || !ground.wait()) return;
     if (ground.poll() == 0 && ground.counts().under_way == 0) return;  // nothing can be read, or finds room
   }
 }
 
-void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewRequest> requests, bool wait,
-                         FrameCosts& costs) {
+void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest> requests,
+                         std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs) {
   if (!exists()) return;
   const std::int64_t start = clock_ns();
-  const bool has_patches = terrain_->world.patch_count() > 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     GroundRequest& request = requests_[v];
     request = {};
@@ -65,17 +67,17 @@ void GroundFrame::select(std::span<const ViewState> views, std::span<const ViewR
     // As K's patches: one whose side is a node's is at the node's level from half of that distance on.
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
-    // All patches that are in view are listed; bound_px is 0 where none could be.
-    const ViewState::Selection& selection = views[v].selection();
-    request.has_region = has_patches && selection.lod.bound_px > 0 && selection.lod.missing == 0 &&
-                         selection.list.dropped == 0;
+    if (!motions.empty()) request.motion = motions[v];
+    request.regions = views[v].selection().whole_parts;
   }
-  complete(0, views.size(), wait);
+  all_ = motions.empty();
+  complete(0, views.size(), all_, wait);
+  for (std::size_t v = 0; v < views.size(); ++v) views[v].keep_parts(parts_drawn(v));
   costs.select_ms += ms_since(start);
 }
 
-bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, double texel, bool has_region,
-                                 bool wait, FrameCosts& costs) {
+bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, double texel,
+                                 std::uint32_t parts, bool wait, FrameCosts& costs) {
   if (!exists()) return true;
   const std::int64_t start = clock_ns();
   GroundRequest& request = requests_[shadow_view()];
@@ -89,8 +91,8 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   const std::uint32_t ground_families = terrain_->ground.row_count() - 1;
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
-  request.has_region = has_region;
-  complete(shadow_view(), shadow_view() + 1, wait);
+  request.regions = parts;
+  complete(shadow_view(), shadow_view() + 1, all_ || wait, wait);
   costs.select_ms += ms_since(start);
   return terrain_->ground.view(shadow_view()).result().lacks_tile == 0;
 }
@@ -135,6 +137,14 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
   const glm::dvec3 eye_m = eye_lattice(camera) * step_m;
   level.view = make_level_view(basis, eye_m, voxel_m, basis.height_m(info.low));
   level.up = glm::vec3(up_of(basis, eye_m));
+  const Surroundings& around = terrain_->world.surroundings();
+  if (around.has_water()) {
+    level.has_water = true;
+    level.water_height = around.water_level;
+    const double radius = level_radius_m(basis, voxel_m);
+    const double water = 1.0 + double{around.water_level} * voxel_m / radius;
+    level.water_over = static_cast<float>(double{level.view.eye.x} - (water - 1.0) * (water + 1.0));
+  }
   if (!basis.is_ellipsoid()) return level;
   const double over = double{level.view.eye.x};
   if (over > 0) level.dip = static_cast<float>(std::sqrt(over / (1.0 + over)));
@@ -148,6 +158,13 @@ FrameLevel GroundFrame::level(const Camera& camera) const {
   return level;
 }
 
+bool GroundFrame::has_long_chords(std::size_t view) const {
+  if (!is_curved()) return false;
+  const Basis& basis = terrain_->ground.info().basis;
+  const double most_m = basis.kind == BasisKind::function ? 0.0 : kShortChord * std::abs(basis.radius_m);
+  return bend_m(basis, terrain_->ground.view(view).result().greatest_size) > most_m;
+}
+
 glm::dmat3 GroundFrame::axes(const Camera& camera) const {
   const Basis& basis = terrain_->ground.info().basis;
   return axes_of(basis, eye_lattice(camera) * (basis.height_unit_m / kVertexStep));
@@ -156,27 +173,48 @@ glm::dmat3 GroundFrame::axes(const Camera& camera) const {
 void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> levels) {
   if (!exists()) return;
   ResidentPool& pool = terrain_->residency.pool();
-  BuildBelts belts;
-  belts.rim = &terrain_->world.rim();
-  belts.levels = levels;
-  belts.resident = pool.levels();
-  belts.pages = pool.pages();
-  belts.first_node_page = renderer_->settings().vertex_pages;
-  terrain_->ground.build_belts(view, belts);
-  if (terrain_->ground.belts(view).empty()) return;
-  // The GPU reads vertices of patches that are out of view, too: they must not be given to others.
-  for (const RegionRim::Edge& edge : belts.rim->edges()) {
-    const PatchId patch = edge.edge.patch();
-    const int level = std::min<int>(levels[patch], pool.level(patch));
-    if (level > 0) pool.see(patch, level);
+  terrain_->ground.begin_belts(view);
+  for (std::size_t n = 0; n < terrain_->world.parts().size(); ++n) {
+    const WorldPart& part = terrain_->world.parts()[n];
+    if ((parts_drawn(view) >> n & 1u) == 0) continue;
+    BuildBelts belts;
+    belts.region = n;
+    belts.rim = part.rim;
+    belts.levels = part.of(levels);
+    belts.resident = part.of(pool.levels());
+    belts.pages = pool.pages();
+    belts.pages.first_page = part.of(belts.pages.first_page);
+    belts.first_node_page = renderer_->settings().vertex_pages;
+    if (terrain_->ground.add_belt(view, belts) == 0) continue;
+    // The GPU reads vertices of patches that are out of view, too: they must not be given to others.
+    for (const RegionRim::Edge& edge : part.rim->edges()) {
+      const PatchId patch = edge.edge.patch();
+      const int level = std::min<int>(belts.levels[patch], belts.resident[patch]);
+      if (level > 0) pool.see(part.first + patch, level);
+    }
   }
+}
+
+std::size_t GroundFrame::nodes_within(std::size_t view, double steps) const {
+  const GroundView& ground = terrain_->ground.view(view);
+  std::size_t count = ground.items().size();
+  // Apparent distances are not above those along forward.
+  while (count > 0 && double{ground.node_of(count - 1).least_apparent} >= steps) --count;
+  return count;
 }
 
 GroundFrame::Sum GroundFrame::sum(std::size_t view) const {
   if (!exists()) return {};
   const GroundView::Result& result = terrain_->ground.view(view).result();
-  return {double{result.bound_px}, result.lacks_tile, result.lacks_room, result.triangles, result.drawn,
-          result.culled,           result.visited};
+  return {.bound_px = double{result.bound_px},
+          .lacking = result.lacks_tile,
+          .lacks_room = result.lacks_room,
+          .left_out = result.left_out,
+          .sizes_left_out = static_cast<std::uint32_t>(result.left_out_below),
+          .triangles = result.triangles,
+          .drawn = result.drawn,
+          .culled = result.culled,
+          .visited = result.visited};
 }
 
 }  // namespace karst::core

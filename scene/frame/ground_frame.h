@@ -23,27 +23,33 @@ class GroundFrame {
 
   // A frame begins: takes tiles that came, for work_ms at most.
   void begin_frame(double work_ms, FrameCosts& costs);
-  // Chooses for all views, which were selected, and asks for what they lack. wait: until nothing is lacking
-  // that can be had.
-  void select(std::span<const ViewState> views, std::span<const ViewRequest> requests, bool wait,
-              FrameCosts& costs);
+  // Chooses for all views, which were selected and keep the parts that they draw, and asks for what they
+  // lack. motions: of each, lattice steps a frame; empty: nothing is left out, and as much is asked for as
+  // the reader takes. wait: until nothing is lacking that can be had; needs them empty.
+  void select(std::span<ViewState> views, std::span<const ViewRequest> requests,
+              std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs);
+  // What select() asked for a view.
+  const GroundRequest& request(std::size_t view) const { return requests_[view]; }
   // For a shadow map, at the error of a view; the last one's is given up. texel: lattice steps that casters
-  // may stray. has_region: its patches can cast. True where it is complete.
-  bool select_casters(const ViewState& view, const Cascade& cascade, double texel, bool has_region, bool wait,
-                      FrameCosts& costs);
+  // may stray. parts: bit n, patches of region n can cast. True where it is complete.
+  bool select_casters(const ViewState& view, const Cascade& cascade, double texel, std::uint32_t parts,
+                      bool wait, FrameCosts& costs);
   // Vertices and rows that the GPU lacks of all that was selected.
   Status upload(FrameCosts& costs);
 
-  // Whether patches are drawn in a view: all of them, where the ground has no region.
-  bool draws_patches(std::size_t view) const {
-    return !exists() || terrain_->ground.view(view).result().region;
+  // Of which parts of the world a view draws patches, a bit each: of all, where there is no ground.
+  static constexpr std::uint32_t kAllParts = 0xffffffffu;
+  std::uint32_t parts_drawn(std::size_t view) const {
+    return exists() ? terrain_->ground.view(view).result().regions : kAllParts;
   }
-  // The belt of a view, whose patches are drawn at these levels. Not before upload().
+  // The belts of a view, whose patches are drawn at these levels. Not before upload().
   void build_belts(std::size_t view, std::span<const std::uint8_t> levels);
   std::span<const std::uint32_t> belts(std::size_t view) const { return terrain_->ground.belts(view); }
 
   // What a view draws, and where its rows begin among all; of the shadow map that was selected last.
   std::span<const DrawItem> nodes(std::size_t view) const { return terrain_->ground.view(view).items(); }
+  // How many of them, from the first on, hold all that may be nearer than so many lattice steps.
+  std::size_t nodes_within(std::size_t view, double steps) const;
   std::uint32_t first_row(std::size_t view) const {
     return renderer_->settings().morph_rows + static_cast<std::uint32_t>(view) * terrain_->ground.row_count();
   }
@@ -52,6 +58,8 @@ class GroundFrame {
   // Of a curved basis: whether it is one, and what is level for a camera.
   bool is_curved() const { return exists() && terrain_->ground.info().basis.is_curved(); }
   FrameLevel level(const Camera& camera) const;
+  // Whether quads that a view draws bend by more than a height that materials may be off by.
+  bool has_long_chords(std::size_t view) const;
   // East, up and south there, as columns.
   glm::dmat3 axes(const Camera& camera) const;
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
@@ -66,17 +74,20 @@ class GroundFrame {
     double bound_px = 0;
     std::uint32_t lacking = 0;     // nodes that should be split and lack a tile
     std::uint32_t lacks_room = 0;  // and that lack a family
+    std::uint32_t left_out = 0;    // of those that lack a tile, whose tile would come too late
+    std::uint32_t sizes_left_out = 0;
     std::uint32_t triangles = 0, drawn = 0, culled = 0, visited = 0;
   };
   Sum sum(std::size_t view) const;
 
  private:
-  void complete(std::size_t first, std::size_t end, bool wait);
+  void complete(std::size_t first, std::size_t end, bool all, bool wait);
 
   TerrainParts* terrain_ = nullptr;
   Renderer* renderer_ = nullptr;
   const Inspection* inspection_ = nullptr;
   std::array<GroundRequest, karst::kMostViews + 1> requests_{};
+  bool all_ = true;  // is asked for, in this frame
 };
 
 }  // namespace karst::core

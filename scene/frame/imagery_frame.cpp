@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene/frame/imagery_frame.h"
 
+#include <optional>
+
 #include "scene/frame/vertex_work.h"
 #include "terrain/view/projection.h"
 
@@ -32,22 +34,33 @@ Status ImageryFrame::take(double work_ms, bool all, std::uint32_t& came) {
   return {};
 }
 
-void ImageryFrame::select(std::span<const ViewRequest> requests) {
-  lacking_ = 0;
+// As FrameBlock::view_scale has it.
+double ImageryFrame::pixel(const ViewRequest& request) {
+  return 2.0 / vertical_scale(*request.camera) / request.height_px;
+}
+
+void ImageryFrame::select(const GroundFrame& ground, std::span<const ViewRequest> requests,
+                          std::span<const glm::dvec3> motions) {
+  lacking_ = left_out_ = 0;
   for (std::size_t v = 0; v < requests.size(); ++v) {
     ImageRequest request;
     request.camera = requests[v].camera;
-    // As FrameBlock::view_scale has it.
-    request.pixel = 2.0 / vertical_scale(*request.camera) / requests[v].height_px;
+    request.pixel = pixel(requests[v]);
+    std::optional<Forecast> forecast;
+    if (!motions.empty() && motions[v] != glm::dvec3(0.0)) {
+      request.forecast = &forecast.emplace(terrain_->ground.info(), ground.request(v),
+                                           motions[v] * (kOfUse * terrain_->imagery.frames_to_come()));
+    }
     terrain_->imagery.select(v, terrain_->ground.view(v), request);
     lacking_ += terrain_->imagery.view(v).result().lacking;
+    left_out_ += terrain_->imagery.view(v).result().left_out;
   }
-  terrain_->imagery.ask();
+  terrain_->imagery.ask(motions.empty());
 }
 
-Status ImageryFrame::run(std::span<const ViewRequest> requests, double work_ms, bool wait,
-                         FrameCosts& costs) {
-  lacking_ = 0;
+Status ImageryFrame::run(const GroundFrame& ground, std::span<const ViewRequest> requests,
+                         std::span<const glm::dvec3> motions, double work_ms, bool wait, FrameCosts& costs) {
+  lacking_ = left_out_ = 0;
   if (!exists()) return {};
   const std::int64_t start = clock_ns();
   Imagery& imagery = terrain_->imagery;
@@ -56,12 +69,12 @@ Status ImageryFrame::run(std::span<const ViewRequest> requests, double work_ms, 
     imagery.begin_frame();
     std::uint32_t came = 0;
     if (const Status status = take(work_ms, wait, came); !status.ok()) return status;
-    select(requests);
+    select(ground, requests, motions);
     for (int round = 0; wait && lacking_ > 0 && round < kMostRounds && imagery.wait(); ++round) {
       if (const Status status = take(work_ms, true, came); !status.ok()) return status;
       // Nothing can be read, or finds room.
       if (came == 0 && imagery.counts().under_way == 0) break;
-      select(requests);
+      select(ground, requests, motions);
     }
     for (std::size_t v = 0; v < requests.size(); ++v) {
       std::span<const std::uint16_t> part;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 
 #include <glm/geometric.hpp>
@@ -10,6 +11,8 @@
 
 #include "gles_shaders/shader_texts.h"
 #include "renderer/input/frame_block.h"
+#include "renderer/input/surroundings_block.h"
+#include "renderer/passes/terrain_pass.h"
 
 namespace karst {
 namespace core {
@@ -23,6 +26,7 @@ constexpr double kHazeWidths = 6.0;
 // On a curved basis, whose width says nothing: metres.
 constexpr double kCurvedHazeM = 60'000;
 constexpr double kWhiteSunDeg = 45;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
@@ -87,7 +91,10 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     return created;
   }
   if (const Status status = upload_materials(); !status.ok()) return status;
-  if (const Status status = gl.upload_sky(world.terrain.world.sky()); !status.ok()) return status;
+  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+    const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
+    if (!status.ok()) return status;
+  }
   if (const Status status = surround(); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
@@ -104,6 +111,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);
+  ahead_.create(world.terrain, inspection);
   shadows_.create(world.terrain, gl, work_, ground_, shadows);
   forget_vertices();
   return {};
@@ -163,6 +171,7 @@ Status RendererObject::surround() {
     const float low = static_cast<float>(ground.low) * kVertexStep / kStepsPerVoxel;
     // Of a curved basis the background has a plain of its own (FrameLevel).
     surroundings_.has_plain = !ground.basis.is_curved();
+    surroundings_.curved = ground.basis.is_curved();
     surroundings_.world.plain_level = low;
     surroundings_.plain_albedo = level_ground(world.terrain.world.materials(), low);
     return {};
@@ -194,6 +203,11 @@ Status RendererObject::take_views(const FrameInput& input) {
     constexpr auto kMost = static_cast<std::uint32_t>(RendererSettings::kMaxPicture);
     if (view.width_px < 1 || view.width_px > kMost) return refuse("not within 1..16384", "width_px");
     if (view.height_px < 1 || view.height_px > kMost) return refuse("not within 1..16384", "height_px");
+    const glm::dvec3 motion = world.placement.world_direction(view.motion);
+    if (view.has_motion && !(glm::length(motion) < kInfinite)) return refuse("not a finite motion", "motion");
+    views_[n].motion.add(eye_lattice(views_[n].camera));
+    motions_[n] =
+        view.has_motion ? motion * (kStepsPerVoxel / world.shown.voxel_size_m) : views_[n].motion.a_frame();
     if (!(view.weight >= 1.0 / 64 && view.weight <= 64)) return refuse("not within 1/64..64", "weight");
     ViewRequest& request = requests_[n];
     request.camera = &views_[n].camera;
@@ -230,7 +244,7 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   }
   if (!(sun.visibility_m >= 0)) return refuse("must not be negative", "visibility_m");
   const LatticeBox box = world.terrain.world.box();
-  const glm::dvec3 size = glm::dvec3(box.max - box.min) / static_cast<double>(kStepsPerVoxel);
+  const glm::dvec3 size = (glm::dvec3(box.max) - glm::dvec3(box.min)) / static_cast<double>(kStepsPerVoxel);
   const double standard = curved ? kCurvedHazeM / world.shown.voxel_size_m
                                  : std::max(1.0, kHazeWidths * std::max(size.x, size.z));
   light_.haze_voxels =
@@ -292,28 +306,30 @@ Status RendererObject::complete(bool cuts) {
 
 // What the views list, and what any of their patches needs of shading.
 void RendererObject::count_views() {
+  costs.left_out = imagery_.left_out();
   const std::span<const PatchShading> shading = world.terrain.residency.shading();
   for (std::uint32_t n = 0; n < view_count_; ++n) {
     const ViewState& view = world.terrain.views[n];
     views_[n].shading = 0;
-    const bool draws = ground_.draws_patches(n);
-    for (const DrawItem& item : draws ? view.items() : std::span<const DrawItem>()) {
+    for (const DrawItem& item : view.items()) {
       const unsigned own = shading[item.patch].needs;
       views_[n].shading |= own;
       costs.blend_skipped += (own & kShadeBlend) == 0;
       costs.cave_skipped += (own & kShadeCave) == 0;
     }
     const BuildDrawList::Result& list = view.selection().list;
-    costs.patches_drawn += draws ? list.drawn : 0;
+    costs.patches_drawn += list.drawn;
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
     costs.patches_missing += view.selection().lod.missing;
     costs.patches_capped += view.selection().lod.capped;
-    for (int level = 1; draws && level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
+    for (int level = 1; level <= kMaxLevel; ++level) costs.at_level[level] += list.at_level[level];
     const GroundFrame::Sum ground = ground_.sum(n);
     costs.nodes_drawn += ground.drawn;
     costs.culled_frustum += ground.culled;
+    costs.left_out += ground.left_out;
+    costs.sizes_left_out = std::max(costs.sizes_left_out, ground.sizes_left_out);
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
   }
 }
@@ -326,13 +342,8 @@ void RendererObject::fill_result(FrameResult& result) {
     const ViewState& view = world.terrain.views[n];
     result.error_px[n] = static_cast<double>(view.selection().lod.bound_px);
     result.lacking += view.selection().lod.capped;
-    if (ground_.draws_patches(n)) result.triangles += view.selection().list.triangles;
+    result.triangles += view.selection().list.triangles;
     const GroundFrame::Sum ground = ground_.sum(n);
-    if (!ground_.draws_patches(n) && view.selection().lod.missing == 0) {
-      // Nor need they be, or there are none.
-      result.error_px[n] = ground.bound_px;
-      result.lacking -= view.selection().lod.capped;
-    }
     result.error_px[n] = std::max(result.error_px[n], ground.bound_px);
     result.lacking += ground.lacking;
     if (ground_.full()) without_room += ground.lacking;
@@ -380,12 +391,17 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
-  ground_.select(world.terrain.views_of(view_count_), std::span(requests_).first(view_count_), waits, costs);
+  const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
+  std::span<const glm::dvec3> motions;
+  if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
+  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
-  status = imagery_.run(std::span(requests_).first(view_count_), input.work_ms, waits, costs);
+  status = imagery_.run(ground_, requests, motions, input.work_ms, waits, costs);
   if (!status.ok()) return status;
   if (input.work_ms == 0 && imagery_.failing()) return world.tiles.trouble();
+  if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
+  ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;
@@ -436,6 +452,7 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  set_surroundings(views_[n].camera, surroundings_, block);
   return block;
 }
 
@@ -447,7 +464,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   input.camera = views_[n].camera;
   input.light = light_;
   input.least_cos2 = view.error_scale().least_cos2;
-  if (ground_.draws_patches(n)) input.items = view.items();
+  input.items = view.items();
   input.shading = views_[n].shading;
   input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
                  inspection.skip_sun};
@@ -463,6 +480,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.first_family_row = ground_.first_row(n);
     input.foot = ground_.foot();
     input.level = ground_.level(input.camera);
+    input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
   }
   if (imagery_.exists()) {
@@ -478,6 +496,9 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
   where.sky = target.sky;
   where.linear = target.output == Output::linear;
   where.depth_zero_to_one = target.depth_zero_to_one;
+  where.two_ranges = target.two_ranges;
+  if (const DepthRanges ranges = ranges_of(input, where); ranges.count == 2 && ground_.exists())
+    input.near_nodes = ground_.nodes_within(n, ranges.far_of(0) * kStepsPerVoxel);
   const Status status = gl.draw(input, where);
   costs.submit_ms += ms_since(start);
   return status;

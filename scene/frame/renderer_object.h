@@ -9,11 +9,13 @@
 #include "karst/renderer.h"
 #include "renderer/gl/gl.h"
 #include "renderer/renderer.h"
+#include "scene/frame/ahead_frame.h"
 #include "scene/frame/ground_frame.h"
 #include "scene/frame/imagery_frame.h"
 #include "scene/frame/shadow_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "scene/world/world_object.h"
+#include "terrain/motion/eye_motion.h"
 
 namespace karst::core {
 
@@ -37,6 +39,7 @@ struct RendererObject final : karst::Renderer {
   struct View {
     Camera camera;
     unsigned shading = 0;  // what any of its items needs
+    EyeMotion motion;
   };
 
   Status upload_materials();
@@ -54,9 +57,11 @@ struct RendererObject final : karst::Renderer {
   VertexWork work_;
   GroundFrame ground_;
   ImageryFrame imagery_;
+  AheadFrame ahead_;
   ShadowFrame shadows_;
   std::array<View, karst::kMostViews> views_{};
   std::array<ViewRequest, karst::kMostViews> requests_{};
+  std::array<glm::dvec3, karst::kMostViews> motions_{};  // lattice steps a frame
   std::uint32_t view_count_ = 0;
   FrameLight light_;
   FrameSurroundings surroundings_;

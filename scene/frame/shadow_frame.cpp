@@ -152,13 +152,13 @@ Status ShadowFrame::make_casters(const Input& input, std::int64_t start, FrameCo
 
 // Makes what casters lack. Where there is no room for it they may stray further: twice as far until there is.
 Status ShadowFrame::complete_casters(const Input& input, Map& map, const Cascade& cascade,
-                                     ShadowCasters::Result& casters, FrameCosts& costs,
+                                     std::uint32_t parts, ShadowCasters::Result& casters, FrameCosts& costs,
                                      std::uint32_t& limits) {
   const std::int64_t start = clock_ns();
   const ViewState& view = input.views[input.view];
   const auto select = [&] {
     return terrain_->casters.select(terrain_->world, terrain_->residency, view, cascade, map.error_texels,
-                                    casters);
+                                    parts, casters);
   };
   Status status;
   bool has_time = true;
@@ -197,29 +197,31 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   const bool same_box = input.skip && map.drawn && map.cascade.same_as(cascade);
   if (!same_box) map.error_texels = std::max(map.error_texels / 2, kErrorTexels);
   const double texel_steps = kErrorTexels * cascade.texel * kStepsPerVoxel;
-  const bool has_patches = terrain_->world.patch_count() > 0;
-  bool whole_ground = ground_->select_casters(view, cascade, texel_steps, has_patches, input.wait, costs);
+  // Far away the ground casts where a region is, and alone until its patches are there.
+  bool whole_ground =
+      ground_->select_casters(view, cascade, texel_steps, GroundFrame::kAllParts, input.wait, costs);
   ShadowCasters::Result casters;
   Status status;
-  // Far away the ground casts where a region is.
-  if (ground_->draws_patches(ground_->shadow_view())) {
+  std::uint32_t parts = ground_->parts_drawn(ground_->shadow_view());
+  while (parts != 0) {
     const std::int64_t casters_start = clock_ns();
     status = terrain_->casters.select(terrain_->world, terrain_->residency, view, cascade, map.error_texels,
-                                      casters);
+                                      parts, casters);
     costs.select_ms += ms_since(casters_start);
     if (status.ok() && casters.lacking > 0) {
-      status = complete_casters(input, map, cascade, casters, costs, limits);
+      status = complete_casters(input, map, cascade, parts, casters, costs, limits);
     }
     if (status.code() == StatusCode::limit_reached) {
       limits |= kLimitDrawItems;
-      casters.holes = true;
       status = {};
     }
     if (!status.ok()) return status;
-    // Until its patches are there the ground casts alone.
-    if (ground_->exists() && (casters.items.empty() || casters.holes))
-      whole_ground = ground_->select_casters(view, cascade, texel_steps, false, input.wait, costs);
+    if (!ground_->exists() || (parts & ~casters.whole_parts) == 0) break;
+    whole_ground =
+        ground_->select_casters(view, cascade, texel_steps, parts & casters.whole_parts, input.wait, costs);
+    parts = ground_->parts_drawn(ground_->shadow_view());
   }
+  if (parts == 0) casters.items = {};
   const std::uint64_t ground_hash = ground_->exists() ? ground_->casters_hash() : 0;
   map.complete = casters.lacking == 0 && whole_ground;
   map.thresholds = version(input);
@@ -234,7 +236,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   CascadeInput pass;
   pass.cascade = cascade;
   const std::size_t own_view = ground_->shadow_view();
-  if (ground_->draws_patches(own_view)) pass.items = casters.items;
+  pass.items = casters.items;
   pass.pages = terrain_->residency.pages();
   pass.index_table = terrain_->world.index_table();
   pass.max_level = terrain_->world.info().level;

@@ -71,7 +71,7 @@ class ShadowFrame {
   bool is_current(const Input& input, const Map& map, const Cascade& cascade) const;
   Status draw_map(const Input& input, int index, FrameCosts& costs, std::uint32_t& limits);
   Status make_casters(const Input& input, std::int64_t start, FrameCosts& costs);
-  Status complete_casters(const Input& input, Map& map, const Cascade& cascade,
+  Status complete_casters(const Input& input, Map& map, const Cascade& cascade, std::uint32_t parts,
                           ShadowCasters::Result& casters, FrameCosts& costs, std::uint32_t& limits);
 
   TerrainParts* terrain_ = nullptr;

@@ -97,18 +97,17 @@ void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& co
         static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, kLeastImageLayers, kMostImageLayers));
   }
   config.ground_families = kFamilies;
-  config.rim_edges = world.ground.rim_edges;
   if (needs.vertex_bytes > 0 && world.info.patches == 0) {
     config.ground_families = static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(needs.vertex_bytes / kFamilyBytes, kLeastFamilies, kMostFamilies - 1));
   }
 }
 
-void set_limits(const WorldInfo& info, const Needs& needs, Config& config) {
+void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& needs, Config& config) {
   const int finest = std::min(static_cast<int>(needs.level), info.level);
   const std::uint64_t detail = std::uint64_t{World::default_detail_pages(info.patches)} * needs.views;
   config = World::config_for(info, finest,
-                             static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)));
+                             static_cast<std::uint32_t>(std::min<std::uint64_t>(detail, kMostPages)), ground);
   config.max_views = needs.views;
   if (needs.vertex_bytes > 0) {
     const std::uint64_t pages =
@@ -156,8 +155,14 @@ void fit_tiles(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
 glm::ivec3 extent_of(const PlannedWorld& world) {
   if (!world.ground.exists()) return world.info.extent;
   const LatticeBox box = ground_box(world.ground);
-  return glm::max(world.info.extent,
-                  glm::ivec3(glm::ceil(glm::dvec3(box.max - box.min) / double{kStepsPerVoxel})));
+  return glm::max(world.info.extent, glm::ivec3(glm::ceil((glm::dvec3(box.max) - glm::dvec3(box.min)) /
+                                                          double{kStepsPerVoxel})));
+}
+
+SkyAtlas sky_of(const PlannedWorld& world, const Config& config) {
+  std::array<SkyBox, kMostRegions> boxes;
+  const std::size_t count = World::sky_boxes(world.info, world.ground, boxes);
+  return SkyAtlas::of(std::span(boxes).first(count), config.sky_words);
 }
 
 void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& config,
@@ -179,7 +184,7 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
   }
   renderer.extent = extent_of(world);
   renderer.rim = info.patches > 0 && !world.ground.exists();
-  renderer.sky = SkyVisibility::grid_for(info.extent, config.sky_words);
+  renderer.sky = sky_of(world, config);
   renderer.drape_width = static_cast<int>(needs.drape_width);
   renderer.drape_height = static_cast<int>(needs.drape_height);
   renderer.deferred_width = static_cast<int>(needs.deferred_width);
@@ -246,7 +251,7 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
   fit_tiles(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
   add_up(layout);
   fit_sky(needs.max_cpu_bytes, layout.cpu_bytes(), layout.config);
-  layout.renderer.sky = SkyVisibility::grid_for(info.extent, layout.config.sky_words);
+  layout.renderer.sky = sky_of(world, layout.config);
   add_up(layout);
   return layout.config.validate();
 }
@@ -256,7 +261,7 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
 Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout) {
   if (const Status status = check_needs(needs); !status.ok()) return status;
   layout = {};
-  set_limits(world.info, needs, layout.config);
+  set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
   return lay_out_config(world, needs, layout);
 }
@@ -289,8 +294,14 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 2; ++axis) {
       out.ground_samples[axis] = ground.samples[axis];
       out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
-      out.region_first[axis] = ground.region.low[axis];
-      out.region_nodes[axis] = ground.region.high[axis] - ground.region.low[axis];
+    }
+    out.regions = static_cast<std::uint32_t>(ground.region_count);
+    for (std::size_t n = 0; n < ground.regions().size(); ++n) {
+      const GroundRegion& region = ground.regions()[n];
+      for (int axis = 0; axis < 2; ++axis) {
+        out.region_first[n][axis] = region.nodes.low[axis];
+        out.region_nodes[n][axis] = region.nodes.high[axis] - region.nodes.low[axis];
+      }
     }
     if (reader.imagery().exists()) {
       out.image_texel_m = std::ldexp(out.ground_spacing_m[0], reader.imagery().least_size) / kTexelsPerSample;
@@ -299,7 +310,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     out.ground_low_m = base_m + double{kVertexStep} * ground.low * step_m;
     out.ground_high_m = base_m + double{kVertexStep} * ground.high * step_m;
     out.basis = static_cast<karst::Basis>(ground.basis.kind);
-    if (ground.basis.is_curved()) out.radius_m = ground.basis.radius_m;
+    if (ground.basis.is_curved() && ground.basis.kind != BasisKind::function)
+      out.radius_m = ground.basis.radius_m;
     const Georeference& earth = reader.earth();
     out.epsg = earth.epsg;
     out.is_projected =

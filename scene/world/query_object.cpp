@@ -18,13 +18,23 @@ QueryObject& self(karst::Query* query) {
 
 }  // namespace
 
+QueryObject::QueryObject() = default;
+
 Status QueryObject::create(const core::Query::Limits& limits, const QueryWorld& world,
-                           const PlacementFrame& frame, const Octree& octree, std::span<std::byte> memory) {
+                           const PlacementFrame& frame, std::span<const WorldPart> octrees,
+                           std::span<std::byte> memory) {
   arena = Arena(memory);
   placement = &frame;
-  voxel_tree = &octree;
+  voxels_of = octrees;
   if (const Status status = asked.create(limits, arena); !status.ok()) return status;
-  return asked.set_world(world);
+  QueryWorld all = world;
+  const std::size_t others = octrees.size() - 1;
+  for (std::size_t n = 0; n < others; ++n) {
+    const WorldPart& part = octrees[n + 1];
+    other_parts[n] = {part.surface, part.bounds, part.tree, part.corner, part.first};
+  }
+  all.others = std::span(other_parts).first(others);
+  return asked.set_world(all);
 }
 
 Hit QueryObject::hit_of(const QueryHit& hit) const {
@@ -112,9 +122,25 @@ void Query::rays(std::span<const Vec3> from, std::span<const Vec3> to, Wait wait
 bool Query::pick(Vec3 from, Vec3 to, int octree_level, Voxel& voxel) noexcept {
   core::QueryObject& q = core::self(this);
   core::PickedVoxel picked;
-  if (!core::pick_voxel(*q.voxel_tree, q.voxels(from), q.voxels(to), octree_level, picked)) return false;
-  const int depth = q.voxel_tree->depth();
-  voxel.centre = q.placement->place_of_voxels(glm::dvec3(picked.voxel.centre_half_voxels(depth)) * 0.5);
+  const core::WorldPart* in = nullptr;
+  int deepest = 0;
+  for (const core::WorldPart& part : q.voxels_of) deepest = std::max(deepest, part.octree->depth());
+  for (const core::WorldPart& part : q.voxels_of) {
+    const glm::dvec3 corner(part.corner);
+    core::PickedVoxel found;
+    // Voxels as large in all, or the whole of an octree that is smaller.
+    const int level =
+        octree_level < 0 ? octree_level : std::max(0, octree_level - (deepest - part.octree->depth()));
+    if (!core::pick_voxel(*part.octree, q.voxels(from) - corner, q.voxels(to) - corner, level, found) ||
+        (in != nullptr && found.distance >= picked.distance))
+      continue;
+    picked = found;
+    in = &part;
+  }
+  if (in == nullptr) return false;
+  const int depth = in->octree->depth();
+  voxel.centre = q.placement->place_of_voxels(glm::dvec3(in->corner) +
+                                              glm::dvec3(picked.voxel.centre_half_voxels(depth)) * 0.5);
   voxel.side_m = picked.voxel.size(depth) * q.placement->world().voxel_size_m;
   voxel.level = octree_level;
   return true;

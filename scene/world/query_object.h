@@ -2,6 +2,7 @@
 // karst::Query over core::Query: places of the simulator's frame to voxels, and answers back.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <span>
@@ -9,18 +10,18 @@
 #include "karst/query.h"
 #include "scene/world/placement.h"
 #include "terrain/base/arena.h"
-#include "terrain/field/octree.h"
 #include "terrain/query/query.h"
+#include "terrain/world/world.h"
 
 namespace karst::core {
 
 struct QueryObject final : karst::Query {
-  QueryObject() = default;
+  QueryObject();
   ~QueryObject() = default;
 
   // memory: Query::bytes(limits). frame and octree are borrowed.
   Status create(const core::Query::Limits& limits, const QueryWorld& world, const PlacementFrame& frame,
-                const Octree& octree, std::span<std::byte> memory);
+                std::span<const WorldPart> octrees, std::span<std::byte> memory);
 
   glm::dvec3 voxels(Vec3 place) const { return placement->voxels(place); }
   Hit hit_of(const QueryHit& hit) const;
@@ -28,7 +29,8 @@ struct QueryObject final : karst::Query {
   core::Query asked;
   Arena arena{{}};
   const PlacementFrame* placement = nullptr;
-  const Octree* voxel_tree = nullptr;
+  std::span<const WorldPart> voxels_of;                   // the octrees
+  std::array<QueryPart, kMostRegions - 1> other_parts{};  // that asked looks at
   std::atomic<bool> taken{false};
 };
 

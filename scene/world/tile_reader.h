@@ -17,8 +17,8 @@
 
 #include "karst/status.h"
 #include "terrain/file/world_reader.h"
-#include "terrain/ground/tile_source.h"
 #include "terrain/imagery/image_source.h"
+#include "terrain/paging/tile_source.h"
 #include "terrain/query/query_ground.h"
 
 namespace karst::core {

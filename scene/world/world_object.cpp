@@ -51,6 +51,30 @@ QueryWorld query_world(const World& world) {
   return out;
 }
 
+// The host's function in the core's words. ground: outlives the reader.
+Status lend_function(const GroundFunction& ground, WorldReader& reader) {
+  if (ground.place == nullptr || ground.up == nullptr)
+    return {StatusCode::invalid_argument, "the function that says where this ground lies is missing",
+            "ground"};
+  BasisFunction function;
+  function.context = &ground;
+  function.place = [](const void* of, double u, double v, double height_m) {
+    const auto& host = *static_cast<const GroundFunction*>(of);
+    return to_glm(host.place(host.user, u, v, height_m));
+  };
+  function.up = [](const void* of, double u, double v) {
+    const auto& host = *static_cast<const GroundFunction*>(of);
+    return to_glm(host.up(host.user, u, v));
+  };
+  if (ground.inverse != nullptr) {
+    function.inverse = [](const void* of, glm::dvec3 place_m, double& u, double& v, double& height_m) {
+      const auto& host = *static_cast<const GroundFunction*>(of);
+      return host.inverse(host.user, from_glm(place_m), u, v, height_m);
+    };
+  }
+  return reader.lend(function);
+}
+
 }  // namespace
 
 std::size_t objects_bytes(std::uint32_t queries) {
@@ -67,6 +91,9 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   if (!read_from(plan.head, reader)) return other;
   if (const Status status = reader.go_on(byte_source(file)); !status.ok())
     return status.code() == StatusCode::invalid_argument ? other : status;
+  if (reader.ground().basis.kind == BasisKind::function) {
+    if (const Status status = lend_function(made_for.ground, reader); !status.ok()) return status;
+  }
   const WorldInfo& info = reader.info();
   if (const Status status = lay_out(PlannedWorld::of(reader), plan.needs, layout); !status.ok())
     return status;
@@ -104,7 +131,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
     auto* const query = new (first + n) QueryObject;
     queries = {first, n + 1};
-    const Status status = query->create(layout.query_limits, query_world(world), placement, world.octree(),
+    const Status status = query->create(layout.query_limits, query_world(world), placement, world.parts(),
                                         pieces.take(layout.query_bytes));
     if (!status.ok()) return status;
     if (world.ground().exists()) {
@@ -123,7 +150,7 @@ Status WorldObject::open_ground(std::span<std::byte> memory) {
   const Status status =
       TileReader::read(reader, root, reader.root_tile(), memory.subspan(whole_lines(sizeof(Tile))), *tile);
   if (!status.ok()) return status;
-  terrain.ground.attach(reader.ground(), *tile, tiles.source());
+  terrain.ground.attach(terrain.world.ground(), *tile, tiles.source());
   if (reader.imagery().exists() && layout.config.image_layers > 0)
     terrain.imagery.attach(reader.ground(), reader.imagery(), reader.root_image(), tiles.image_source());
   tiles.start(reader, memory);

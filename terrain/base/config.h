@@ -24,6 +24,8 @@ inline constexpr std::uint32_t kPageVertices = 32;  // vertices; 512 bytes at 16
 inline constexpr std::uint32_t kFramesInFlight = 2;
 // Views that one frame may have.
 inline constexpr std::uint32_t kMostViews = 8;
+// Regions of voxels that a ground may have (terrain/ground/ground.h).
+inline constexpr std::uint32_t kMostRegions = 16;
 
 struct Config {
   std::uint32_t max_depth = 9;
@@ -41,6 +43,7 @@ struct Config {
   std::uint32_t max_views = 1;
   std::uint32_t ground_tiles = 0;
   std::uint32_t ground_families = 0;
+  std::uint32_t max_regions = 1;
   std::uint32_t rim_edges = 0;
   std::uint32_t image_layers = 0;
 
@@ -69,14 +72,14 @@ inline constexpr std::uint32_t kMostPatches = 1u << 24;
 inline constexpr std::uint32_t kMostPages = (1u << 24) / kPageVertices;
 // A family has four pages; half of the pages that there may be.
 inline constexpr std::uint32_t kMostFamilies = kMostPages / 8;
-// Of a region of 512 voxels a side, eight a voxel of its border.
-inline constexpr std::uint32_t kMostRimEdges = 8 * 4 * (1u << kMaxDepth);
+// Of regions of 512 voxels a side, eight a voxel of their borders.
+inline constexpr std::uint32_t kMostRimEdges = kMostRegions * 8 * 4 * (1u << kMaxDepth);
 // Layers of the array of image tiles: what OpenGL ES 3.0 allows everywhere.
 inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 17> kConfigFields = {{
+inline constexpr std::array<ConfigField, 18> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -115,8 +118,10 @@ inline constexpr std::array<ConfigField, 17> kConfigFields = {{
     {"ground_families", &Config::ground_families, 0, 0, kMostFamilies,
      "nodes of the ground with children in view",
      "each has four pages, 2 KiB; page numbers stay below those of vertices that OpenGL ES 3.0 allows"},
-    {"rim_edges", &Config::rim_edges, 0, 0, kMostRimEdges, "edges of patches around the region",
-     "12 bytes, and in each view indices of the belt there; 0: the ground has no region"},
+    {"max_regions", &Config::max_regions, 1, 1, kMostRegions, "octrees: regions of the ground",
+     "each has lists of its own in what is shared, 720 bytes; a world without a ground is one"},
+    {"rim_edges", &Config::rim_edges, 0, 0, kMostRimEdges, "edges of patches around all regions",
+     "12 bytes, and in each view indices of the belts there; 0: the ground has no region"},
     {"image_layers", &Config::image_layers, 0, 0, kMostImageLayers, "image tiles on the GPU",
      "40 to 320 KiB each by their format; at most what every OpenGL ES 3.0 device takes; 0: the world has no "
      "imagery"},

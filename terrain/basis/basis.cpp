@@ -19,9 +19,8 @@ constexpr double kDegrees = 180.0 / kPi;
 // The least that a radius may be, in metres, and the greatest: a stone and a star.
 constexpr double kLeastRadiusM = 1.0;
 constexpr double kMostRadiusM = 1e9;
-// Bends that are drawn, in radii: 800 m of the earth, 12 m of a tube of 6 km.
-constexpr double kMostEllipsoidBend = 1.0 / 8000;
-constexpr double kMostCylinderBend = 1.0 / 500;
+// Bends that are drawn, in radii: quads over 7 degrees, 12 m of a tube of 6 km.
+constexpr double kMostBend = 1.0 / 500;
 // Of a cube: what a quad of its grid bends by, beside a step of both its sides along a great circle
 // (basis_test measures 0.73).
 constexpr double kCubeBend = 0.8;
@@ -58,6 +57,14 @@ double along(const glm::dvec3& v, int axis) {
 // Sums in the order of the axes: the same bits whichever face asks.
 double length_of(const glm::dvec3& v) {
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+// Steps that go once around, or 0.
+std::int64_t whole_turn(double steps) {
+  constexpr double kMost = 1 << 30;
+  if (!(steps >= 1 && steps <= kMost)) return 0;
+  const double whole = std::round(steps);
+  return std::abs(steps - whole) <= 1e-6 ? static_cast<std::int64_t>(whole) : 0;
 }
 
 // The direction whose image under the ellipsoid's axes is the place.
@@ -203,10 +210,14 @@ Status Basis::finish() {
   frame_from_earth = glm::dmat3(1.0);
   anchor_m = glm::dvec3(0.0);
   turn_rad = sagitta_m = 0;
+  turn_quads = 0;
   most_bend_m = std::numeric_limits<double>::infinity();
   if (kind == BasisKind::plane) return {};
   if (kind == BasisKind::function) {
-    if (function.place == nullptr || function.up == nullptr) return refuse("missing", "function");
+    if ((function.place == nullptr) != (function.up == nullptr)) return refuse("missing", "function");
+    if (!inside(first[0], -1e9, 1e9) || !inside(first[1], -1e9, 1e9) || !inside(step[0], 1e-6, 1e9) ||
+        !inside(step[1], 1e-6, 1e9))
+      return refuse("its numbers are not within 1e9", "first");
     if (!inside(function.turn_rad, 0, 10) || !inside(function.sagitta_m, 0, 1e12))
       return refuse("its limits are not known", "function");
     turn_rad = function.turn_rad;
@@ -221,12 +232,13 @@ Status Basis::finish() {
     }
     turn_rad = step[0] / std::abs(radius_m);
     sagitta_m = step[0] * turn_rad / 8;
-    most_bend_m = kMostCylinderBend * std::abs(radius_m);
+    turn_quads = whole_turn(2 * kPi * std::abs(radius_m) / step[0]);
+    most_bend_m = kMostBend * std::abs(radius_m);
     return {};
   }
   if (!(radius_m > 0)) return refuse("an ellipsoid's is above 0", "radius_m");
   if (!inside(flattening, 0, 0.1)) return refuse("not within 0..0.1", "flattening");
-  most_bend_m = kMostEllipsoidBend * radius_m;
+  most_bend_m = kMostBend * radius_m;
   // The greatest radius of curvature, at the poles.
   const double most_radius_m = radius_m / (1.0 - flattening);
   if (kind == BasisKind::geographic) {
@@ -236,6 +248,7 @@ Status Basis::finish() {
       return refuse("latitudes are not within +-90 degrees, from north to south", "first");
     turn_rad = (step[0] - step[1]) / kDegrees * (1.0 + 2 * flattening);
     sagitta_m = most_radius_m * turn_rad * turn_rad / 8;
+    turn_quads = whole_turn(360.0 / step[0]);
   } else {
     if (!inside(face_quads, 4, kMostFaceQuads) || (face_quads & (face_quads - 1)) != 0)
       return refuse("not a power of two within 4..2^19", "face_quads");
@@ -259,6 +272,8 @@ Status Basis::finish() {
 }
 
 AxisPlace axis_place(const Basis& basis, int axis, int face, double index) {
+  const auto turn = static_cast<double>(basis.turn_quads);
+  if (axis == 0 && turn > 0 && !(index >= 0 && index < turn)) index -= turn * std::floor(index / turn);
   switch (basis.kind) {
     case BasisKind::geographic: {
       const double degrees = basis.first[axis] + basis.step[axis] * index;

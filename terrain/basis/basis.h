@@ -36,6 +36,7 @@ inline constexpr std::int32_t kMostFaceQuads = 1 << 19;
 // A caller's basis. u, v: of a sample, first + step * index. Both must give the same bits for the same
 // numbers, whoever asks, and up unit length.
 struct BasisFunction {
+  // Null, both: it is not lent yet, and nothing has a place.
   glm::dvec3 (*place)(const void* context, double u, double v, double height_m) = nullptr;
   glm::dvec3 (*up)(const void* context, double u, double v) = nullptr;
   // False: none is near. Null: queries by place are not answered.
@@ -88,9 +89,11 @@ struct Basis {
   // Limits, as BasisFunction has them.
   double turn_rad = 0;
   double sagitta_m = 0;
-  // Quads that bend by more are not drawn, however far away: a pixel's height, by which it gets its material,
-  // is that of a chord.
+  // Quads that bend by more are not drawn, however far away: what lies on the ground would be lost in them.
   double most_bend_m = 0;
+  // Of longitudes and of a cylinder's circle, where a whole number of steps goes once around: how many. So
+  // many samples on lies the same place, to the bit. Else 0.
+  std::int64_t turn_quads = 0;
 
   // Checks the fields above and makes those below. invalid_argument naming the field.
   Status finish();

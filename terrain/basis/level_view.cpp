@@ -11,6 +11,10 @@ constexpr double kFlat = 1 << 24;
 
 }  // namespace
 
+double level_radius_m(const Basis& basis, double voxel_m) {
+  return basis.kind == BasisKind::function ? kFlat * voxel_m : basis.radius_m;
+}
+
 LevelView make_level_view(const Basis& basis, glm::dvec3 eye_m, double voxel_m, double foot_m) {
   LevelShape shape;
   if (!level_shape(basis, shape)) {

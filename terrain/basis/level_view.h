@@ -20,6 +20,8 @@ struct LevelView {
   glm::vec4 eye{0.0f};
 };
 
+// Metres by which a height is a share of |q|; below 0 of what is level inside.
+double level_radius_m(const Basis& basis, double voxel_m);
 // voxel_m: metres of a voxel. Where no shape is known, level is a plane across up at the eye.
 LevelView make_level_view(const Basis& basis, glm::dvec3 eye_m, double voxel_m, double foot_m);
 

@@ -239,8 +239,8 @@ void SkyVisibility::Rows::spread(std::uint8_t* cells) const {
   }
 }
 
-SkyGrid SkyVisibility::grid_for(glm::ivec3 extent, std::size_t words) {
-  for (int k = 0; k <= kMaxDepth; ++k) {
+SkyGrid SkyVisibility::grid_for(glm::ivec3 extent, std::size_t words, int least_log2) {
+  for (int k = least_log2; k <= kMaxDepth; ++k) {
     const SkyGrid grid = grid_of(extent, k);
     if (std::max({grid.cells.x, grid.cells.y, grid.cells.z}) > kMostSide) continue;
     if (grid.bytes() <= kMostBytes && words_of(grid) <= words) return grid;
@@ -269,7 +269,7 @@ void SkyVisibility::open_sides() {
 }
 
 void SkyVisibility::build(const Octree& octree, glm::ivec3 extent, bool opens_sides) {
-  grid_ = grid_for(extent, storage_.size());
+  grid_ = grid_for(extent, storage_.size(), least_log2_);
   if (grid_.bytes() > storage_.size_bytes() || words_of(grid_) > storage_.size()) return;
   const Rows rows(grid_, storage_);
   std::fill_n(rows.counts, rows.size.all * kPlanes, Word{0});

@@ -57,13 +57,16 @@ class SkyVisibility {
 
   // The grid with the finest cells that fit kMostSide, kMostBytes, and `words` of storage; one open cell
   // where none does. extent: of the world, voxels.
-  static SkyGrid grid_for(glm::ivec3 extent, std::size_t words);
+  // least_log2: of its cells.
+  static SkyGrid grid_for(glm::ivec3 extent, std::size_t words, int least_log2 = 0);
   // 64-bit words of storage that the finest grid takes.
   static std::size_t word_count(glm::ivec3 extent);
 
   // Lends memory, borrowed for the object's life.
   void create(std::span<std::uint64_t> storage) { storage_ = storage; }
 
+  // With cells of this or larger ones: of an atlas.
+  void set_least_cell(int cell_log2) { least_log2_ = cell_log2; }
   // Finds all of it anew. A cell larger than a voxel is filled where half of its voxels are.
   // opens_sides: towards the sides cells see more and more of the sky, and there all of it: beyond lies
   // ground that this grid knows nothing of, which lookups find in the outermost cells.
@@ -83,6 +86,7 @@ class SkyVisibility {
   void open_sides();
 
   SkyGrid grid_;
+  int least_log2_ = 0;
   std::span<std::uint64_t> storage_;
 };
 

@@ -49,7 +49,6 @@ constexpr std::uint32_t kCentred = 1;
 
 Fault check_basis(const GroundInfo& info) {
   Basis basis = info.basis;
-  if (basis.kind == BasisKind::function) return {"a function cannot be in a file", kBytes + kKind};
   if (!basis.finish().ok()) return {"the basis is none", kBytes + kKind};
   if (!info.is_cube()) return {};
   for (int axis = 0; axis < 2; ++axis) {
@@ -102,6 +101,12 @@ void load_earth(std::span<const std::byte> in, WorldGround& ground) {
   earth.false_east_m = load<double>(in, kFalseEast);
   earth.false_north_m = load<double>(in, kFalseNorth);
   earth.unit_m = load<double>(in, kUnit);
+  if (basis.kind != BasisKind::function) return;
+  // In the file its limits alone.
+  basis.function = {};
+  basis.function.turn_rad = basis.anchor_deg[0];
+  basis.function.sagitta_m = basis.anchor_deg[1];
+  basis.anchor_deg[0] = basis.anchor_deg[1] = 0;
 }
 
 void store_earth(const WorldGround& ground, std::span<std::byte> out) {
@@ -112,7 +117,8 @@ void store_earth(const WorldGround& ground, std::span<std::byte> out) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     store(out, kFirst + axis * 8, basis.first[axis]);
     store(out, kStep + axis * 8, basis.step[axis]);
-    store(out, kAnchor + axis * 8, basis.anchor_deg[axis]);
+    const double limit = axis == 0 ? basis.function.turn_rad : basis.function.sagitta_m;
+    store(out, kAnchor + axis * 8, basis.kind == BasisKind::function ? limit : basis.anchor_deg[axis]);
     store(out, kOrigin + axis * 8, earth.origin[axis]);
     store(out, kPerM + axis * 8, earth.per_m[axis]);
   }
@@ -133,6 +139,24 @@ void store_earth(const WorldGround& ground, std::span<std::byte> out) {
 constexpr std::size_t kFirstNode = 0;  // two
 constexpr std::size_t kRimEdges = 8;
 constexpr std::size_t kRegionReserved = 12;
+// In REGN of several regions, each: its first node as above, and
+constexpr std::size_t kEntryExtent = 8;  // three
+constexpr std::size_t kEntryHeight = 20;
+constexpr std::size_t kEntryDepth = 24;
+constexpr std::size_t kEntryOctets = 28;
+constexpr std::size_t kEntryVolumes = 32;
+constexpr std::size_t kEntryPatches = 36;
+constexpr std::size_t kEntryRimEdges = 40;
+constexpr std::size_t kEntryReserved = 44;
+
+// What the header states of the only one.
+void tell_only_region(const WorldInfo& world, GroundRegion& region) {
+  region.extent = world.extent;
+  region.depth = world.depth;
+  region.octets = world.octets;
+  region.volumes = world.volumes;
+  region.patches = world.patches;
+}
 
 // Of IMAG.
 constexpr std::size_t kFormat = 0;
@@ -186,7 +210,7 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
     if (load<std::uint32_t>(second, kZero) != 0 || !world_layout::all_zero(second.subspan(kEarthReserved)))
       return {"a reserved field is not 0", kBytes + kZero};
     load_earth(second, read);
-    if (read.info.basis.kind > BasisKind::cylinder) return {"a basis of unknown kind", kBytes + kKind};
+    if (read.info.basis.kind > BasisKind::function) return {"a basis of unknown kind", kBytes + kKind};
     if (!has_earth(read)) return {"a basis and a georeference are missing", kBytes + kKind};
   }
   if (const Fault fault = check(read); fault.what != nullptr) return fault;
@@ -211,39 +235,127 @@ void encode(const WorldGround& ground, std::span<std::byte> out) {
   if (has_earth(ground)) store_earth(ground, out.subspan(kBytes));
 }
 
-Fault check_region(const WorldInfo& world, const GroundInfo& ground) {
-  if (!ground.region.exists()) {
-    if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
-    const bool finer = ground.steps[0] > kMostSampleSteps || ground.steps[1] > kMostSampleSteps;
-    return finer ? Fault{"steps are above 2048 without a region", kSteps} : Fault{};
+namespace {
+
+// Of each, against its octree's limits; and that they add up to what the header states.
+Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
+  std::uint64_t octets = 0, volumes = 0, patches = 0, rim_edges = 0;
+  glm::ivec3 extent(0);
+  std::int32_t depth = 0;
+  for (std::size_t n = 0; n < ground.regions().size(); ++n) {
+    const GroundRegion& region = ground.regions()[n];
+    const std::size_t at = n * kRegionEntry;
+    WorldInfo own;
+    own.extent = region.extent;
+    own.depth = region.depth;
+    own.level = world.level;
+    own.octets = region.octets;
+    own.volumes = region.volumes;
+    own.patches = region.patches;
+    if (const Status status = validate_world_info(own); !status.ok()) return {status.what(), at};
+    if (region.patches == 0) return {"there is a region, but no patches", at};
+    if (region.rim_edges == 0 || region.rim_edges > kMostRimEdges)
+      return {"rim_edges are outside 1..262144",
+              at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
+    octets += region.octets;
+    volumes += region.volumes;
+    patches += region.patches;
+    rim_edges += region.rim_edges;
+    extent = glm::max(extent, region.extent);
+    depth = std::max(depth, region.depth);
   }
-  if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
-  GroundInfo placed = ground;
-  if (!place_region(placed, world.extent.x, world.extent.z, ground.region.low[0], ground.region.low[1]) ||
-      placed.region != ground.region || placed.corner[0] != ground.corner[0] ||
-      placed.corner[1] != ground.corner[1])
-    return {"the voxels are no region of the ground", kFirstNode};
-  if (ground.rim_edges == 0 || ground.rim_edges > kMostRimEdges)
-    return {"rim_edges are outside 1..16384", kRimEdges};
+  if (octets != world.octets || volumes != world.volumes || patches != world.patches ||
+      extent != world.extent || depth != world.depth)
+    return {"the regions are not those of the header", kFirstNode};
+  if (rim_edges > kMostRimEdges) return {"rim_edges are outside 1..262144", kRimEdges};
   return {};
 }
 
-Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground) {
-  if (!section.empty()) {
-    if (!world_layout::all_zero(section.subspan(kRegionReserved)))
-      return {"a reserved field is not 0", kRegionReserved};
-    if (!place_region(ground, world.extent.x, world.extent.z, load<std::int32_t>(section, kFirstNode),
-                      load<std::int32_t>(section, kFirstNode + 4)))
-      return {"the voxels are no region of the ground", kFirstNode};
-    ground.rim_edges = load<std::uint32_t>(section, kRimEdges);
+}  // namespace
+
+Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
+  if (ground.region_count == 0) {
+    if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
+    const bool is_curved = ground.basis.is_curved();
+    const bool finer =
+        std::max(ground.steps[0], ground.steps[1]) > (is_curved ? kMostCurvedSteps : kMostSampleSteps);
+    if (!finer) return {};
+    return {is_curved ? "steps are above 8192" : "steps are above 2048 without a region", kSteps};
   }
-  return check_region(world, ground);
+  if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
+  GroundInfo placed = ground;
+  if (ground.region_count == 1) tell_only_region(world, placed.region_list[0]);
+  bool same = ground.region_count == static_cast<std::int32_t>(world.regions) && place_regions(placed) &&
+              placed.corner[0] == ground.corner[0] && placed.corner[1] == ground.corner[1];
+  std::int32_t lowest = kMostRegionHeight;
+  for (std::size_t n = 0; same && n < ground.regions().size(); ++n) {
+    same = placed.regions()[n].nodes == ground.regions()[n].nodes &&
+           placed.regions()[n].corner == ground.regions()[n].corner;
+    lowest = std::min(lowest, ground.regions()[n].corner.y);
+  }
+  if (!same || lowest != 0) return {"the voxels are no region of the ground", kFirstNode};
+  return check_counts(world, placed);
 }
 
-void encode_region(const GroundInfo& ground, std::span<std::byte> out) {
+Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground) {
+  if (section.empty()) return check_regions(world, ground);
+  GroundInfo read = ground;
+  read.region_count = static_cast<std::int32_t>(world.regions);
+  if (world.regions == 1) {
+    if (!world_layout::all_zero(section.subspan(kRegionReserved)))
+      return {"a reserved field is not 0", kRegionReserved};
+    GroundRegion& region = read.region_list[0] = {};
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      region.nodes.low[axis] = load<std::int32_t>(section, kFirstNode + axis * 4);
+    region.rim_edges = load<std::uint32_t>(section, kRimEdges);
+    tell_only_region(world, region);
+  }
+  for (std::size_t n = 0; world.regions > 1 && n < world.regions; ++n) {
+    const auto entry = section.subspan(n * kRegionEntry, kRegionEntry);
+    if (!world_layout::all_zero(entry.subspan(kEntryReserved)))
+      return {"a reserved field is not 0", n * kRegionEntry + kEntryReserved};
+    GroundRegion& region = read.region_list[n] = {};
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      region.nodes.low[axis] = load<std::int32_t>(entry, kFirstNode + axis * 4);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      region.extent[static_cast<int>(axis)] = load<std::int32_t>(entry, kEntryExtent + axis * 4);
+    region.corner.y = load<std::int32_t>(entry, kEntryHeight);
+    region.depth = load<std::int32_t>(entry, kEntryDepth);
+    region.octets = load<std::uint32_t>(entry, kEntryOctets);
+    region.volumes = load<std::uint32_t>(entry, kEntryVolumes);
+    region.patches = load<std::uint32_t>(entry, kEntryPatches);
+    region.rim_edges = load<std::uint32_t>(entry, kEntryRimEdges);
+    // Before anything is added up.
+    if (region.extent.x < 2 || region.extent.z < 2 || region.extent.y < 1)
+      return {"extent does not fit the octree", n * kRegionEntry + kEntryExtent};
+  }
+  if (!place_regions(read)) return {"the voxels are no region of the ground", kFirstNode};
+  const Fault fault = check_regions(world, read);
+  if (fault.what == nullptr) ground = read;
+  return fault;
+}
+
+void encode_regions(const GroundInfo& ground, std::span<std::byte> out) {
   std::fill(out.begin(), out.end(), std::byte{0});
-  for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, ground.region.low[axis]);
-  store(out, kRimEdges, ground.rim_edges);
+  if (ground.region_count == 1) {
+    const GroundRegion& region = ground.regions()[0];
+    for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, region.nodes.low[axis]);
+    store(out, kRimEdges, region.rim_edges);
+    return;
+  }
+  for (std::size_t n = 0; n < ground.regions().size(); ++n) {
+    const GroundRegion& region = ground.regions()[n];
+    const auto entry = out.subspan(n * kRegionEntry, kRegionEntry);
+    for (std::size_t axis = 0; axis < 2; ++axis) store(entry, kFirstNode + axis * 4, region.nodes.low[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      store(entry, kEntryExtent + axis * 4, region.extent[static_cast<int>(axis)]);
+    store(entry, kEntryHeight, region.corner.y);
+    store(entry, kEntryDepth, region.depth);
+    store(entry, kEntryOctets, region.octets);
+    store(entry, kEntryVolumes, region.volumes);
+    store(entry, kEntryPatches, region.patches);
+    store(entry, kEntryRimEdges, region.rim_edges);
+  }
 }
 
 Fault check_imagery(const WorldGround& ground) {
@@ -251,6 +363,7 @@ Fault check_imagery(const WorldGround& ground) {
   const TilePlace& root = ground.image_root;
   if (!imagery.exists() || static_cast<std::uint32_t>(imagery.format) >= kImageFormats)
     return {"the format is not known", kFormat};
+  if (ground.info.basis.is_curved()) return {"imagery lies over a plane alone", kFormat};
   if (imagery.least_size < 0 || imagery.least_size > ground.info.top_size())
     return {"the least size is not one of the ground's", kLeastSize};
   if (root.bytes != image_tile_bytes(imagery.format) || root.offset > ground.tile_bytes ||

@@ -40,14 +40,20 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
 void encode(const WorldGround& ground, std::span<std::byte> out);
 
 // Of REGN, which is there where a world has a ground and patches.
-inline constexpr std::size_t kRegionBytes = 16;
+inline constexpr std::size_t kRegionBytes = 16;  // of one, whose octree the header tells of
+inline constexpr std::size_t kRegionEntry = 48;  // of each of several
+inline constexpr std::size_t kMostRegionBytes = kMostRegions * kRegionEntry;
+constexpr std::size_t region_bytes(std::uint32_t regions) {
+  return regions == 1 ? kRegionBytes : regions * kRegionEntry;
+}
 
 // After check(): steps that are those of no region, or patches that are none.
-Fault check_region(const WorldInfo& world, const GroundInfo& ground);
-// Places the region. ground: of GRND. section: empty where the world has no REGN.
-Fault decode_region(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
-// out: kRegionBytes.
-void encode_region(const GroundInfo& ground, std::span<std::byte> out);
+Fault check_regions(const WorldInfo& world, const GroundInfo& ground);
+// Places the regions. ground: of GRND. section: region_bytes(world.regions), or empty where the world has no
+// REGN.
+Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
+// out: region_bytes() of them.
+void encode_regions(const GroundInfo& ground, std::span<std::byte> out);
 
 // The same of imagery that exists, over a ground that was checked. decode_imagery() leaves the rest of
 // ground as it is.

@@ -17,8 +17,9 @@
 
 namespace karst::core {
 
-constexpr std::uint64_t octree_section_bytes(std::uint32_t octets) {
-  return 2 * std::uint64_t{octets} + 1;
+// trees: several lie one behind the other, octets are of all.
+constexpr std::uint64_t octree_section_bytes(std::uint32_t octets, std::uint32_t trees = 1) {
+  return 2 * std::uint64_t{octets} + trees;
 }
 
 // Replaces the contents of tree, whose depth must be set. bytes: untrusted, octree_section_bytes(octets) of

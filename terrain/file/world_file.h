@@ -34,11 +34,14 @@ inline constexpr std::size_t kWorldSectionAlignment = 64;  // bytes, in the file
 
 struct WorldInfo {
   double voxel_size_m = 1.0;  // metres, 1e-6..1e9
-  double origin_m[3] = {};    // world position of the octree's minimum corner, metres, +-1e12
-  glm::ivec3 extent{0};      // voxels in use: x, z in 2..2^depth, y in 1..2^depth - 1 (a layer of air on top)
-  int depth = 0;             // of the octree, 1..9
-  int level = 0;             // of the height blocks, 1..6
-  std::uint32_t octets = 0;  // of the octree
+  double origin_m[3] = {};    // world position of the octrees' minimum corner, metres, +-1e12
+  // Voxels in use: x, z in 2..2^depth, y in 1..2^depth - 1 (a layer of air on top). Of several octrees, which
+  // are regions of a ground, the most; the counts below are of all.
+  glm::ivec3 extent{0};
+  int depth = 0;                    // of the octree, 1..9; the same
+  std::uint32_t regions = 1;        // octrees, 1..kMostRegions
+  int level = 0;                    // of the height blocks, 1..6
+  std::uint32_t octets = 0;         // of the octree
   std::uint32_t volumes = 0;        // that extraction makes
   std::uint32_t patches = 0;        // that extraction makes
   std::uint32_t height_blocks = 0;  // patches that have heights
@@ -106,8 +109,8 @@ struct WorldMaterials {
 
 // The ground (terrain/ground/ground.h). A world may have one and no patches: then the octree is empty,
 // voxel_size_m is the length of kStepsPerVoxel steps, and sample (0, 0) at height 0 lies at origin_m; of a
-// curved basis the frame's origin does, which is 0. With patches they are its region: place_region() was
-// called for the extent, and rim_edges are counted.
+// curved basis the frame's origin does, which is 0. With patches they are its regions: place_regions() was
+// called, and the counts are those of each.
 struct WorldGround {
   GroundInfo info;  // does not exist: the world has no ground
   Georeference earth;

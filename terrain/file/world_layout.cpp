@@ -49,9 +49,12 @@ Fault check_extent(const WorldInfo& info) {
 
 // Counts size the memory of a terrain: each is bounded by the geometry that it counts.
 Fault check_counts(const WorldInfo& info) {
+  if (info.regions < 1 || info.regions > kMostRegions) return {"regions are outside 1..16", kRegions};
   const std::uint32_t tree_octets = ((1u << (3 * info.depth)) - 1) / 7;
-  if (info.octets > tree_octets) return {"more octets than a full octree of this depth", kOctets};
-  const std::int64_t corners = std::int64_t{info.extent.x - 1} * info.extent.y * (info.extent.z - 1);
+  if (info.octets > std::uint64_t{tree_octets} * info.regions)
+    return {"more octets than a full octree of this depth", kOctets};
+  const std::int64_t corners =
+      std::int64_t{info.extent.x - 1} * info.extent.y * (info.extent.z - 1) * info.regions;
   if (info.volumes > corners) return {"more volumes than voxel corners", kVolumes};
   if (info.patches > kMostPatches) return {"more than 2^24 patches", kPatches};
   if (info.patches < info.volumes || info.patches > std::uint64_t{info.volumes} * kMaxCasePatches) {
@@ -131,6 +134,9 @@ void load_info(std::span<const std::byte> file, WorldInfo& info) {
         load<std::int32_t>(file, kExtent.offset + axis * sizeof(std::int32_t));
   }
   info.depth = load<std::int32_t>(file, kDepth.offset);
+  // 0 says what 1 would.
+  info.regions = load<std::uint32_t>(file, kRegions.offset);
+  if (info.regions == 0) info.regions = 1;
   info.level = load<std::int32_t>(file, kLevel.offset);
   info.octets = load<std::uint32_t>(file, kOctets.offset);
   info.volumes = load<std::uint32_t>(file, kVolumes.offset);
@@ -188,7 +194,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
   if (section == WorldSection::ground)
     return bytes == ground_section::kBytes || bytes == ground_section::kMostBytes;
-  if (section == WorldSection::region) return bytes == ground_section::kRegionBytes;
+  if (section == WorldSection::region) return bytes == ground_section::region_bytes(info.regions);
   if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::imagery) return bytes == ground_section::kImageryBytes;
   if (section == WorldSection::blend_map) {
@@ -200,7 +206,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
 }
 
 // Which sections are there.
-Status check_presence(const Table& table) {
+Status check_presence(const Table& table, std::uint32_t regions) {
   const auto present = [&](WorldSection s) { return table.places[static_cast<std::size_t>(s)].present; };
   const auto missing = [](WorldSection s) {
     return corrupt("a section is missing", {kind_of(s).name, kSections.offset});
@@ -218,6 +224,7 @@ Status check_presence(const Table& table) {
     if (has_ground && !present(section)) return missing(section);
   }
   if (present(WorldSection::region) && !has_ground) return missing(WorldSection::ground);
+  if (regions > 1 && !present(WorldSection::region)) return missing(WorldSection::region);
   if (present(WorldSection::imagery) && !has_ground) return missing(WorldSection::ground);
   return {};
 }
@@ -254,7 +261,7 @@ Status read_table(std::span<const std::byte> head, std::uint64_t file_bytes, con
     }
     table.places[known] = {entry.offset, entry.bytes, entry.crc, entry.at, true};
   }
-  if (const Status status = check_presence(table); !status.ok()) return status;
+  if (const Status status = check_presence(table, info.regions); !status.ok()) return status;
   if (end != file_bytes) return corrupt("bytes follow the last section", {"padding", end});
   return {};
 }
@@ -341,7 +348,7 @@ SectionFault SectionCheck::finish() const {
 
 // last_ is 0 before the first: the key of no patch, because no corner lies on a side.
 const char* SectionCheck::key_fault(PatchKey key) const {
-  if (key.bits() >> PatchKey::kBits != 0 || key.region() != kOnlyRegion)
+  if (key.bits() >> PatchKey::kBits != 0 || key.region() >= info_.regions)
     return "a patch is of no region of the world";
   if (key.bits() <= last_) return "a patch's key is not above the one before";
   const glm::ivec3 corner = key.corner();
@@ -388,7 +395,7 @@ SectionFault SectionCheck::feed_level_errors(std::span<const std::byte> bytes) {
 
 const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("OCTR"), "octree", true, true,
-     [](const WorldInfo& i) { return octree_section_bytes(i.octets); }},
+     [](const WorldInfo& i) { return octree_section_bytes(i.octets, i.regions); }},
     {four_letters("PKEY"), "patch keys", true, true,
      [](const WorldInfo& i) { return i.patches * std::uint64_t{sizeof(PatchKey)}; }},
     {four_letters("HMSK"), "height mask", true, true,
@@ -451,7 +458,8 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
   of(WorldSection::ground) = {.bytes = ground_section::section_bytes(ground),
                               .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
-  of(WorldSection::region) = {.bytes = ground_section::kRegionBytes, .present = ground.info.region.exists()};
+  of(WorldSection::region) = {.bytes = ground_section::region_bytes(info.regions),
+                              .present = ground.info.region_count > 0};
   of(WorldSection::imagery) = {.bytes = ground_section::kImageryBytes,
                                .present = ground.info.exists() && ground.imagery.exists()};
   std::uint64_t end = kHeaderBytes;
@@ -490,6 +498,7 @@ std::size_t store_head(const WorldInfo& info, const SectionPlaces& places, std::
     store(head, kExtent.offset + axis * sizeof(std::int32_t), info.extent[static_cast<int>(axis)]);
   }
   store(head, kDepth.offset, std::int32_t{info.depth});
+  store(head, kRegions.offset, info.regions > 1 ? info.regions : 0);
   store(head, kLevel.offset, std::int32_t{info.level});
   store(head, kOctets.offset, info.octets);
   store(head, kVolumes.offset, info.volumes);
@@ -515,9 +524,7 @@ Status read_head(std::span<const std::byte> head, std::uint64_t file_bytes, Worl
   if (const Status status = check_envelope(head, file_bytes); !status.ok()) return status;
   load_info(head, info);
   if (const Fault fault = check_info(info); fault.what != nullptr) return corrupt(fault.what, fault.field);
-  if (!all_zero(head.subspan(kReserved.offset, kName.offset - kReserved.offset))) {
-    return corrupt("a reserved field is not 0", kReserved);
-  }
+  if (load<std::uint32_t>(head, kRegions.offset) == 1) return corrupt("one region is written as 0", kRegions);
   if (!all_zero(head.subspan(kReservedEnd.offset, kHeaderBytes - kReservedEnd.offset))) {
     return corrupt("a reserved field is not 0", kReservedEnd);
   }

@@ -46,7 +46,7 @@ inline constexpr Field kOctets{"octets", 84};
 inline constexpr Field kVolumes{"volumes", 88};
 inline constexpr Field kPatches{"patches", 92};
 inline constexpr Field kHeightBlocks{"height_blocks", 96};
-inline constexpr Field kReserved{"reserved", 100};
+inline constexpr Field kRegions{"regions", 100};
 inline constexpr Field kName{"name", 104};
 inline constexpr Field kReservedEnd{"reserved", 168};
 

@@ -52,6 +52,15 @@ Status WorldReader::for_each_piece(std::uint64_t offset, std::uint64_t bytes, co
   return {};
 }
 
+Status WorldReader::lend(const BasisFunction& function) {
+  BasisFunction& own = ground_.info.basis.function;
+  const double turn_rad = own.turn_rad, sagitta_m = own.sagitta_m;
+  own = function;
+  own.turn_rad = turn_rad;
+  own.sagitta_m = sagitta_m;
+  return ground_.info.basis.finish();
+}
+
 Status WorldReader::open(const ByteSource& source) {
   *this = {};
   source_ = source;
@@ -75,7 +84,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_lights();
   if (status.ok()) status = read_surroundings(info.extent);
   if (status.ok()) status = read_ground(info.voxel_size_m);
-  if (status.ok()) status = read_region(info);
+  if (status.ok()) status = read_regions(info);
   if (!status.ok()) {
     *this = {};
     return status;
@@ -196,15 +205,15 @@ Status WorldReader::read_imagery() {
   return corrupt_section(WorldSection::imagery, fault.what, fault.offset);
 }
 
-Status WorldReader::read_region(const WorldInfo& info) {
+Status WorldReader::read_regions(const WorldInfo& info) {
   if (!ground_.info.exists()) return {};
-  std::array<std::byte, ground_section::kRegionBytes> room;
+  std::array<std::byte, ground_section::kMostRegionBytes> room;
   std::span<std::byte> bytes;
   if (place_of(WorldSection::region).present) {
-    bytes = room;
+    bytes = std::span(room).first(ground_section::region_bytes(info.regions));
     if (const Status status = read_section(WorldSection::region, bytes); !status.ok()) return status;
   }
-  const auto fault = ground_section::decode_region(bytes, info, ground_.info);
+  const auto fault = ground_section::decode_regions(bytes, info, ground_.info);
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::region, fault.what, fault.offset);
 }
 
@@ -364,40 +373,65 @@ Status WorldReader::read_checked(WorldSection section, std::span<std::byte> out)
   return fault.what == nullptr ? Status() : corrupt_section(section, fault.what, fault.offset);
 }
 
-std::size_t WorldReader::octree_room(std::uint32_t octets) {
-  return static_cast<std::size_t>(octree_section_bytes(octets));
+std::size_t WorldReader::octree_room(std::uint32_t octets, std::uint32_t trees) {
+  return static_cast<std::size_t>(octree_section_bytes(octets, trees));
 }
 
-Status WorldReader::read_octree(std::span<std::byte> room, Octree& tree) const {
-  if (const Status status = tree.reset(info_.depth); !status.ok()) return status;
-  const std::size_t bytes = octree_room(info_.octets);
+Status WorldReader::read_octrees(std::span<std::byte> room, std::span<Octree> trees) const {
+  KARST_ASSERT(trees.size() == info_.regions);
+  const bool one = info_.regions == 1;
+  const std::span<const GroundRegion> regions = ground_.info.regions();
+  for (std::size_t n = 0; n < trees.size(); ++n) {
+    if (const Status status = trees[n].reset(one ? info_.depth : regions[n].depth); !status.ok())
+      return status;
+  }
+  const std::size_t bytes = octree_room(info_.octets, info_.regions);
   if (room.size() < bytes) return wrong_length(WorldSection::octree);
   if (const Status status = read_section(WorldSection::octree, room.first(bytes)); !status.ok())
     return status;
-  const Status status = decode_octree(room.first(bytes), info_.octets, info_.extent, tree);
-  if (status.code() != StatusCode::corrupt) return status;
-  return {status.code(), status.what(), status.field(),
-          place_of(WorldSection::octree).offset + status.value()};
+  std::size_t at = 0;
+  for (std::size_t n = 0; n < trees.size(); ++n) {
+    const std::uint32_t octets = one ? info_.octets : regions[n].octets;
+    const std::size_t length = octree_room(octets);
+    const Status status =
+        decode_octree(room.subspan(at, length), octets, one ? info_.extent : regions[n].extent, trees[n]);
+    if (status.code() == StatusCode::corrupt) {
+      return {status.code(), status.what(), status.field(),
+              place_of(WorldSection::octree).offset + at + status.value()};
+    }
+    if (!status.ok()) return status;
+    at += length;
+  }
+  return {};
 }
 
 Status WorldReader::read_keys(std::span<PatchKey> keys) const {
   return read_checked(WorldSection::keys, std::as_writable_bytes(keys));
 }
 
-Status WorldReader::match_keys(const Surface& surface) const {
+Status WorldReader::match_keys(std::span<const Surface> surfaces) const {
   const SectionPlace& place = place_of(WorldSection::keys);
   constexpr const char* kOthers = "the world's patches are not those that its voxels make";
   SectionCheck check(WorldSection::keys, info_, 0);
   SectionFault fault;
   std::uint32_t crc = 0;
-  std::size_t patch = 0;
+  std::size_t patch = 0, first = 0, region = 0;  // first: of the region
+  const auto next_region = [&] {
+    while (region < surfaces.size() && patch - first == surfaces[region].patches.size()) {
+      first = patch;
+      ++region;
+    }
+  };
   const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
     crc = crc32c(piece, crc);
     if (fault.what == nullptr) fault = check.feed(piece);
     for (std::size_t at = 0; fault.what == nullptr && at < piece.size(); at += sizeof(PatchKey), ++patch) {
       const auto bits = load<std::uint64_t>(piece, at);
+      next_region();
       const bool same =
-          patch < surface.patches.size() && key_of(surface, static_cast<PatchId>(patch)).bits() == bits;
+          region < surfaces.size() &&
+          key_of(surfaces[region], static_cast<PatchId>(patch - first), static_cast<std::uint32_t>(region))
+                  .bits() == bits;
       if (!same) fault = {kOthers, patch * sizeof(PatchKey)};
     }
     return true;
@@ -406,7 +440,8 @@ Status WorldReader::match_keys(const Surface& surface) const {
   if (crc != place.crc)
     return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
   if (fault.what == nullptr) fault = check.finish();
-  if (fault.what == nullptr && patch != surface.patches.size()) fault = {kOthers, place.bytes};
+  next_region();
+  if (fault.what == nullptr && region != surfaces.size()) fault = {kOthers, place.bytes};
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::keys, fault.what, fault.offset);
 }
 

@@ -40,6 +40,8 @@ class WorldReader {
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;
   const GroundInfo& ground() const { return ground_.info; }  // does not exist where the world has none
+  // Of a ground that lies where a function says: that, whose limits are those of the file.
+  Status lend(const BasisFunction& function);
   const Georeference& earth() const { return ground_.earth; }
   const TilePlace& root_tile() const { return ground_.root; }
   std::uint64_t tile_bytes() const { return ground_.tile_bytes; }
@@ -56,8 +58,10 @@ class WorldReader {
   // ("max_octets", value: info.octets) where its pool is smaller; corrupt where the section's nodes do not
   // make a tree of info.octets octets, fully collapsed, filled only inside the extent.
   // room: working memory of octree_room(info.octets) bytes.
-  Status read_octree(std::span<std::byte> room, Octree& tree) const;
-  static std::size_t octree_room(std::uint32_t octets);
+  Status read_octree(std::span<std::byte> room, Octree& tree) const { return read_octrees(room, {&tree, 1}); }
+  // The same of all regions. Precondition: as many as info.regions.
+  Status read_octrees(std::span<std::byte> room, std::span<Octree> trees) const;
+  static std::size_t octree_room(std::uint32_t octets, std::uint32_t trees = 1);
 
   // mask: (patches + 7) / 8 bytes. The others: as long as world_file.h says.
   Status read_keys(std::span<PatchKey> keys) const;
@@ -68,10 +72,11 @@ class WorldReader {
   Status read_shading_cones(std::span<NormalCone> cones) const;
   Status read_height_crcs(std::span<std::uint32_t> crcs) const;  // height_groups(height_blocks)
 
-  // Whether the surface, as extraction makes it, has exactly the patches of the file: then the file's n-th is
-  // the surface's n-th, because both ascend by key. corrupt ("patch keys", at the first that differs) where
-  // they are not the same set. Needs no memory.
-  Status match_keys(const Surface& surface) const;
+  // Whether the surfaces, one a region as extraction makes them, have exactly the patches of the file: then
+  // the file's n-th is their n-th, because both ascend by key. corrupt ("patch keys", at the first that
+  // differs) where they are not the same set. Needs no memory.
+  Status match_keys(std::span<const Surface> surfaces) const;
+  Status match_keys(const Surface& surface) const { return match_keys({&surface, 1}); }
 
   // Materials of patches: one byte a patch, all 0 where the world has no overrides.
   Status read_overrides(std::span<std::uint8_t> overrides) const;
@@ -114,7 +119,7 @@ class WorldReader {
   Status read_lights();
   Status read_surroundings(glm::ivec3 extent);
   Status read_ground(double voxel_m);
-  Status read_region(const WorldInfo& info);
+  Status read_regions(const WorldInfo& info);
   Status read_imagery();
   Status verify_section(WorldSection section) const;
   Status verify_groups() const;

@@ -86,8 +86,10 @@ Status put_ground(const ByteSink& sink, const WorldGround& ground) {
 }
 
 Status put_region(const ByteSink& sink, const WorldGround& ground) {
-  std::array<std::byte, ground_section::kRegionBytes> bytes;
-  ground_section::encode_region(ground.info, bytes);
+  std::array<std::byte, ground_section::kMostRegionBytes> room;
+  const auto bytes = std::span(room).first(
+      ground_section::region_bytes(static_cast<std::uint32_t>(ground.info.region_count)));
+  ground_section::encode_regions(ground.info, bytes);
   return put(sink, bytes);
 }
 
@@ -125,10 +127,20 @@ std::span<const std::byte> bytes_of(WorldSection section, const WorldPatches& pa
   }
 }
 
+Status put_octrees(const WorldWriter& world, const ByteSink& sink) {
+  if (world.octrees.empty()) return encode_octree(*world.octree, world.info.octets, world.info.extent, sink);
+  for (std::size_t n = 0; n < world.octrees.size(); ++n) {
+    const GroundRegion& region = world.ground.info.regions()[n];
+    const Status status = encode_octree(*world.octrees[n], region.octets, region.extent, sink);
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
 Status put_section(const WorldWriter& world, WorldSection section, const ByteSink& sink) {
   switch (section) {
     case WorldSection::octree:
-      return encode_octree(*world.octree, world.info.octets, world.info.extent, sink);
+      return put_octrees(world, sink);
     case WorldSection::sample_crcs:
       return put_group_crcs(sink, world.patches.samples, world.info.level);
     case WorldSection::shading_cones:
@@ -221,19 +233,34 @@ Status check_materials(const WorldInfo& info, const WorldMaterials& materials) {
 
 Status WorldWriter::validate() const {
   if (const Status status = validate_world_info(info); !status.ok()) return status;
-  if (octree == nullptr) return invalid("no octree given", "octree");
-  if (octree->depth() != info.depth) return invalid("the octree has another depth", "depth");
+  if (const Status status = check_octrees(); !status.ok()) return status;
   if (const Status status = check_patches(info, patches); !status.ok()) return status;
   if (ground.info.exists()) {
     if (const auto fault = ground_section::check(ground); fault.what != nullptr)
       return invalid(fault.what, "ground");
-    if (const auto fault = ground_section::check_region(info, ground.info); fault.what != nullptr)
+    if (const auto fault = ground_section::check_regions(info, ground.info); fault.what != nullptr)
       return invalid(fault.what, "region");
     const auto of_imagery =
         ground.imagery.exists() ? ground_section::check_imagery(ground) : ground_section::Fault();
     if (of_imagery.what != nullptr) return invalid(of_imagery.what, "imagery");
   }
   return check_materials(info, materials);
+}
+
+Status WorldWriter::check_octrees() const {
+  if (octrees.empty()) {
+    if (octree == nullptr) return invalid("no octree given", "octree");
+    if (octree->depth() != info.depth) return invalid("the octree has another depth", "depth");
+    return info.regions == 1 ? Status() : invalid("not as many as regions", "octrees");
+  }
+  if (octrees.size() != info.regions || octrees.size() != ground.info.regions().size())
+    return invalid("not as many as regions", "octrees");
+  for (std::size_t n = 0; n < octrees.size(); ++n) {
+    if (octrees[n] == nullptr) return invalid("no octree given", "octrees");
+    if (octrees[n]->depth() != ground.info.regions()[n].depth)
+      return invalid("the octree has another depth", "depth");
+  }
+  return {};
 }
 
 std::uint64_t WorldWriter::file_bytes() const {

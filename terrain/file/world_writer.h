@@ -23,6 +23,8 @@ struct WorldWriter {
   WorldPatches patches;
   WorldMaterials materials = WorldMaterials();
   WorldGround ground = WorldGround();
+  // Of the ground's regions, in their order; empty: octree alone.
+  std::span<const Octree* const> octrees = {};
 
   // invalid_argument: a field is out of range or contradicts another (the rules of reading). The octree's
   // nodes are checked by run() alone.
@@ -44,6 +46,7 @@ struct WorldWriter {
   Status run_around(const ByteSink& head, const ByteSink& tail) const;
 
  private:
+  Status check_octrees() const;
   Status put_all(const ByteSink& head, const ByteSink& tail) const;
 };
 

@@ -101,7 +101,8 @@ void child_boxes(const GroundInfo& info, const Tile& tile, NodeKey node, std::sp
 }
 
 LatticeBox ground_box(const GroundInfo& info) {
-  if (info.basis.is_curved()) {
+  const bool is_lent = info.basis.kind != BasisKind::function || info.basis.function.place != nullptr;
+  if (info.basis.is_curved() && is_lent) {
     glm::dvec3 low(std::numeric_limits<double>::max()), high(-low);
     NodeMeasure all;
     all.low = info.low;

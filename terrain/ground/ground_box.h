@@ -33,6 +33,7 @@ double height_stretch(const GroundInfo& info, std::int32_t low, std::int32_t hig
 void child_boxes(const GroundInfo& info, const Tile& tile, NodeKey node, std::span<NodeBox, 4> out);
 
 // Of all samples; at most what 31 bits hold.
+// Of a basis whose function is not lent: as on a plane.
 LatticeBox ground_box(const GroundInfo& info);
 
 }  // namespace karst::core

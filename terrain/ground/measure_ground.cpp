@@ -299,7 +299,7 @@ void MeasureNodes::run() const {
   const bool curved = info->basis.is_curved();
   const double steps_per_m = kVertexStep / info->basis.height_unit_m;
   const bool on_lattice =
-      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && !info->region.exists();
+      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && info->region_count == 0;
   const int axes = on_lattice && !curved ? 1 : 3;
   const double rounding = std::sqrt(static_cast<double>(axes)) * 2 * unit;
   const double quads = std::ldexp(0.5, size);
@@ -311,40 +311,61 @@ void MeasureNodes::run() const {
     const auto other_side = [&](const NodeRow* row, std::size_t at, std::size_t edge) {
       if (row != nullptr && at < nodes) error = std::max(error, double{row->border[edge][at]});
     };
-    if (x > 0) other_side(own, x - 1, 2);
-    other_side(own, x + 1, 0);
+    const bool closes = info->closes();
+    if (x > 0 || closes) other_side(own, x > 0 ? x - 1 : nodes - 1, 2);
+    other_side(own, closes && x + 1 == nodes ? 0 : x + 1, 0);
     other_side(north, x, 1);
     other_side(south, x, 3);
+    double tall = double{own->tall[x]};
+    std::int32_t low = own->low[x], high = own->high[x];
+    if (x == 0 && has_seam_inside(*info, {size, last_column(*info, size), 0})) {
+      // By its threshold all of what lies to the west goes.
+      for (const NodeRow* row : {own, north, south}) {
+        if (row == nullptr) continue;
+        error = std::max(error, double{row->most.back()});
+        for (const std::span<float> border : row->border)
+          error = std::max(error, double{border.back()} / kKept);
+        tall = std::max(tall, double{row->tall.back()});
+        low = std::min(low, row->low.back());
+        high = std::max(high, row->high.back());
+      }
+    }
     error += rounding;
     double stretch = 1, pad = 8 * unit;
     if (curved) {
-      stretch = height_stretch(*info, own->low[x], own->high[x]);
+      stretch = height_stretch(*info, low, high);
       pad = 16 * unit;
       if (bend_m(info->basis, size) > info->basis.most_bend_m) error = kInfinite;
-      error += curved_error(*info, size, own->low[x], own->high[x], stretch) * steps_per_m / kKept;
+      error += curved_error(*info, size, low, high, stretch) * steps_per_m / kKept;
     }
-    const double reach = length(quad[0] * stretch, double{own->tall[x]}, quad[1] * stretch) + pad;
+    const double reach = length(quad[0] * stretch, tall, quad[1] * stretch) + pad;
     const double least = kSteepest * reach / kKept;
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
     for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
-    if (in_region(*info, {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)}) ==
-        InRegion::part) {
-      const double tall = 2 * (static_cast<double>(own->high[x]) - own->low[x]) + 8 * unit;
+    const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+      const RegionMeasure& region = regions[k];
+      if (in_region(info->regions()[k], key) != InRegion::part) continue;
+      const double box_tall = 2 * (static_cast<double>(own->high[x]) - own->low[x]) + 8 * unit;
       const double wide = 2 * kNodeQuads;
-      const double own_box = length(wide * quad[0] + 8 * unit, tall, wide * quad[1] + 8 * unit);
+      const double own_box = length(wide * quad[0] + 8 * unit, box_tall, wide * quad[1] + 8 * unit);
       const double change = kSteepest * (region.reach + own_box) * kSlack;
       for (int n = 0; n < kDemands; ++n)
         steps[n] = std::max(steps[n], demand(n) * region.error * kSlack + change);
     }
     for (const NodeRow* row : finer) {
       if (row == nullptr) continue;
-      const std::size_t begin = 2 * x > 0 ? 2 * x - 1 : 0;
-      const std::size_t end = std::min(2 * x + 3, row->low.size());
-      for (std::size_t q = begin; q < end; ++q) {
-        const double tall = 2 * (static_cast<double>(row->high[q]) - row->low[q]) + 8 * half;
+      // From 2 x - 1 on.
+      for (std::size_t past = 2 * x; past < 2 * x + 4; ++past) {
+        std::size_t q = past - 1;
+        if (past == 0 || q >= row->low.size()) {
+          if (!closes) continue;
+          q = past == 0 ? row->low.size() - 1 : 0;
+        }
+        const double q_tall = 2 * (static_cast<double>(row->high[q]) - row->low[q]) + 8 * half;
         const double rise = kSteepest * (curved ? 2 * node_radius(*info, row->low[q], row->high[q], size - 1)
-                                                : length(kNodeQuads * quad[0] + 8 * half, tall,
+                                                : length(kNodeQuads * quad[0] + 8 * half, q_tall,
                                                          kNodeQuads * quad[1] + 8 * half));
         for (int n = 0; n < kDemands; ++n) {
           const std::uint16_t finer_half = row->thresholds[q * kDemands + static_cast<std::size_t>(n)];

@@ -95,7 +95,9 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
 //   middles of its border alone on their way, over 1 - sigma in the node and undivided on its other side; and
 //   the rounding of vertices (D(q)(k) + R(q)) / (1 - sigma) for each node q of the next smaller size that
 //   touches it
-// so that (1) and (2) of ground_view.h hold; of a node that has the region in part, so that (3) holds, also
+// and the first node of a ground that closes, of what ends in the middle of the last one's family there
+// (has_seam_inside()) and in those beside it, too,
+// so that (1) and (2) of ground_view.h hold; of a node that has a region in part, so that (3) holds, also
 //   k region.error + G (region.reach + the diagonal of the node's box).
 struct RegionMeasure {
   // How far what is seen of the region is from the ground that stands for it where the region is not drawn.
@@ -111,8 +113,8 @@ struct MeasureNodes {
   const NodeRow* own = nullptr;  // gathered; thresholds are the output
   const NodeRow* south = nullptr;
   std::array<const NodeRow*, 4> finer{};
-  std::int64_t z = 0;  // own's; used where the ground has a region
-  RegionMeasure region;
+  std::int64_t z = 0;                      // own's; used where the ground has regions
+  std::span<const RegionMeasure> regions;  // of them
 
   void run() const;
 };

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <span>
 
-#include "terrain/ground/tile_source.h"
 #include "terrain/imagery/image_tile.h"
+#include "terrain/paging/tile_source.h"
 
 namespace karst::core {
 

@@ -21,9 +21,14 @@ struct Visit {
   TilePlace place;
 };
 
-// Of a texel of size 0, voxels along an axis.
-double texel_voxels(const GroundInfo& info, int axis) {
-  return info.steps[axis] / kStepsPerVoxel / kTexelsPerSample;
+// Whether a tile will still be looked up when it has come.
+bool needs(const ImageRequest& request, const NodeBox& box, NodeKey key, double texel,
+           const ImageCache& cache) {
+  if (request.forecast == nullptr || key == cache.root()) return true;
+  const NodeBall ball{0.5 * (box.low + box.high), 0.5 * glm::length(box.high - box.low)};
+  if (!request.forecast->sees(ball)) return false;
+  // It is because its parent's texels are too large.
+  return 2 * texel > pixel_voxels(box, request.forecast->eye(), request.camera->parallel, request.pixel);
 }
 
 std::size_t entry_of(int x, int z) {
@@ -31,6 +36,15 @@ std::size_t entry_of(int x, int z) {
 }
 
 }  // namespace
+
+double texel_voxels(const GroundInfo& info, int size) {
+  return std::ldexp(std::max(info.steps[0], info.steps[1]) / kStepsPerVoxel / kTexelsPerSample, size);
+}
+
+double pixel_voxels(const NodeBox& box, const glm::dvec3& eye, bool parallel, double pixel) {
+  const glm::dvec3 nearest = glm::clamp(eye, box.low, box.high) - eye;
+  return std::max((parallel ? 1.0 : glm::length(nearest) / kStepsPerVoxel) * pixel, 1e-9);
+}
 
 void ImageView::reset() {
   made_ = false;
@@ -57,8 +71,7 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
     place_.eye[axis] = static_cast<float>(at - centre);
     place_.tiles_a_voxel[axis] = static_cast<float>(kStepsPerVoxel / tile_steps);
   }
-  const double texel = std::max(texel_voxels(info, 0), texel_voxels(info, 1));
-  place_.texels_a_voxel = static_cast<float>(1 / texel);
+  place_.texels_a_voxel = static_cast<float>(1 / texel_voxels(info, 0));
 
   const std::span<const GroundView::Node> nodes = ground.nodes();
   std::array<Visit, 4 * kImageSizes> stack;
@@ -80,21 +93,23 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
     measure.low = visit.low;
     measure.high = visit.high;
     const NodeBox box = node_box(info, measure, visit.key);
-    const glm::dvec3 nearest = glm::clamp(eye, box.low, box.high) - eye;
-    const double distance = camera.parallel ? 1.0 : glm::length(nearest) / kStepsPerVoxel;
-    const double texel_here = std::ldexp(texel, visit.key.size);
-    const double pixel = std::max(distance * request.pixel, 1e-9);
+    const double texel_here = texel_voxels(info, visit.key.size);
+    const double pixel = pixel_voxels(box, eye, camera.parallel, request.pixel);
     const std::int32_t layer = cache.find(visit.key);
     if (layer < 0) {
       // What is drawn instead is twice as coarse.
       const auto px = static_cast<float>(2 * texel_here / pixel);
-      cache.want(visit.key, visit.place, px);
       ++result_.lacking;
+      if (needs(request, box, visit.key, texel_here, cache)) {
+        cache.want(visit.key, visit.place, px);
+      } else {
+        ++result_.left_out;
+      }
       result_.coarsest_px = std::max(result_.coarsest_px, px);
       continue;
     }
     if (texel_here <= pixel || visit.key.size <= imagery.least_size) continue;
-    const ImageChildren& children = cache.entries()[static_cast<std::size_t>(layer)].children;
+    const ImageChildren& children = cache.children(layer);
     const bool split = visit.node >= 0 && nodes[static_cast<std::size_t>(visit.node)].is_split();
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       if (!children.places[quadrant].exists()) continue;
@@ -136,9 +151,9 @@ void ImageView::make_table(const ImageCache& cache) {
         }
       }
     }
-    const std::span<const ImageCache::Entry> entries = cache.entries();
-    for (std::size_t layer = 0; layer < entries.size(); ++layer) {
-      const ImageCache::Entry& entry = entries[layer];
+    const std::span<const TileSlot> layers = cache.layers();
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+      const TileSlot& entry = layers[layer];
       if (!entry.used || entry.key.size != size) continue;
       const int x = entry.key.x - first_x;
       const int z = entry.key.z - first_z;

@@ -17,6 +17,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
 #include "terrain/imagery/image_cache.h"
+#include "terrain/nodes/forecast.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/view/camera.h"
 
@@ -29,6 +30,8 @@ inline constexpr int kImageWindowTiles = kImageWindow * kImageWindow;
 struct ImageRequest {
   const Camera* camera = nullptr;  // borrowed for the select()
   double pixel = 0;                // its side at distance 1, or in a parallel view everywhere, voxels
+  // Of when what is asked for will have come: what is of no use then is not wanted. Null: nothing moves.
+  const Forecast* forecast = nullptr;
 };
 
 // Where a view's pixels begin to look.
@@ -40,6 +43,11 @@ struct ImagePlace {
   std::int32_t least_size = 0;
   std::int32_t top_size = 0;
 };
+
+// Of a texel of a size, voxels along the axis that has more.
+double texel_voxels(const GroundInfo& info, int size);
+// How wide a pixel is on the nearest point of a box, voxels. eye: lattice steps from the ground's corner.
+double pixel_voxels(const NodeBox& box, const glm::dvec3& eye, bool parallel, double pixel);
 
 class ImageView {
  public:
@@ -53,8 +61,9 @@ class ImageView {
     }
   };
   struct Result {
-    std::uint32_t visited = 0;  // tiles looked at
-    std::uint32_t lacking = 0;  // of them, that exist and are not there
+    std::uint32_t visited = 0;   // tiles looked at
+    std::uint32_t lacking = 0;   // of them, that exist and are not there
+    std::uint32_t left_out = 0;  // of those, that would come too late
     // The most pixels that a texel covers where a finer tile exists and is not there; 0: nowhere.
     float coarsest_px = 0;
   };

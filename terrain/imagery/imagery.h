@@ -43,7 +43,10 @@ class Imagery {
   void begin_frame() { cache_.begin_frame(); }
   bool poll(std::int32_t& layer, ImageArrival& out) { return cache_.poll(layer, out); }
   bool wait() { return cache_.wait(); }
-  void ask() { cache_.ask(); }
+  void ask(bool all = true) { cache_.ask(all); }
+  // Until what is asked for now will come.
+  double frames_to_come() const { return cache_.frames_to_come(); }
+  ImageCache& cache() { return cache_; }
   // Precondition: exists().
   void select(std::size_t view, const GroundView& ground, const ImageRequest& request) {
     views_[view].select(ground_, info_, ground, request, cache_);
@@ -54,7 +57,7 @@ class Imagery {
     return views_[view].take_size(part);
   }
   const ImageView& view(std::size_t n) const { return views_[n]; }
-  const ImageCache::Counts& counts() const { return cache_.counts(); }
+  const TileSlots::Counts& counts() const { return cache_.counts(); }
 
  private:
   struct Blocks {

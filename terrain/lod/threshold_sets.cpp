@@ -74,18 +74,29 @@ void ThresholdSets::assign(std::span<const Key> keys, std::span<int> sets, std::
   }
 }
 
-Status ThresholdSets::fill(int index, SetThresholds job, const ResidentPool& pool) {
+Status ThresholdSets::fill(int index, std::span<SetThresholds> jobs, const ResidentPool& pool) {
   Set& set = sets_[static_cast<std::size_t>(index)];
-  const Key key{job.scale, job.morphing, job.max_level};
+  const Key key{jobs[0].scale, jobs[0].morphing, jobs[0].max_level};
   if (set.version != 0 && set.key == key) return {};
-  patches_ = static_cast<std::uint32_t>(job.surface.patches.size());
-  job.lods = all_lods(index);
-  if (const Status status = job.validate(); !status.ok()) return status;
-  job.run();
+  patches_ = 0;
+  for (const SetThresholds& job : jobs) patches_ += static_cast<std::uint32_t>(job.surface.patches.size());
+  std::size_t first = 0;
+  for (SetThresholds& job : jobs) {
+    job.lods = all_lods(index).subspan(first, job.surface.patches.size());
+    first += job.lods.size();
+    if (const Status status = job.validate(); !status.ok()) return status;
+    job.run();
+  }
   set.key = key;
   set.version = ++versions_;
   for (std::uint32_t row = 0; row < pool.row_end(); ++row) {
-    if (pool.row_at(row).used) touch_row(index, job.surface, pool.row_at(row).patch, row);
+    if (!pool.row_at(row).used) continue;
+    const PatchId patch = pool.row_at(row).patch;
+    PatchId begin = 0;
+    std::size_t part = 0;
+    for (; patch - begin >= jobs[part].lods.size(); ++part)
+      begin += static_cast<PatchId>(jobs[part].lods.size());
+    touch_row(index, jobs[part].surface, begin, patch, row);
   }
   return {};
 }
@@ -99,17 +110,18 @@ std::span<const PatchLod> ThresholdSets::lods(int set) const {
   return all_lods(set);
 }
 
-void ThresholdSets::touch(const Surface& surface, PatchId patch, std::uint32_t row) {
+void ThresholdSets::touch(const Surface& surface, PatchId patch, std::uint32_t row, PatchId first) {
   for (int s = 0; s < count_; ++s) {
-    if (sets_[static_cast<std::size_t>(s)].version != 0) touch_row(s, surface, patch, row);
+    if (sets_[static_cast<std::size_t>(s)].version != 0) touch_row(s, surface, first, patch, row);
   }
 }
 
-void ThresholdSets::touch_row(int index, const Surface& surface, PatchId patch, std::uint32_t row) {
+void ThresholdSets::touch_row(int index, const Surface& surface, PatchId first, PatchId patch,
+                              std::uint32_t row) {
   KARST_ASSERT(row < rows_a_set_);
   Set& set = sets_[static_cast<std::size_t>(index)];
   const std::size_t at = (std::size_t{first_row(index)} + row) * kMorphRow;
-  make_morph_row(surface, all_lods(index), patch,
+  make_morph_row(surface, all_lods(index).subspan(first, surface.patches.size()), patch - first,
                  std::span<std::uint16_t, kMorphRow>(blocks_.rows.data() + at, kMorphRow));
   if (set.dirty_begin == set.dirty_end) set.dirty_begin = set.dirty_end = row;
   set.dirty_begin = std::min(set.dirty_begin, row);

@@ -48,12 +48,13 @@ class ThresholdSets {
   // most Config::max_views. A set that holds a view's thresholds already is taken first, then its old one.
   void assign(std::span<const Key> keys, std::span<int> sets, std::uint32_t frame);
 
-  // Makes a set hold the thresholds of job, whose lods are filled in here, where it does not; rows of
-  // resident patches with it. Errors of SetThresholds::validate().
-  Status fill(int set, SetThresholds job, const ResidentPool& pool);
+  // Makes a set hold the thresholds of jobs, of one part of the world each, whose lods are filled in here,
+  // where it does not; rows of resident patches with it. Errors of SetThresholds::validate().
+  Status fill(int set, std::span<SetThresholds> jobs, const ResidentPool& pool);
+  Status fill(int set, SetThresholds job, const ResidentPool& pool) { return fill(set, {&job, 1}, pool); }
 
-  // Writes a resident patch's row in every set.
-  void touch(const Surface& surface, PatchId patch, std::uint32_t row);
+  // Writes a resident patch's row in every set. surface: of its part, whose first patch is `first`.
+  void touch(const Surface& surface, PatchId patch, std::uint32_t row, PatchId first = 0);
 
   std::span<const PatchLod> lods(int set) const;
   // Changes when and only when the set's thresholds do; no two fillings of any sets have the same one. 0:
@@ -89,7 +90,7 @@ class ThresholdSets {
   int find(const Key& key) const;
   int oldest_unused() const;
   std::span<PatchLod> all_lods(int set) const;
-  void touch_row(int set, const Surface& surface, PatchId patch, std::uint32_t row);
+  void touch_row(int set, const Surface& surface, PatchId first, PatchId patch, std::uint32_t row);
 
   Blocks blocks_;
   std::array<Set, kMostViews> sets_{};

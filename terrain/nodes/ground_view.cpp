@@ -5,8 +5,10 @@
 #include "terrain/nodes/ground_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <glm/geometric.hpp>
 
@@ -14,14 +16,13 @@
 #include "terrain/draw/index_batches.h"
 #include "terrain/draw/wall_indices.h"
 #include "terrain/ground/ground_box.h"
+#include "terrain/nodes/forecast.h"
 #include "terrain/view/frustum.h"
 
 namespace karst::core {
 namespace {
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
-// What halves and floats lose of a threshold and of distances: a factor a size.
-constexpr double kThresholdRounding = 1.0 + 0x1p-9;
 // Of a box's corner, what a plane of float coefficients and the GPU may be off by (frustum.cpp).
 constexpr double kPlaneRounding = 0x1p-19;
 
@@ -60,34 +61,6 @@ constexpr auto kLinks = [] {
   }
   return links;
 }();
-
-// No drawn point of a node is further from the full surface; lattice steps. A threshold is at least demand
-// times error.
-float most_error(const GroundInfo& info, const NodeMeasure& measure, int size) {
-  const std::uint16_t greatest = measure.thresholds[kDemands - 1];
-  if (greatest >= kNeverMorphs) return kInfinite;
-  return threshold_steps(greatest) * std::ldexp(1.0f, info.page_size(size)) /
-         static_cast<float>(demand(kDemands - 1));
-}
-
-// Relative to the camera's voxel.
-Frustum planes_at(const GroundRequest& request) {
-  Camera camera = *request.camera;
-  const glm::dvec3 corner = glm::dvec3(camera.voxel) * double{kStepsPerVoxel};
-  if (request.frustum != nullptr) {
-    Frustum moved = *request.frustum;
-    for (Plane& plane : moved.planes) {
-      const double offset = double{plane.offset} + glm::dot(glm::dvec3(plane.normal), corner);
-      // What floats lost of both terms.
-      plane.offset = static_cast<float>(
-          offset +
-          (std::abs(offset) + std::abs(double{plane.offset}) + glm::length(corner)) * kPlaneRounding);
-    }
-    return moved;
-  }
-  camera.voxel = glm::ivec3(0);
-  return make_frustum(camera);
-}
 
 // What the ellipsoid itself hides from an eye above it. All of the ground is above its lowest height, so what
 // lies behind the horizon of an ellipsoid at that is not seen. In the space in which the ellipsoid is the
@@ -143,24 +116,25 @@ struct GroundView::Looks {
       : info(ground),
         request(asked),
         tiles(cache),
+        thresholds(ground, asked),
         frustum(planes_at(asked)),
         fine(asked.camera->fine),
         corner(glm::dvec3(asked.camera->voxel) * double{kStepsPerVoxel}),
-        forward(asked.camera->forward) {}
+        forward(asked.camera->forward),
+        regions(asked.regions & ((std::uint32_t{1} << ground.region_count) - 1)) {}
 
   const GroundInfo& info;
   const GroundRequest& request;
   TileCache& tiles;
+  NodeThresholds thresholds;
   Frustum frustum;    // relative to the camera's voxel
   glm::dvec3 fine;    // the eye, relative to it
   glm::dvec3 corner;  // of the camera's voxel, steps
   glm::vec3 forward;
-  DemandPlace demand{};
-  bool is_finite = true;                     // the demand
-  double steps_away = 0;                     // sides_away, of a node of size 0, over unit[0]
-  std::array<double, kMostSize + 1> unit{};  // by size: 2^s f^s
+  std::uint32_t regions;  // that there are and that are asked for
   int top = 0;
   Horizon horizon{};
+  const Forecast* forecast = nullptr;  // of when what is asked for will have come; null: nothing moves
 
   // The tile of nodes' children: neighbours ask for the same one. Null: not there.
   const Tile* find_below(NodeKey tile) {
@@ -192,16 +166,9 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   }
   Looks looks(info, request, tiles);
   looks.top = info.top_size();
-  const float least_cos2 = request.scale.least_cos2;
-  const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
-  looks.unit[0] = std::ldexp(1.0, info.lattice_size);
-  for (std::size_t size = 1; size < looks.unit.size(); ++size)
-    looks.unit[size] = looks.unit[size - 1] * 2 * rounding;
-  const bool by_error = request.sides_away <= 0;
-  looks.is_finite = !by_error || request.scale.steps_per_step < kInfinite;
-  looks.demand = place_of_demand(by_error && looks.is_finite ? double{request.scale.steps_per_step} : 1.0);
-  looks.steps_away =
-      std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / looks.unit[0];
+  std::optional<Forecast> forecast;
+  if (request.motion != glm::dvec3(0.0))
+    looks.forecast = &forecast.emplace(info, request, request.motion * (kOfUse * tiles.frames_to_come()));
 
   if (info.basis.is_curved() && request.culls && request.frustum == nullptr && !request.camera->parallel)
     looks.horizon = Horizon(info, looks.corner + looks.fine);
@@ -221,7 +188,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
     }
   }
   result_.visited = node_count_;
-  result_.region = request.has_region && leaves_region(looks);
+  result_.regions = left_regions(looks);
   list(looks);
 }
 
@@ -246,6 +213,7 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
       ++node_count_;
       root.walls = static_cast<std::uint8_t>(node_walls(looks.info, root.key));
       root.planes = looks.request.culls ? kAllPlanes : 0;
+      root.touches = touched(looks, looks.regions, root.key);
       if (looks.info.basis.is_curved()) {
         look_at_ball(looks, root);
       } else {
@@ -254,7 +222,7 @@ bool GroundView::add_roots(const Looks& looks, FamilyPool& pool) {
     }
   }
   root_count_ = node_count_;
-  for (std::uint32_t n = 0; n < root_count_ && looks.info.is_cube(); ++n) {
+  for (std::uint32_t n = 0; n < root_count_ && (looks.info.is_cube() || looks.info.closes()); ++n) {
     Node& root = storage_.nodes[n];
     for (int d = 0; d < 8; ++d) {
       NodeKey key;
@@ -305,13 +273,30 @@ float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, d
   return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
 }
 
+// Of regions that touch its parent, those that touch a node.
+std::uint16_t GroundView::touched(const Looks& looks, std::uint32_t of_parent, NodeKey key) {
+  std::uint32_t touches = 0;
+  for (std::uint32_t rest = of_parent; rest != 0; rest &= rest - 1) {
+    const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+    if (in_region(region, key) != InRegion::none || borders(region, key)) touches |= rest & ~(rest - 1);
+  }
+  return static_cast<std::uint16_t>(touches);
+}
+
 // Whether its box is in view, and how near it is. node.planes: in, those that its parent's box crosses.
 void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
   glm::dvec3 low = box.low - looks.corner;
-  const glm::dvec3 high = box.high - looks.corner;
+  glm::dvec3 high = box.high - looks.corner;
   node.in_view = true;
-  const double lowest = low.y;
+  const double lowest = low.y, highest = high.y;
   if (node.planes != 0) {
+    // Nor are belts.
+    for (std::uint32_t rest = node.touches; rest != 0; rest &= rest - 1) {
+      const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (!borders(region, node.key)) continue;
+      low.y = std::min(low.y, static_cast<double>(region.belt_low) - looks.corner.y);
+      high.y = std::max(high.y, static_cast<double>(region.belt_high) - looks.corner.y);
+    }
     // Walls are not in its box.
     if (node.walls != 0) {
       low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
@@ -331,32 +316,22 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
         outmost += std::min(a, b);
       }
       if (inmost < 0) {
-        // Belts are not in boxes of nodes, and need all nodes around the region.
-        node.in_view = looks.request.has_region && borders_region(looks.info, node.key);
-        if (!node.in_view) return;
-        crossed = node.planes;
-        break;
+        node.in_view = false;
+        return;
       }
       if (outmost < 0) crossed |= 1u << n;
     }
     node.planes = static_cast<std::uint8_t>(crossed);
   }
   low.y = lowest;
+  high.y = highest;
   node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
   set_threshold(looks, node);
 }
 
 void GroundView::set_threshold(const Looks& looks, Node& node) {
   if (node.key.size == 0) return;
-  double threshold = double{kInfinite};
-  const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
-  const std::uint16_t* const halves = measure.thresholds + looks.demand.n;
-  if (looks.request.morphing && looks.is_finite && halves[1] < kNeverMorphs) {
-    const double at_n = double{threshold_steps(halves[0])};
-    const double after_n = double{threshold_steps(halves[1])};
-    threshold = ((at_n + (after_n - at_n) * looks.demand.share) * looks.demand.factor + looks.steps_away) *
-                looks.unit[static_cast<std::size_t>(node.key.size)];
-  }
+  const double threshold = looks.thresholds.of(node.tile->nodes[node_in_tile(node.key)], node.key.size);
   node.half = threshold_half(static_cast<float>(threshold));
   node.threshold = threshold_steps(node.half);
 }
@@ -369,7 +344,7 @@ void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   }
   if (node.key.size == 0) return;
   const bool is_near = node.least_apparent < node.threshold;
-  if (!is_near && looks.steps_away == 0) return;
+  if (!is_near && looks.thresholds.steps_away == 0) return;
   const float error = most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
   const float left = node.least_apparent - error;
   const float px = left > 0.0f ? looks.request.scale.pixels * error / left : kInfinite;
@@ -388,7 +363,17 @@ void GroundView::decide(Looks& looks, FamilyPool& pool, Node& node) {
   if (!has_tile) {
     // Which of its tile's four children that is.
     const int quadrant = (below.x & 1) | (below.z & 1) << 1;
-    looks.tiles.want(below, node.tile->children[quadrant], px);
+    float urgency = px;
+    if (looks.forecast != nullptr) {
+      const NodeMeasure& measure = node.tile->nodes[node_in_tile(node.key)];
+      urgency = looks.forecast->need(measure, node.key, looks.forecast->ball(measure, node.key));
+    }
+    if (urgency > 0) {
+      looks.tiles.want(below, node.tile->children[quadrant], urgency);
+    } else {
+      ++result_.left_out;
+      result_.left_out_below = std::max(result_.left_out_below, node.key.size);
+    }
     ++result_.lacks_tile;
   }
   const bool enclosed = std::none_of(std::begin(node.around), std::end(node.around),
@@ -413,6 +398,7 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
   node.first_child = static_cast<std::int32_t>(node_count_);
   node_count_ += 4;
   const bool curved = looks.info.basis.is_curved();
+  const bool ends = node.walls != 0 || has_end(looks.info, node.key);
   std::array<NodeBox, 4> boxes;
   if (!curved) {
     child_boxes(looks.info, *node.below, node.key, boxes);
@@ -428,11 +414,12 @@ void GroundView::add_children(const Looks& looks, std::int32_t parent) {
     child.tile = node.below;
     child.parent_family = node.family;
     // Within a node that ends at no wall all is there, and ends at none.
-    if (node.walls != 0) {
+    if (ends) {
       if (!node_exists(looks.info, child.key)) continue;
       child.walls = static_cast<std::uint8_t>(node_walls(looks.info, child.key));
     }
     child.planes = node.planes;
+    if (node.touches != 0) child.touches = touched(looks, node.touches, child.key);
     if (!curved) {
       look_at(looks, boxes[static_cast<std::size_t>(quadrant)], child);
       continue;
@@ -452,18 +439,26 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   std::array<std::int32_t, kOwn + 1> first;
   std::array<bool, kOwn + 1> ends;  // some of the children may not exist
   first[kOwn] = node.first_child;
-  ends[kOwn] = node.walls != 0;
+  // Of a ground that closes: nodes at its ends, whose children's neighbours lie beyond.
+  const bool closes = looks.info.closes();
+  const std::int32_t last = closes ? last_column(looks.info, node.key.size) : 0;
+  const bool at_seam = closes && (node.key.x == 0 || node.key.x == last);
+  ends[kOwn] = node.walls != 0 || at_seam;
   for (std::size_t d = 0; d < kOwn; ++d) {
     first[d] = node.around[d];
     ends[d] = false;
     if (first[d] < 0) continue;
     const Node& other = storage_.nodes[static_cast<std::size_t>(first[d])];
     first[d] = !other.in_view ? Node::kOutOfView : other.is_split() ? other.first_child : Node::kNotThere;
-    ends[d] = other.walls != 0;
+    ends[d] = other.walls != 0 || (closes && other.key.x == last);
   }
   for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
     Node& child = storage_.nodes[static_cast<std::size_t>(node.first_child) + quadrant];
     for (std::size_t d = 0; d < 8; ++d) {
+      if (at_seam) {
+        child.around[d] = around_at_seam(looks, node, child.key, d, first);
+        continue;
+      }
       const Link link = kLinks[quadrant][d];
       std::int32_t at = first[link.from];
       if (at >= 0) {
@@ -485,6 +480,27 @@ void GroundView::link_children(const Looks& looks, std::int32_t parent) {
   }
 }
 
+// Of a child of a node at the ends of a ground that closes: what is around it. first: as link_children() has
+// it.
+std::int32_t GroundView::around_at_seam(const Looks& looks, const Node& node, NodeKey child, std::size_t d,
+                                        std::span<const std::int32_t> first) {
+  NodeKey there, parent;
+  if (!node_exists(looks.info, child) ||
+      !neighbour_of(looks.info, child, kAround[d].east, kAround[d].south, there))
+    return Node::kOutside;
+  std::size_t from = kOwn;
+  // The nearest of several: the root is its own neighbour.
+  if (!(there.parent() == node.key)) {
+    for (from = 0; from < kOwn; ++from) {
+      if (neighbour_of(looks.info, node.key, kAround[from].east, kAround[from].south, parent) &&
+          parent == there.parent())
+        break;
+    }
+    KARST_ASSERT(from < kOwn);
+  }
+  return first[from] < 0 ? first[from] : first[from] + there.quadrant();
+}
+
 // Of a split node, for its family.
 void GroundView::make_row(const Looks& looks, const Node& node) {
   std::array<std::uint16_t, kMorphRow> row{};
@@ -504,6 +520,13 @@ void GroundView::make_row(const Looks& looks, const Node& node) {
       row[static_cast<std::size_t>(family_corner(static_cast<int>(n)))] =
           std::min({most[n], most[(n + 3) % 4], most[4 + n]});
     }
+    if (has_seam_inside(looks.info, node.key)) {
+      // What lies on its line in the middle is shared with those to the east: 2, 6 to the south, 7 to the
+      // north.
+      row[kFamilyInside] = most[2];
+      row[static_cast<std::size_t>(family_edge(1))] = std::min({most[1], most[2], most[6]});
+      row[static_cast<std::size_t>(family_edge(3))] = std::min({most[3], most[2], most[7]});
+    }
   } else {
     std::fill(row.begin(), row.end(), kNeverMorphs);
   }
@@ -520,7 +543,7 @@ void GroundView::store_row(std::uint32_t row, std::span<const std::uint16_t, kMo
 }
 
 std::uint64_t GroundView::hash() const {
-  std::uint64_t hash = result_.region ? 0xcbf29ce484222326u : 0xcbf29ce484222325u;
+  std::uint64_t hash = 0xcbf29ce484222325u + result_.regions;
   const auto mix = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (std::size_t n = 0; n < result_.drawn; ++n) {
     const DrawItem& item = storage_.items[n];
@@ -541,12 +564,27 @@ MorphRows GroundView::take_rows() {
   return rows;
 }
 
-// Whether no node that has the region in part is drawn.
-bool GroundView::leaves_region(const Looks& looks) const {
+// Those of which no node that has them in part is drawn.
+std::uint32_t GroundView::left_regions(const Looks& looks) const {
+  std::uint32_t left = looks.regions;
   for (const Node& node : nodes()) {
-    if (node.in_view && !node.is_split() && in_region(looks.info, node.key) == InRegion::part) return false;
+    if ((node.touches & left) == 0 || !node.in_view || node.is_split()) continue;
+    for (std::uint32_t rest = node.touches & left; rest != 0; rest &= rest - 1) {
+      const std::uint32_t bit = rest & ~(rest - 1);
+      const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (in_region(region, node.key) == InRegion::part) left &= ~bit;
+    }
   }
-  return true;
+  return left;
+}
+
+// Whether a region that is drawn has all of a node.
+bool GroundView::is_left_out(const Looks& looks, const Node& node) const {
+  for (std::uint32_t rest = node.touches & result_.regions; rest != 0; rest &= rest - 1) {
+    const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(rest))];
+    if (in_region(region, node.key) == InRegion::all) return true;
+  }
+  return false;
 }
 
 // From the root on, of four children the one that the eye stands over first.
@@ -559,7 +597,7 @@ void GroundView::list(const Looks& looks) {
     const std::int32_t at = stack[--depth];
     const Node& node = storage_.nodes[static_cast<std::size_t>(at)];
     if (!node.in_view) continue;
-    if (result_.region && in_region(looks.info, node.key) == InRegion::all) continue;
+    if (is_left_out(looks, node)) continue;
     if (!node.is_split()) {
       DrawItem item{};
       item.patch = 4 * node.parent_family + static_cast<std::uint32_t>(node.key.quadrant());
@@ -567,12 +605,14 @@ void GroundView::list(const Looks& looks) {
       for (int edge = 0; edge < 4; ++edge) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
-      item.walls = node.walls;
+      // Where a function says, what is below is not known.
+      item.walls = looks.info.basis.kind == BasisKind::function ? std::uint8_t{0} : node.walls;
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=
           (patch_index_count(item.level, item.lower_edges, 0) + wall_index_count(item.walls)) / 3;
       result_.least_size = std::min(result_.least_size, node.key.size);
+      result_.greatest_size = std::max(result_.greatest_size, node.key.size);
       continue;
     }
     for (const int away : {3, 2, 1, 0}) stack[depth++] = node.first_child + (node.nearest ^ away);

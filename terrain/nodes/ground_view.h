@@ -28,13 +28,19 @@
 // ball's diameter, and deviations in space (measure_ground.h). Around a cube's corners there are seven nodes.
 // What the ellipsoid's horizon hides counts as out of view.
 //
-// The region (ground.h). Thresholds of nodes that have it in part hold
+// Of a ground that closes the nodes at its ends are neighbours. In one whose children are a western half
+// alone the seam is the line in its middle: there, all of its family goes by the thresholds of those to the
+// east, too, which are made for its error (measure_ground.h).
+//
+// Regions (ground.h). Thresholds of nodes that have one in part hold
 //   (3)  D(p) >= k error + G (reach + R(p) / G)
 // error being how far what is seen of the region is from the ground that stands for it, and reach the
 // diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
 // the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
 // that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
-// closed, and the region is not: it is within the bound of the ground, or the node counts as refused.
+// closed, and the region is not: it is within the bound of the ground, or the node counts as refused. Each
+// region is drawn or not whatever becomes of the others. A node at a border counts as in view where its piece
+// of the belt may be, which reaches from its edge up or down to the region's rim.
 //
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the
@@ -52,11 +58,11 @@
 #include "terrain/base/config.h"
 #include "terrain/draw/draw_list.h"
 #include "terrain/ground/ground_box.h"
-#include "terrain/ground/tile_cache.h"
 #include "terrain/lod/morph.h"
 #include "terrain/lod/threshold_sets.h"
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/family_row.h"
+#include "terrain/paging/tile_cache.h"
 #include "terrain/view/camera.h"
 #include "terrain/view/frustum.h"
 
@@ -76,7 +82,9 @@ struct GroundRequest {
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
-  bool has_region = false;                  // its patches are there to be drawn
+  // Lattice steps that the eye moves a frame. Tiles that would come too late to be of use are not wanted.
+  glm::dvec3 motion{0.0};
+  std::uint32_t regions = 0;                // bit n: the patches of region n are there to be drawn
   int least_size = 0;                       // no finer one is drawn
   std::uint32_t most_splits = 0xffffffffu;  // nodes; what casts leaves families for what is seen
   float spared_error =
@@ -101,6 +109,7 @@ class GroundView {
     const Tile* tile = nullptr;   // its own
     const Tile* below = nullptr;  // its children's, where it is to be split
     std::uint16_t half = 0;       // threshold, as the GPU has it
+    std::uint16_t touches = 0;    // bit n: region n that is asked for has some of it, or a border at it
     std::uint8_t planes = 0;      // that its box crosses: its children are inside of the others, too
     std::uint8_t walls = 0;       // node_walls()
     std::uint8_t nearest = 0;     // the quadrant over which the eye stands, or that is nearest to it
@@ -130,14 +139,17 @@ class GroundView {
   struct Result {
     std::uint32_t drawn = 0;  // items
     std::uint32_t triangles = 0;
-    std::uint32_t visited = 0;     // nodes looked at
-    std::uint32_t split = 0;       // of them
-    std::uint32_t culled = 0;      // of them, out of view
-    std::uint32_t refused = 0;     // should be split
-    std::uint32_t lacks_tile = 0;  // of them, for want of a tile
-    std::uint32_t lacks_room = 0;  // for want of a family
-    std::int32_t least_size = 0;   // of what is drawn
-    bool region = false;           // the region is drawn: nodes leave it out
+    std::uint32_t visited = 0;        // nodes looked at
+    std::uint32_t split = 0;          // of them
+    std::uint32_t culled = 0;         // of them, out of view
+    std::uint32_t refused = 0;        // should be split
+    std::uint32_t lacks_tile = 0;     // of them, for want of a tile
+    std::uint32_t left_out = 0;       // of those, whose tile would come too late
+    std::int32_t left_out_below = 0;  // the greatest size of which one was, plus 1; 0: none
+    std::uint32_t lacks_room = 0;     // for want of a family
+    std::int32_t least_size = 0;      // of what is drawn
+    std::int32_t greatest_size = 0;
+    std::uint32_t regions = 0;  // bit n: region n is drawn: nodes leave it out
     // No drawn point in front of the near plane is further from the ground of size 0: error_px, or more where
     // a node was refused; infinite where one is as near as its error.
     float bound_px = 0;
@@ -157,6 +169,8 @@ class GroundView {
   std::uint64_t hash() const;
   // Nearest first, by and large. patch: 4 * family + quadrant, page of the family pages; level kNodeLevel.
   std::span<const DrawItem> items() const { return storage_.items.first(result_.drawn); }
+  // That select() looks at.
+  std::size_t most_nodes() const { return storage_.nodes.size(); }
   std::span<const Node> nodes() const { return storage_.nodes.first(node_count_); }
   // What an item draws, by its place among items().
   const Node& node_of(std::size_t item) const {
@@ -173,6 +187,8 @@ class GroundView {
   bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
+  static std::int32_t around_at_seam(const Looks& looks, const Node& node, NodeKey child, std::size_t d,
+                                     std::span<const std::int32_t> first);
   static void look_at_ball(const Looks& looks, Node& node);
   static void set_threshold(const Looks& looks, Node& node);
   static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius);
@@ -180,7 +196,9 @@ class GroundView {
   void decide(Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
-  bool leaves_region(const Looks& looks) const;
+  std::uint32_t left_regions(const Looks& looks) const;
+  bool is_left_out(const Looks& looks, const Node& node) const;
+  static std::uint16_t touched(const Looks& looks, std::uint32_t of_parent, NodeKey key);
   void list(const Looks& looks);
 
   Storage storage_;

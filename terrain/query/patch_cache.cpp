@@ -27,6 +27,10 @@ void make_positions(const PatchShape& shape, std::int16_t* out) {
   }
 }
 
+glm::ivec3 origin_of(const QueryPart& part, PatchId patch) {
+  return patch_origin(part.surface.volume_of(patch - part.first)) + part.corner * kStepsPerVoxel;
+}
+
 struct Box {
   Int4 min, max;  // lanes are axes
 };
@@ -110,12 +114,15 @@ Status QueryPatches::create(const Limits& limits, Arena& arena) {
 
 Status QueryPatches::set_world(const QueryWorld& world) {
   level_ = 0;
-  const std::size_t patches = world.surface.patches.size();
-  if (world.bounds.size() != patches) {
-    return {StatusCode::invalid_argument, "must hold one box a patch", "bounds", world.bounds.size()};
-  }
-  if (world.tree == nullptr || world.tree->patches() != patches) {
-    return {StatusCode::invalid_argument, "not a tree over the surface", "tree"};
+  for (std::size_t n = 0; n < world.parts(); ++n) {
+    const QueryPart& part = world.part(n);
+    const std::size_t patches = part.surface.patches.size();
+    if (part.bounds.size() != patches) {
+      return {StatusCode::invalid_argument, "must hold one box a patch", "bounds", part.bounds.size()};
+    }
+    if (part.tree == nullptr || part.tree->patches() != patches) {
+      return {StatusCode::invalid_argument, "not a tree over the surface", "tree"};
+    }
   }
   if (world.heights.level < 1 || world.heights.level > kMaxLevel ||
       (world.height_blocks > 0 && world.heights.samples.empty() && world.source.read == nullptr)) {
@@ -134,10 +141,12 @@ Status QueryPatches::set_world(const QueryWorld& world) {
   trouble_ = {};
   undisplaced_reach_ = 0;
   if (world.height_blocks == 0 || !world.heights.samples.empty()) return {};
-  for (const PatchBounds& box : world.bounds) {
-    for (int axis = 0; axis < 3; ++axis) {
-      undisplaced_reach_ = std::max(
-          {undisplaced_reach_, box.min[axis] + kUndisplacedReach, kUndisplacedReach - box.max[axis]});
+  for (std::size_t n = 0; n < world.parts(); ++n) {
+    for (const PatchBounds& box : world.part(n).bounds) {
+      for (int axis = 0; axis < 3; ++axis) {
+        undisplaced_reach_ = std::max(
+            {undisplaced_reach_, box.min[axis] + kUndisplacedReach, kUndisplacedReach - box.max[axis]});
+      }
     }
   }
   return {};
@@ -189,7 +198,8 @@ std::uint32_t QueryPatches::take_slot(PatchId patch) {
 
 // False: they are not in memory, and may not or can't be read.
 bool QueryPatches::heights_of(PatchId patch, bool read, Heights& heights) {
-  const std::uint32_t block = world_.surface.patches[patch].height_block;
+  const QueryPart& part = world_.part_of(patch);
+  const std::uint32_t block = part.surface.patches[patch - part.first].height_block;
   heights = world_.heights;
   if (block == kNoHeights || !world_.heights.samples.empty()) return true;
   const std::uint32_t group = block / kHeightGroup;
@@ -215,8 +225,9 @@ bool QueryPatches::heights_of(PatchId patch, bool read, Heights& heights) {
 }
 
 QueryPatch QueryPatches::undisplaced(PatchId patch) {
-  make_positions(PatchShape::make(world_.surface, Heights{}, 1, patch), coarse_);
-  return {patch_origin(world_.surface.volume_of(patch)), coarse_, nullptr, 1, false};
+  const QueryPart& part = world_.part_of(patch);
+  make_positions(PatchShape::make(part.surface, Heights{}, 1, patch - part.first), coarse_);
+  return {origin_of(part, patch), coarse_, nullptr, 1, false};
 }
 
 QueryPatch QueryPatches::get(PatchId patch, bool read) {
@@ -232,16 +243,16 @@ QueryPatch QueryPatches::get(PatchId patch, bool read) {
     slot = take_slot(patch);
     make(patch, heights, slot);
   }
-  return {patch_origin(world_.surface.volume_of(patch)),
+  return {origin_of(world_.part_of(patch), patch),
           blocks_.positions.data() + slot * position_values(limits_.level),
           blocks_.nodes.data() + slot * node_count(limits_.level), level_, true};
 }
 
 void QueryPatches::make(PatchId patch, const Heights& heights, std::uint32_t slot) {
-  Patch own = world_.surface.patches[patch];
-  Surface surface = world_.surface;
+  const QueryPart& part = world_.part_of(patch);
+  Patch own = part.surface.patches[patch - part.first];
   if (own.height_block != kNoHeights && world_.heights.samples.empty()) own.height_block = 0;
-  PatchShape shape = PatchShape::make({surface.volumes, {&own, 1}}, heights, level_, 0);
+  PatchShape shape = PatchShape::make({part.surface.volumes, {&own, 1}}, heights, level_, 0);
   std::int16_t* positions = blocks_.positions.data() + slot * position_values(limits_.level);
   make_positions(shape, positions);
   make_nodes(positions, level_, blocks_.nodes.data() + slot * node_count(limits_.level), 0, level_ - 1, 0, 0);

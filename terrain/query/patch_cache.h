@@ -21,15 +21,30 @@
 
 namespace karst::core {
 
-// The world that queries ask; borrowed, and constant while they do.
-struct QueryWorld {
+// What one octree makes. Its patches are numbered from 0, `first` + that for whoever asks.
+struct QueryPart {
   Surface surface;
   std::span<const PatchBounds> bounds;  // one a patch
   const BoundsTree* tree = nullptr;     // over them
+  glm::ivec3 corner{0};                 // of the octree, voxels from the world's
+  PatchId first = 0;
+};
+
+// The world that queries ask; borrowed, and constant while they do. Itself the first part.
+struct QueryWorld : QueryPart {
+  std::span<const QueryPart> others = {};  // in the order of their patches
   // heights.level is the world's. samples: of all blocks, or empty: then source reads them, group by group.
   Heights heights;
   std::uint32_t height_blocks = 0;
   HeightSource source;  // several queries may read at once
+
+  std::size_t parts() const { return 1 + others.size(); }
+  const QueryPart& part(std::size_t n) const { return n == 0 ? *this : others[n - 1]; }
+  const QueryPart& part_of(PatchId patch) const {
+    std::size_t n = 0;
+    while (n < others.size() && others[n].first <= patch) ++n;
+    return part(n);
+  }
 };
 
 // Four boxes in lattice steps from the patch's origin, exact in float: the children of a node of the tree of
@@ -41,7 +56,7 @@ struct TileNode {
 
 // The vertices of a patch and the tree over its tiles, 2 x 2 cells each.
 struct QueryPatch {
-  glm::ivec3 origin{0};                     // of the patch, lattice steps
+  glm::ivec3 origin{0};                     // of the patch, lattice steps from the world's corner
   const std::int16_t* positions = nullptr;  // [j * side + i][axis], lattice steps from origin
   const TileNode* nodes =
       nullptr;    // children of node k are 4k + 1 .. 4k + 4, tiles the leaves; null at level 1

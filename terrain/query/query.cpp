@@ -98,7 +98,7 @@ Source source_of(const QueryGround::Met& met, int level) {
 // Calls visit(id) for the patches whose boxes are within a distance of a place, in the order of their
 // numbers; returns how many. Lattice steps.
 template <class Visit>
-std::uint32_t patches_near(const QueryWorld& world, glm::dvec3 place, double distance, Visit&& visit) {
+std::uint32_t patches_near(const QueryPart& world, glm::dvec3 place, double distance, Visit&& visit) {
   const auto near = [&](const LatticeBox& box) {
     const glm::dvec3 nearest = glm::clamp(place, glm::dvec3(box.min), glm::dvec3(box.max));
     const glm::dvec3 d = place - nearest;
@@ -127,6 +127,18 @@ std::uint32_t patches_near(const QueryWorld& world, glm::dvec3 place, double dis
   return count;
 }
 
+// The same of all parts.
+template <class Visit>
+std::uint32_t patches_near_in_all(const QueryWorld& world, glm::dvec3 place, double distance, Visit&& visit) {
+  std::uint32_t count = 0;
+  for (std::size_t n = 0; n < world.parts(); ++n) {
+    const QueryPart& part = world.part(n);
+    const glm::dvec3 local = place - glm::dvec3(part.corner) * kSteps;
+    count += patches_near(part, local, distance, [&](PatchId id) { visit(part.first + id); });
+  }
+  return count;
+}
+
 struct Order {
   PatchId patch;
   std::int64_t triangle;
@@ -138,22 +150,32 @@ struct Order {
 }  // namespace
 
 LatticeBox Query::world_box() const {
-  if (!has_patches()) return ground_box(ground_.info());
-  const LatticeBox box = patches_.world().tree->node(patches_.world().tree->rows() - 1, 0);
-  if (!ground_.exists()) return box;
-  const LatticeBox other = ground_box(ground_.info());
-  return {glm::min(box.min, other.min), glm::max(box.max, other.max)};
+  bool any = ground_.exists();
+  LatticeBox all = any ? ground_box(ground_.info()) : LatticeBox();
+  for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
+    const QueryPart& part = patches_.world().part(n);
+    LatticeBox box = part.tree->node(part.tree->rows() - 1, 0);
+    box.min += part.corner * kStepsPerVoxel;
+    box.max += part.corner * kStepsPerVoxel;
+    all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
+    any = true;
+  }
+  return all;
 }
 
 // Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit().
 template <class Limit, class Visit>
 void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit) {
   const Growth growth(patches_, wait, radius);
-  if (has_patches()) {
-    const SlabTest node_test(segment, growth.nodes);
-    const SlabTest patch_test(segment, growth.patches);
+  for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
+    const QueryPart& part = patches_.world().part(n);
+    Segment local = segment;
+    local.from -= glm::dvec3(part.corner) * kSteps;
+    const SlabTest node_test(local, growth.nodes);
+    const SlabTest patch_test(local, growth.patches);
     SlabTest tile_test(segment, growth.patches);
-    walk_patches(patches_.world(), node_test, patch_test, growth.undisplaced, limit, [&](PatchId id) {
+    walk_patches(part, node_test, patch_test, growth.undisplaced, limit, [&](PatchId of_part) {
+      const PatchId id = part.first + of_part;
       const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
       tile_test.move_to(segment, patch.origin, growth.patches);
       walk_tiles(patch, tile_test, limit, [&](int i, int j) {
@@ -249,7 +271,7 @@ Status Query::prepare(glm::dvec3 place, double radius) {
   }
   if (!has_patches()) return {};
   const QueryWorld& world = patches_.world();
-  const std::uint32_t count = patches_near(world, place * kSteps, radius * kSteps, [](PatchId) {});
+  const std::uint32_t count = patches_near_in_all(world, place * kSteps, radius * kSteps, [](PatchId) {});
   double within = radius;
   if (count > patches_.capacity()) {
     // The widest circle that has no more patches than there is room for, to a thousandth.
@@ -257,13 +279,13 @@ Status Query::prepare(glm::dvec3 place, double radius) {
     for (int n = 0; n < 10; ++n) {
       const double middle = 0.5 * (low + within);
       const bool fits =
-          patches_near(world, place * kSteps, middle * kSteps, [](PatchId) {}) <= patches_.capacity();
+          patches_near_in_all(world, place * kSteps, middle * kSteps, [](PatchId) {}) <= patches_.capacity();
       (fits ? low : within) = middle;
     }
     within = low;
   }
   const std::uint64_t failed = patches_.failed_reads();
-  patches_near(world, place * kSteps, within * kSteps, [this](PatchId id) { patches_.get(id, true); });
+  patches_near_in_all(world, place * kSteps, within * kSteps, [this](PatchId id) { patches_.get(id, true); });
   if (patches_.failed_reads() != failed) return patches_.trouble();
   if (count > patches_.capacity()) {
     return {StatusCode::limit_reached, "more patches than a query keeps ready", "query_patches", count};

@@ -145,7 +145,7 @@ void QueryGround::run(bool read, Walk& walk) {
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       const NodeKey child = at.node.child(quadrant);
       if (!node_exists(info_, child)) continue;
-      // The region's patches answer there.
+      // A region's patches answer there.
       if (in_region(info_, child) == InRegion::all) continue;
       Entry entry{child, place, node_box(info_, finer->nodes[node_in_tile(child)], child), 0.0};
       entry.distance = walk.distance(entry.box);

@@ -76,7 +76,7 @@ inline BoxLanes node_lanes(const LatticeBox& box) {
 
 // Of a patch, and of it undisplaced where it may be met so.
 template <bool kUndisplaced>
-BoxLanes patch_lanes(const QueryWorld& world, PatchId id) {
+BoxLanes patch_lanes(const QueryPart& world, PatchId id) {
   static_assert(offsetof(Volume, corner) == 0 && sizeof(Volume) >= 8);
   static_assert(sizeof(PatchBounds) == 6 * sizeof(std::int16_t));
   using simd::Int4;
@@ -135,7 +135,7 @@ struct WalkEntry {
 // roughly from near to far. node_test is for the tree's nodes, patch_test for patches: they may be grown
 // differently.
 template <bool kUndisplaced, class Limit, class Visit>
-void walk_patches(const QueryWorld& world, const SlabTest& node_test, const SlabTest& patch_test,
+void walk_patches(const QueryPart& world, const SlabTest& node_test, const SlabTest& patch_test,
                   Limit&& limit, Visit&& visit) {
   const BoundsTree& tree = *world.tree;
   if (tree.rows() == 0) return;
@@ -174,7 +174,7 @@ void walk_patches(const QueryWorld& world, const SlabTest& node_test, const Slab
 }
 
 template <class Limit, class Visit>
-void walk_patches(const QueryWorld& world, const SlabTest& node_test, const SlabTest& patch_test,
+void walk_patches(const QueryPart& world, const SlabTest& node_test, const SlabTest& patch_test,
                   bool undisplaced, Limit&& limit, Visit&& visit) {
   if (undisplaced) {
     walk_patches<true>(world, node_test, patch_test, limit, visit);

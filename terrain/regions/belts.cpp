@@ -97,26 +97,26 @@ struct BuildBelts::Piece {
 // From the piece's beginning on, one vertex further on the side that is behind.
 std::size_t BuildBelts::write(const Piece& piece, std::span<std::uint32_t> to) const {
   RimWalk walk(*this, piece.first_edge, piece.end_edge);
-  RimVertex region, region_next;
-  if (!walk.next(region)) return 0;
+  RimVertex own, own_next;
+  if (!walk.next(own)) return 0;
   std::size_t used = 0;
   const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     for (const std::uint32_t v : {a, b, c}) to[used++] = v;
   };
-  bool more = walk.next(region_next);
+  bool more = walk.next(own_next);
   int k = 0;
   while (more || k + 1 < piece.count) {
     if (used + 3 > to.size()) return 0;
     const std::uint32_t ground = piece.ground[static_cast<std::size_t>(k)].index;
-    const bool by_region = more && (k + 1 == piece.count ||
-                                    region_next.along <= piece.ground[static_cast<std::size_t>(k) + 1].along);
-    if (by_region) {
-      triangle(region_next.index, region.index, ground);
-      region = region_next;
-      more = walk.next(region_next);
+    const bool by_rim = more && (k + 1 == piece.count ||
+                                 own_next.along <= piece.ground[static_cast<std::size_t>(k) + 1].along);
+    if (by_rim) {
+      triangle(own_next.index, own.index, ground);
+      own = own_next;
+      more = walk.next(own_next);
     } else {
       ++k;
-      triangle(ground, piece.ground[static_cast<std::size_t>(k)].index, region.index);
+      triangle(ground, piece.ground[static_cast<std::size_t>(k)].index, own.index);
     }
   }
   return used;
@@ -126,18 +126,19 @@ std::size_t BuildBelts::run() const {
   KARST_ASSERT(info != nullptr && rim != nullptr && view != nullptr && levels.size() == resident.size());
   std::size_t used = 0;
   if (rim->columns() == 0) return 0;
-  const NodeRect& region = info->region;
+  const GroundRegion& whole = info->regions()[region];
+  const NodeRect& rect = whole.nodes;
   for (std::size_t n = 0; n < view->items().size(); ++n) {
     const DrawItem& item = view->items()[n];
     const NodeKey key = view->node_of(n).key;
-    if (!borders_region(*info, key)) continue;
+    if ((view->node_of(n).touches >> region & 1u) == 0 || !borders(whole, key)) continue;
     const std::int64_t low[2] = {std::int64_t{key.x} << key.size, std::int64_t{key.z} << key.size};
     const std::int64_t side = std::int64_t{1} << key.size;
     for (int s = 0; s < 4; ++s) {
       // Across side s, and along it.
       const int across = s % 2 == 0 ? 0 : 1, along = 1 - across;
       const bool is_beside =
-          s == 0 || s == 3 ? low[across] + side == region.low[across] : low[across] == region.high[across];
+          s == 0 || s == 3 ? low[across] + side == rect.low[across] : low[across] == rect.high[across];
       if (!is_beside) continue;
       const auto edge = static_cast<std::size_t>((s + 2) % 4);  // of the node
       const std::uint32_t page = first_node_page + item.patch;
@@ -146,8 +147,8 @@ std::size_t BuildBelts::run() const {
       const std::int64_t span = side / parts;
       for (int part = 0; part < parts; ++part) {
         // Columns of the part: the walk along sides 2 and 3 goes down.
-        const std::int64_t first = s < 2 ? low[along] + part * span - region.low[along]
-                                         : region.high[along] - low[along] - side + part * span;
+        const std::int64_t first = s < 2 ? low[along] + part * span - rect.low[along]
+                                         : rect.high[along] - low[along] - side + part * span;
         const auto on_side = static_cast<std::int64_t>(rim->first_column(s + 1) - rim->first_column(s));
         if (first < 0 || first + span > on_side) continue;
         const std::uint32_t column = rim->first_column(s) + static_cast<std::uint32_t>(first);

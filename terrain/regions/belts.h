@@ -5,9 +5,10 @@
 // drawn at. So every edge of either rim is used once by its side and once by the belt, the other way, and
 // the upright edges between pieces by the two that meet there: there is no gap, whatever moves.
 //
-// Triangles face as the rim does: outwards where the region stands above the ground, inwards where below. An
-// eye that is within a step of a side's plane sees them edge-on, thinner than rasterisers place corners; the
-// depth of such slivers is anything, and single pixels between the rims may stay empty.
+// Triangles face as the rim does: outwards where the region stands above the ground, inwards where below.
+// Where the two rims all but meet, or the eye is within a few steps of a side's plane, they are thinner than
+// rasterisers place corners; the depth of such slivers is anything to some, and single pixels between the
+// rims may stay empty.
 #pragma once
 
 #include <cstdint>
@@ -22,13 +23,14 @@ namespace karst::core {
 
 struct BuildBelts {
   // Inputs, borrowed.
-  const GroundInfo* info = nullptr;  // with a region
-  const RegionRim* rim = nullptr;    // built
-  const GroundView* view = nullptr;  // selected, with its region drawn
-  // By patch: what it is drawn at, and what it is held at; the lesser counts. 0: its part of the rim is left
-  // out.
+  const GroundInfo* info = nullptr;
+  std::size_t region = 0;            // its number in info
+  const RegionRim* rim = nullptr;    // built of it
+  const GroundView* view = nullptr;  // selected, with the region drawn
+  // By patch of the region: what it is drawn at, and what it is held at; the lesser counts. 0: its part of
+  // the rim is left out.
   std::span<const std::uint8_t> levels, resident;
-  PageTable pages;                    // texels are not used
+  PageTable pages;                    // first_page of the region's patches; texels are not used
   std::uint32_t first_node_page = 0;  // of the buffer of vertices
 
   // Output, borrowed: of the buffer's vertices, three a triangle. room() holds all.

@@ -90,18 +90,17 @@ std::uint32_t RegionRim::count(const Surface& surface) {
   return count;
 }
 
-Status RegionRim::build(const GroundInfo& info, const Surface& surface) {
+Status RegionRim::build(const GroundRegion& region, int lattice_size, const Surface& surface) {
   edge_count_ = column_count_ = 0;
   std::fill(std::begin(first_), std::end(first_), 0u);
-  if (!info.region.exists()) return {};
   const std::uint32_t total = count(surface);
   if (total > storage_.edges.size())
     return {StatusCode::limit_reached, "the region's rim is longer than a limit", "rim_edges", total};
-  const int node = 2 << info.lattice_size;  // half voxels
+  const int node = 2 << lattice_size;  // half voxels
   Sides sides{};
   for (int axis = 0; axis < 2; ++axis) {
     sides.low[axis] = 1;
-    sides.high[axis] = 1 + (info.region.high[axis] - info.region.low[axis]) * node;
+    sides.high[axis] = 1 + (region.nodes.high[axis] - region.nodes.low[axis]) * node;
   }
   for (int side = 0; side < 4; ++side)
     first_[side + 1] = first_[side] + static_cast<std::uint32_t>(sides.length(side) / node);

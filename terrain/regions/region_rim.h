@@ -40,8 +40,8 @@ class RegionRim {
 
   // Finds the rim of a surface that was just extracted. corrupt ("region") where it is not one line that
   // crosses each of those upright lines in a corner of a patch; limit_reached ("rim_edges") where it has more
-  // edges than there is memory for. Without a region there are none.
-  Status build(const GroundInfo& info, const Surface& surface);
+  // edges than there is memory for. lattice_size: GroundInfo's.
+  Status build(const GroundRegion& region, int lattice_size, const Surface& surface);
   // Edges of patches that have no neighbour.
   static std::uint32_t count(const Surface& surface);
 

@@ -80,8 +80,8 @@ bool FindPatchShading::may_be_cave(PatchId patch) const {
 
 bool FindPatchShading::lit_by_lamp(PatchId patch) const {
   const LatticeBox box = patch_box(surface, bounds, patch);
-  const glm::vec3 low = glm::vec3(box.min) / static_cast<float>(kStepsPerVoxel);
-  const glm::vec3 high = glm::vec3(box.max) / static_cast<float>(kStepsPerVoxel);
+  const glm::vec3 low = glm::vec3(corner) + glm::vec3(box.min) / static_cast<float>(kStepsPerVoxel);
+  const glm::vec3 high = glm::vec3(corner) + glm::vec3(box.max) / static_cast<float>(kStepsPerVoxel);
   return std::any_of(lights.begin(), lights.end(), [&](const PointLight& light) {
     float distance2 = 0.0f;
     for (int k = 0; k < 3; ++k) {
@@ -96,8 +96,9 @@ bool FindPatchShading::lit_by_lamp(PatchId patch) const {
 int FindPatchShading::sole_material(PatchId patch, bool cave) const {
   const Range slope = range_along(cones[patch], {0.0f, 1.0f, 0.0f});
   const LatticeBox box = patch_box(surface, bounds, patch);
-  const Range height = {static_cast<float>(box.min.y) / static_cast<float>(kStepsPerVoxel) - kSlack,
-                        static_cast<float>(box.max.y) / static_cast<float>(kStepsPerVoxel) + kSlack};
+  const auto base = static_cast<float>(corner.y);
+  const Range height = {base + static_cast<float>(box.min.y) / static_cast<float>(kStepsPerVoxel) - kSlack,
+                        base + static_cast<float>(box.max.y) / static_cast<float>(kStepsPerVoxel) + kSlack};
   int found = -1;
   for (int m = static_cast<int>(materials->count) - 1; m > 0; --m) {
     const Material& r = materials->materials[m];

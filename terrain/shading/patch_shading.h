@@ -22,6 +22,7 @@ inline constexpr float kCaveBegins = 0.1f;
 struct FindPatchShading {
   // Inputs, borrowed.
   Surface surface;
+  glm::ivec3 corner{0};  // of its octree, voxels from the world's
   std::span<const PatchBounds> bounds;
   std::span<const NormalCone> cones;  // of shading normals
   const MaterialSet* materials = nullptr;

@@ -73,14 +73,12 @@ class PatchKey {
 };
 static_assert(sizeof(PatchKey) == 8);
 
-// Worlds have one region today.
-inline constexpr std::uint32_t kOnlyRegion = 0;
-
-inline PatchKey key_of(const Volume& volume, std::uint32_t case_patch) {
-  return PatchKey::make(kOnlyRegion, volume.corner[0], volume.corner[1], volume.corner[2], case_patch);
+// region: its number among the world's.
+inline PatchKey key_of(const Volume& volume, std::uint32_t case_patch, std::uint32_t region = 0) {
+  return PatchKey::make(region, volume.corner[0], volume.corner[1], volume.corner[2], case_patch);
 }
-inline PatchKey key_of(const Surface& surface, PatchId id) {
-  return key_of(surface.volume_of(id), surface.patches[id].case_patch);
+inline PatchKey key_of(const Surface& surface, PatchId id, std::uint32_t region = 0) {
+  return key_of(surface.volume_of(id), surface.patches[id].case_patch, region);
 }
 
 }  // namespace karst::core

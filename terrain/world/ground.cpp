@@ -46,14 +46,15 @@ void Ground::select(std::size_t view, const GroundRequest& request) {
   turns_[view] = {0, true};
 }
 
-void Ground::build_belts(std::size_t view, BuildBelts belts) {
+std::size_t Ground::add_belt(std::size_t view, BuildBelts belts) {
   KARST_ASSERT(exists() && view < view_count_);
-  belt_counts_[view] = 0;
-  if (!views_[view].result().region) return;
+  if ((views_[view].result().regions >> belts.region & 1u) == 0) return 0;
   belts.info = &info_;
   belts.view = &views_[view];
-  belts.out = blocks_.belts[view];
-  belt_counts_[view] = belts.run();
+  belts.out = blocks_.belts[view].subspan(belt_counts_[view]);
+  const std::size_t count = belts.run();
+  belt_counts_[view] += count;
+  return count;
 }
 
 bool Ground::next_node(NodeUpload& upload) {

@@ -17,10 +17,10 @@
 
 #include "karst/status.h"
 #include "terrain/base/storage_plan.h"
-#include "terrain/ground/tile_cache.h"
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/nodes/make_node.h"
+#include "terrain/paging/tile_cache.h"
 #include "terrain/regions/belts.h"
 
 namespace karst::core {
@@ -68,15 +68,20 @@ class Ground {
   // Precondition: exists(), view < view_count().
   void select(std::size_t view, const GroundRequest& request);
   // Of the source, for what the frame's views lack.
-  void ask() { tiles_.ask(); }
+  // all: as TileCache::ask().
+  void ask(bool all = true) { tiles_.ask(all); }
+  // For looking ahead (terrain/imagery/look_ahead.h).
+  TileCache& tiles() { return tiles_; }
   // The next node that the views selected since begin_frame() draw and the GPU lacks. False: none.
   bool next_node(NodeUpload& upload);
 
-  // The belt of what a view drew last, with the region's patches as it draws them; none where the region is
-  // not drawn. belts: info, view and out are filled in here. Precondition: its rim is that of the world whose
-  // ground this is.
-  void build_belts(std::size_t view, BuildBelts belts);
-  // Triangles of it: vertices of the GPU's buffer. Valid until the view's next build_belts().
+  // The belts of what a view drew last begin anew.
+  void begin_belts(std::size_t view) { belt_counts_[view] = 0; }
+  // The belt of a region, with its patches as the view draws them; none where it is not drawn. belts: info,
+  // view and out are filled in here. Returns how many indices it takes. Precondition: its rim is that of the
+  // world whose ground this is.
+  std::size_t add_belt(std::size_t view, BuildBelts belts);
+  // Triangles of all: vertices of the GPU's buffer. Valid until the view's next begin_belts().
   std::span<const std::uint32_t> belts(std::size_t view) const {
     return blocks_.belts[view].first(belt_counts_[view]);
   }

@@ -72,17 +72,19 @@ std::span<const PatchShading> Residency::shading() const {
 
 // Uses the memory that making vertices needs, and gives it back to that.
 Status Residency::find_shading() {
-  if (world_->patch_count() > 0) {
+  for (const WorldPart& part : world_->parts()) {
+    if (part.patches() == 0) continue;
     FindPatchShading find;
-    find.surface = world_->surface();
-    find.bounds = world_->bounds();
-    find.cones = world_->shading_cones();
+    find.surface = part.surface;
+    find.corner = part.corner;
+    find.bounds = part.bounds;
+    find.cones = part.shading_cones;
     find.materials = &world_->materials();
-    find.overrides = world_->material_overrides();
-    find.sky = &world_->sky();
+    find.overrides = part.of(world_->material_overrides());
+    find.sky = part.sky;
     find.lights = world_->lights();
     find.skips = shading_skips_;
-    find.out = blocks_.shading.first(world_->patch_count());
+    find.out = part.of(blocks_.shading.first(world_->patch_count()));
     if (const Status status = find.validate(); !status.ok()) return status;
     find.run();
   }
@@ -98,12 +100,13 @@ std::uint64_t Residency::height_groups_read() const {
 
 Status Residency::hold_heights(PatchId patch, int level) {
   if (lent_.cache == nullptr) return {};
+  const WorldPart& part = world_->part_of(patch);
   GenerateVertices generate;
-  generate.surface = world_->surface();
+  generate.surface = part.surface;
   generate.level = level;
   lent_.cache->begin();
   Status result;
-  generate.for_each_block(patch, [&](std::uint32_t block) {
+  generate.for_each_block(patch - part.first, [&](std::uint32_t block) {
     if (result.ok()) result = lent_.cache->hold(block, world_->height_source());
   });
   return result;
@@ -113,13 +116,14 @@ Status Residency::generate(PatchId patch, int level, int emit_level, std::span<G
   KARST_ASSERT(patch < world_->patch_count());
   KARST_ASSERT(1 <= emit_level && emit_level <= level && level <= world_->info().level);
   if (const Status status = hold_heights(patch, level); !status.ok()) return status;
+  const WorldPart& part = world_->part_of(patch);
   GenerateVertices generate;
-  generate.surface = world_->surface();
+  generate.surface = part.surface;
   generate.heights = lent_.cache == nullptr ? world_->heights() : lent_.cache->heights();
   generate.level = level;
   generate.emit_level = emit_level;
   generate.scratch = patch_scratch_;
-  generate.run(patch, out, nullptr);
+  generate.run(patch - part.first, out, nullptr);
   return {};
 }
 
@@ -132,15 +136,16 @@ bool Residency::make_resident(PatchId patch, int level, PatchUpload& upload, Sta
     return false;
   }
   const int first = old_level == 0 ? 0 : patch_vertices(old_level);
-  const Volume& volume = world_->surface().volume_of(patch);
+  const WorldPart& part = world_->part_of(patch);
+  const Volume& volume = part.surface.volume_of(patch - part.first);
   upload = {patch,
             pool_.row(patch),
             first,
             blocks_.vertices.subspan(static_cast<std::size_t>(first),
                                      static_cast<std::size_t>(patch_vertices(level) - first)),
-            {volume.corner[0], volume.corner[1], volume.corner[2]},
+            part.corner + glm::ivec3(volume.corner[0], volume.corner[1], volume.corner[2]),
             blocks_.shading[patch]};
-  if (old_level == 0) thresholds_.touch(world_->surface(), patch, upload.row);
+  if (old_level == 0) thresholds_.touch(part.surface, patch, upload.row, part.first);
   return true;
 }
 
@@ -184,7 +189,8 @@ int Residency::wanted_ahead(PatchId patch) const {
   for (const ViewState& view : views_) {
     if (view.settings().mode != LodMode::error) continue;
     const PatchLod& lod = thresholds_.lods(view.threshold_set())[patch];
-    wanted = std::max(wanted, level_at(lod, least_apparent_distance(lod, view.eye()) * kAheadDistance));
+    const LodEye& eye = view.eye_of(world_->part_number(patch));
+    wanted = std::max(wanted, level_at(lod, least_apparent_distance(lod, eye) * kAheadDistance));
   }
   return wanted;
 }
@@ -292,14 +298,18 @@ Status Residency::fill_thresholds(std::span<ViewState> views) {
   thresholds_.assign(std::span(keys).first(views.size()), std::span(sets).first(views.size()), pool_.frame());
   for (std::size_t v = 0; v < views.size(); ++v) {
     views[v].set_threshold_set(sets[v]);
-    SetThresholds job;
-    job.scale = keys[v].scale;
-    job.morphing = keys[v].morphing;
-    job.max_level = keys[v].top_level;
-    job.surface = world_->surface();
-    job.bounds = world_->bounds();
-    job.errors = world_->level_errors();
-    if (const Status status = thresholds_.fill(sets[v], job, pool_); !status.ok()) return status;
+    std::array<SetThresholds, kMostRegions> jobs;
+    const std::span<const WorldPart> parts = world_->parts();
+    for (std::size_t n = 0; n < parts.size(); ++n) {
+      jobs[n].scale = keys[v].scale;
+      jobs[n].morphing = keys[v].morphing;
+      jobs[n].max_level = keys[v].top_level;
+      jobs[n].surface = parts[n].surface;
+      jobs[n].bounds = parts[n].bounds;
+      jobs[n].errors = parts[n].level_errors;
+    }
+    const Status status = thresholds_.fill(sets[v], std::span(jobs).first(parts.size()), pool_);
+    if (!status.ok()) return status;
   }
   return {};
 }
@@ -327,7 +337,8 @@ int Residency::kept_level(const ViewState& view, PatchId patch) const {
   const int drawn = view.levels()[patch];
   if (held <= drawn || view.settings().mode != LodMode::error) return std::max(held, drawn);
   const PatchLod& lod = thresholds_.lods(view.threshold_set())[patch];
-  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye())), drawn, held);
+  return std::clamp(level_at(lod, least_apparent_distance(lod, view.eye_of(world_->part_number(patch)))),
+                    drawn, held);
 }
 
 // Tells the pool what the views want, and adds up the pages for it; seen: patches. A patch that several views
@@ -405,14 +416,15 @@ void Residency::govern() {
 }
 
 void Residency::fill_curve(DemandCurve& curve) const {
-  const LevelErrors errors = world_->level_errors();
+  const LevelErrors errors = world_->all_level_errors();
   for (const ViewState& view : views_) {
     if (view.settings().mode != LodMode::error) continue;
     const std::span<const PatchLod> lods = thresholds_.lods(view.threshold_set());
     const auto pixels = static_cast<float>(double{view.error_scale().pixels} / view.wanted_error_px());
     const auto weight = static_cast<float>(view.weight() / least_weight_);
     const auto add = [&](PatchId patch) {
-      curve.add(errors, patch, lods[patch], least_apparent_distance(lods[patch], view.eye()), pixels, weight,
+      const LodEye& eye = view.eye_of(world_->part_number(patch));
+      curve.add(errors, patch, lods[patch], least_apparent_distance(lods[patch], eye), pixels, weight,
                 view.settings().top_level());
     };
     for (const DrawItem& item : view.items()) add(item.patch);

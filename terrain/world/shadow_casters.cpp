@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/world/shadow_casters.h"
 
+#include <cmath>
 #include <cstring>
+
+#include <glm/geometric.hpp>
 
 #include "terrain/shadow/select_casters.h"
 
@@ -13,6 +16,21 @@ std::uint64_t mix(std::uint64_t hash, std::uint64_t word) {
   return (hash ^ word) * 0x100000001b3u;
 }
 
+// A cascade as a part's octree sees it. What floats lose of planes' offsets only makes more cast.
+Cascade seen_from(const WorldPart& part, const Cascade& cascade) {
+  if (part.corner == glm::ivec3(0)) return cascade;
+  constexpr double kRounding = 0x1p-19;
+  Cascade moved = cascade;
+  moved.eye.voxel -= part.corner;
+  const glm::dvec3 corner = glm::dvec3(part.corner) * double{kStepsPerVoxel};
+  for (Plane& plane : moved.frustum.planes) {
+    const double offset = double{plane.offset} + glm::dot(glm::dvec3(plane.normal), corner);
+    plane.offset = static_cast<float>(
+        offset + (std::abs(offset) + std::abs(double{plane.offset}) + glm::length(corner)) * kRounding);
+  }
+  return moved;
+}
+
 }  // namespace
 
 Status ShadowCasters::create(const Config& config, Arena& arena) {
@@ -21,35 +39,49 @@ Status ShadowCasters::create(const Config& config, Arena& arena) {
 }
 
 Status ShadowCasters::select(const World& world, Residency& residency, const ViewState& view,
-                             const Cascade& cascade, double error_texels, Result& result) {
+                             const Cascade& cascade, double error_texels, std::uint32_t parts,
+                             Result& result) {
   result = {};
   next_ = lacking_ = 0;
   if (view.threshold_set() < 0) return {StatusCode::invalid_argument, "was not selected yet", "view"};
   const std::uint32_t patches = world.patch_count();
-  SelectCasters select;
-  select.settings = view.settings();
-  select.error_texels = error_texels;
-  select.base_level = world.base_level();
-  select.cascade = &cascade;
-  select.surface = world.surface();
-  select.bounds = world.bounds();
-  select.tree = &world.tree();
-  select.lods = residency.thresholds().lods(view.threshold_set());
-  select.errors = world.level_errors();
-  select.resident = residency.pool().levels();
-  select.wanted = blocks_.wanted.first(patches);
-  select.levels = blocks_.levels.first(patches);
-  select.lacking = blocks_.lacking.first(patches);
-  select.items = blocks_.items;
-  if (const Status status = select.validate(); !status.ok()) return status;
-  SelectCasters::Result selected;
-  const Status status = select.run(selected);
-  result.items = blocks_.items.first(selected.drawn);
-  result.triangles = selected.triangles;
-  result.lacking = lacking_ = selected.lacking;
-  result.levels = select.levels;
-  // Those that are not held come first.
-  result.holes = lacking_ > 0 && residency.pool().level(blocks_.lacking[0]) == 0;
+  std::uint32_t drawn = 0;
+  Status limit;
+  for (std::size_t n = 0; n < world.parts().size(); ++n) {
+    if ((parts >> n & 1u) == 0) continue;
+    const WorldPart& part = world.parts()[n];
+    const Cascade moved = seen_from(part, cascade);
+    SelectCasters select;
+    select.settings = view.settings();
+    select.error_texels = error_texels;
+    select.base_level = world.base_level();
+    select.cascade = &moved;
+    select.surface = part.surface;
+    select.bounds = part.bounds;
+    select.tree = part.tree;
+    select.lods = part.of(residency.thresholds().lods(view.threshold_set()));
+    select.errors = part.level_errors;
+    select.resident = part.of(residency.pool().levels());
+    select.wanted = part.of(blocks_.wanted.first(patches));
+    select.levels = part.of(blocks_.levels.first(patches));
+    select.lacking = blocks_.lacking.subspan(lacking_, part.patches());
+    select.items = blocks_.items.subspan(drawn);
+    if (const Status status = select.validate(); !status.ok()) return status;
+    SelectCasters::Result selected;
+    const Status status = select.run(selected);
+    if (!status.ok()) limit = status;
+    for (DrawItem& item : select.items.first(selected.drawn)) item.patch += part.first;
+    for (std::uint32_t& patch : select.lacking.first(selected.lacking)) patch += part.first;
+    // Those that are not held come first.
+    const bool holes = selected.lacking > 0 && residency.pool().level(select.lacking[0]) == 0;
+    if (selected.drawn > 0 && !holes && status.ok()) result.whole_parts |= std::uint32_t{1} << n;
+    drawn += selected.drawn;
+    lacking_ += selected.lacking;
+    result.triangles += selected.triangles;
+  }
+  result.items = blocks_.items.first(drawn);
+  result.lacking = lacking_;
+  result.levels = blocks_.levels.first(patches);
   result.hash = mix(0xcbf29ce484222325u, residency.thresholds().version(view.threshold_set()));
   for (const DrawItem& item : result.items) {
     std::uint64_t word = 0;
@@ -58,7 +90,7 @@ Status ShadowCasters::select(const World& world, Residency& residency, const Vie
     // The GPU reads its pages in this frame: they must not be given to others while it does.
     residency.pool().see(item.patch, item.level);
   }
-  return status;
+  return limit;
 }
 
 bool ShadowCasters::generate_next(Residency& residency, PatchUpload& upload, Status& status) {

@@ -21,7 +21,8 @@ class ShadowCasters {
   struct Result {
     std::span<const DrawItem> items;       // valid until the next select()
     std::span<const std::uint8_t> levels;  // by patch, the same; 0: does not cast
-    bool holes = false;                    // patches in the box are not held at all
+    // Bit n: of part n something casts, and all that is in the box is held.
+    std::uint32_t whole_parts = 0;
     std::uint64_t triangles = 0;
     // Patches in the cascade's box that are held coarser than they should cast, or not at all.
     std::uint32_t lacking = 0;
@@ -34,9 +35,10 @@ class ShadowCasters {
 
   // After the frame's last Residency::select(). What casts into the cascade's map, no finer than what is
   // resident, with the settings and the threshold set of the view whose place the maps are around.
-  // error_texels: SelectCasters. limit_reached ("max_draw_items") leaves a valid, shorter list.
+  // error_texels: SelectCasters. parts: bit n, of the world's part n; others cast nothing. limit_reached
+  // ("max_draw_items") leaves a valid, shorter list.
   Status select(const World& world, Residency& residency, const ViewState& view, const Cascade& cascade,
-                double error_texels, Result& result);
+                double error_texels, std::uint32_t parts, Result& result);
   // Makes vertices for a patch that the last select() lacked, holes first. False: none is left, or there is
   // no room now. status: errors of reading heights. Not after the next Residency::select().
   bool generate_next(Residency& residency, PatchUpload& upload, Status& status);

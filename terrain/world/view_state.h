@@ -3,6 +3,7 @@
 // frame. There are as many as Config::max_views; Residency::select() fills those of a frame, all together.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -41,10 +42,12 @@ class ViewState {
   struct Selection {
     SelectLod::Result lod;  // bound_px: what holds for this view
     BuildDrawList::Result list;
+    // Bit n: of part n all patches that are in view are listed.
+    std::uint32_t whole_parts = 0;
     float error_scale = 1;  // error_px times this was aimed at
   };
 
-  ViewState() = default;
+  ViewState();
   ViewState(const ViewState&) = delete;
   ViewState& operator=(const ViewState&) = delete;
 
@@ -68,6 +71,8 @@ class ViewState {
   const LodSettings& settings() const { return lod_.settings; }  // with what the governor made of error_px
   const ErrorScale& error_scale() const { return lod_.scale; }
   const LodEye& eye() const { return eye_; }
+  // As the octree of a part of the world has it.
+  const LodEye& eye_of(std::size_t part) const { return eyes_[part]; }
   double wanted_error_px() const { return wanted_error_px_; }
   double weight() const { return weight_; }
   // Of Residency::thresholds(); -1 before the first select().
@@ -101,7 +106,13 @@ class ViewState {
   void restore_lacking();
   // Whether all that a choice without cuts lists and lacks is held by now.
   bool is_held(std::span<const std::uint8_t> resident) const;
-  void set_complete() { selection_.lod.capped = selection_.lod.missing = 0; }
+  void set_complete() {
+    selection_.lod.capped = selection_.lod.missing = 0;
+    selection_.whole_parts = complete_parts_;
+  }
+  // Of a ground's regions, bit n for part n: lists those alone, and counts no lack nor bound of others whose
+  // patches are all there: the ground stands for them.
+  void keep_parts(std::uint32_t parts);
   // Lists nothing.
   void clear() {
     selection_ = {};
@@ -128,6 +139,9 @@ class ViewState {
     }
   };
 
+  Status choose_part(const World& world, std::size_t n, std::span<const PatchLod> lods,
+                     std::span<const std::uint8_t> resident, bool cuts, std::span<std::uint32_t> scratch);
+
   Blocks blocks_;
   Occlusion occlusion_;
   SelectLod lod_;  // settings and inputs of the last select()
@@ -138,6 +152,17 @@ class ViewState {
   double weight_ = 1;
   std::uint32_t patches_ = 0;
   std::size_t lacking_count_ = 0;
+  std::uint32_t complete_parts_ = 0;  // whole_parts, once what they lack is held
+  std::uint32_t occluded_part_ = 0;   // that occlusion_ remembers boxes of
+  std::array<LodEye, kMostRegions> eyes_;
+  // What was chosen of each part, in the order of items().
+  struct Chosen {
+    std::size_t part = 0;
+    SelectLod::Result lod;
+    BuildDrawList::Result list;
+  };
+  std::array<Chosen, kMostRegions> chosen_;
+  std::size_t chosen_count_ = 0;
   bool lacking_is_heap_ = false;
   int threshold_set_ = -1;
 };

@@ -19,9 +19,37 @@ namespace {
 // Of worlds that would take more: 1 MiB. Their cells are larger than voxels.
 constexpr std::size_t kMostOccluderWords = 131'072;
 
+// The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
+// boxes.
+void measure_belt(const WorldPart& part, GroundRegion& region) {
+  std::int64_t low = region.belt_high, high = region.belt_low;
+  const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
+  for (const RegionRim::Edge& edge : part.rim->edges()) {
+    const LatticeBox box = patch_box(part.surface, part.bounds, edge.edge.patch());
+    low = std::min(low, corner + box.min.y);
+    high = std::max(high, corner + box.max.y);
+  }
+  region.belt_low = low;
+  region.belt_high = high;
+}
+
 }  // namespace
 
-Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages) {
+World::World() = default;
+
+std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
+                             std::span<SkyBox, kMostRegions> boxes) {
+  if (ground.region_count < 2) {
+    boxes[0] = {glm::ivec3(0), glm::max(info.extent, glm::ivec3(1))};
+    return 1;
+  }
+  std::size_t count = 0;
+  for (const GroundRegion& region : ground.regions()) boxes[count++] = {region.corner, region.extent};
+  return count;
+}
+
+Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages,
+                         const GroundInfo& ground) {
   const auto limit = [](std::uint32_t v) { return std::max(v, 1u); };
   Config config;
   config.max_depth = static_cast<std::uint32_t>(info.depth);
@@ -30,9 +58,14 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
   config.max_patches = limit(info.patches);
   config.max_level = static_cast<std::uint32_t>(info.level);
   config.max_height_blocks = info.height_blocks;
-  config.occluder_words = static_cast<std::uint32_t>(std::min<std::size_t>(
-      Occluders::word_count(info.extent, Occluders::kLeastCellLog2), kMostOccluderWords));
-  config.sky_words = static_cast<std::uint32_t>(SkyVisibility::word_count(info.extent));
+  config.max_regions = info.regions;
+  for (const GroundRegion& region : ground.regions()) config.rim_edges += region.rim_edges;
+  std::array<SkyBox, kMostRegions> boxes;
+  const auto octrees = std::span(boxes).first(sky_boxes(info, ground, boxes));
+  std::size_t words = 0;
+  for (const SkyBox& box : octrees) words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
+  config.occluder_words = static_cast<std::uint32_t>(std::min(words, kMostOccluderWords));
+  config.sky_words = static_cast<std::uint32_t>(SkyAtlas::word_count(octrees));
   config.max_draw_items = limit(std::min(info.patches, kMostPages));
   config.max_resident_patches = config.max_draw_items;
   const std::uint64_t all = std::uint64_t{config.max_draw_items} * slot_pages(finest);
@@ -47,7 +80,8 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
 std::size_t World::scratch_size(const Config& config) {
   const std::size_t table = ExtractSurface::scratch_size(config.max_volumes) * sizeof(std::uint32_t);
   const std::size_t mask = (std::size_t{config.max_patches} + 7) / 8;
-  return std::max({table, mask, WorldReader::octree_room(config.max_octets), patch_scratch_bytes()});
+  return std::max(
+      {table, mask, WorldReader::octree_room(config.max_octets, config.max_regions), patch_scratch_bytes()});
 }
 
 // Nodes of the ground are drawn from it as well.
@@ -65,15 +99,13 @@ Status World::create(const Config& config, Arena& arena) {
   reader_ = {};
   table_ = {};
   if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
-  if (const Status status = octree_.create(blocks_.octets, static_cast<int>(config.max_depth)); !status.ok())
+  if (const Status status = octrees_[0].create(blocks_.octets, static_cast<int>(config.max_depth));
+      !status.ok())
     return status;
   table_.create(blocks_.table);
   slots_.create(blocks_.volumes, blocks_.patches, &table_);
-  rim_.create(blocks_.rim);
   cache_.create(blocks_.heights);
-  tree_.create(blocks_.boxes);
-  occluders_.create(blocks_.occluders);
-  sky_.create(blocks_.sky);
+  unload();
   return build_index_tables(index_table_level(config), blocks_.index_table);
 }
 
@@ -83,11 +115,17 @@ std::size_t World::level_error_count() const {
 
 LatticeBox World::box() const {
   KARST_ASSERT(info_.patches > 0 || ground().exists());
-  if (info_.patches == 0) return ground_box(ground());
-  const LatticeBox patches = tree_.node(tree_.rows() - 1, 0);
-  if (!ground().exists()) return patches;
-  const LatticeBox other = ground_box(ground());
-  return {glm::min(patches.min, other.min), glm::max(patches.max, other.max)};
+  bool any = ground().exists();
+  LatticeBox all = any ? ground_box(ground()) : LatticeBox();
+  for (const WorldPart& part : parts()) {
+    if (part.patches() == 0) continue;
+    LatticeBox box = part.tree->node(part.tree->rows() - 1, 0);
+    box.min += part.corner * kStepsPerVoxel;
+    box.max += part.corner * kStepsPerVoxel;
+    all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
+    any = true;
+  }
+  return all;
 }
 
 Heights World::heights() const {
@@ -138,10 +176,16 @@ void World::unload() {
   slots_.adopt(0, 0);
   info_ = {};
   reader_ = {};
+  ground_ = {};
+  parts_ = {};
+  part_count_ = 1;
+  place_parts();
   heights_are_read_ = false;
 }
 
 Status World::check_limits(const WorldInfo& info) const {
+  std::uint32_t rim_edges = 0;
+  for (const GroundRegion& region : reader_.ground().regions()) rim_edges += region.rim_edges;
   const struct {
     std::uint32_t needed, limit;
     const char* name;
@@ -150,7 +194,8 @@ Status World::check_limits(const WorldInfo& info) const {
                 {info.octets, config_.max_octets, "max_octets"},
                 {info.volumes, config_.max_volumes, "max_volumes"},
                 {info.patches, config_.max_patches, "max_patches"},
-                {reader_.ground().rim_edges, config_.rim_edges, "rim_edges"}};
+                {info.regions, config_.max_regions, "max_regions"},
+                {rim_edges, config_.rim_edges, "rim_edges"}};
   for (const auto& l : limits) {
     if (l.needed > l.limit)
       return {StatusCode::limit_reached, "the world is larger than a limit", l.name, l.needed};
@@ -158,25 +203,133 @@ Status World::check_limits(const WorldInfo& info) const {
   return {};
 }
 
+// Shares the memory among the parts, whose patches are counted by now, and empties them.
+void World::place_parts() {
+  const auto share = [](auto block, std::size_t& used, std::size_t count) {
+    const auto own = block.subspan(used, count);
+    used += count;
+    return own;
+  };
+  std::array<SkyBox, kMostRegions> boxes;
+  const auto octrees = std::span(boxes).first(sky_boxes(info_, ground_, boxes));
+  sky_atlas_ = SkyAtlas::of(octrees, blocks_.sky.size());
+  std::size_t all_words = 0;
+  for (const SkyBox& box : octrees) all_words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
+  std::size_t edges = 0, nodes = 0, eights = 0, words = 0, sky_words = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    WorldPart& part = parts_[n];
+    const bool one = part_count_ == 1;
+    const std::uint32_t patches = one ? static_cast<std::uint32_t>(blocks_.patches.size()) : part.patches();
+    const std::size_t rim = one ? blocks_.rim.edges.size() : ground_.regions()[n].rim_edges;
+    rims_[n].create({blocks_.rim.edges.subspan(edges, rim), blocks_.rim.marks.subspan(edges, rim)});
+    edges += rim;
+    trees_[n].create(share(blocks_.boxes, nodes,
+                           one ? blocks_.boxes.size() : std::size_t{BoundsTree::node_count(patches)}));
+    part.boxes = share(blocks_.patch_boxes, eights, PatchBoxes::count_for(part.patches()));
+    std::size_t own = blocks_.occluders.size();
+    if (!one) {
+      own = Occluders::word_count(octrees[n].extent, Occluders::kLeastCellLog2);
+      if (all_words > blocks_.occluders.size()) {
+        own = static_cast<std::size_t>(static_cast<double>(own) / static_cast<double>(all_words) *
+                                       static_cast<double>(blocks_.occluders.size()));
+      }
+    }
+    occluders_[n].create(share(blocks_.occluders, words, own));
+    skies_[n].create(share(blocks_.sky, sky_words, one ? blocks_.sky.size() : sky_atlas_.places[n].words));
+    skies_[n].set_least_cell(one ? 0 : sky_atlas_.places[n].grid.cell_log2);
+    part.corner = octrees[n].corner;
+    part.extent = octrees[n].extent;
+    part.octree = &octrees_[n];
+    part.tree = &trees_[n];
+    part.occluders = &occluders_[n];
+    part.sky = &skies_[n];
+    part.rim = &rims_[n];
+  }
+}
+
 Status World::load_parts() {
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
-  if (const Status status = tree_.build(surface(), bounds()); !status.ok()) return status;
-  fill_patch_boxes(surface(), bounds(), 0, info_.patches, blocks_.patch_boxes);
-  occluders_.build(octree_, info_.extent, surface(), bounds());
-  sky_.build(octree_, info_.extent, ground().region.exists());
+  std::size_t eights = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    WorldPart& part = parts_[n];
+    part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(info_.patches)));
+    part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(info_.patches)));
+    part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(info_.patches)));
+    const std::size_t values = info_.level == 0 ? 0 : level_error_values(info_.level);
+    part.level_errors = {info_.level,
+                         all_level_errors().values.subspan(part.first * values, part.patches() * values)};
+    if (const Status status = trees_[n].build(part.surface, part.bounds); !status.ok()) return status;
+    const std::size_t count = PatchBoxes::count_for(part.patches());
+    fill_patch_boxes(part.surface, part.bounds, 0, part.patches(),
+                     blocks_.patch_boxes.subspan(eights, count));
+    eights += count;
+    occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
+    skies_[n].build(octrees_[n], part.extent, ground_.region_count > 0);
+    if (ground_.region_count > 0) measure_belt(part, ground_.region_list[n]);
+  }
   return load_heights();
 }
 
 Status World::load_surface() {
-  if (const Status status = reader_.read_octree(blocks_.scratch, octree_); !status.ok()) return status;
+  ground_ = reader_.ground();
+  part_count_ = info_.regions;
+  std::size_t octets = 0, volumes = 0;
+  PatchId first = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    const bool one = part_count_ == 1;
+    const GroundRegion* const region = one ? nullptr : &ground_.regions()[n];
+    const std::size_t own_octets = one ? blocks_.octets.size() : region->octets;
+    const std::size_t own_volumes = one ? info_.volumes : region->volumes;
+    const std::size_t own_patches = one ? info_.patches : region->patches;
+    const Status status =
+        octrees_[n].create(blocks_.octets.subspan(octets, own_octets), static_cast<int>(config_.max_depth));
+    if (!status.ok()) return status;
+    parts_[n] = {};
+    parts_[n].first = first;
+    parts_[n].surface = {blocks_.volumes.subspan(volumes, own_volumes),
+                         blocks_.patches.subspan(first, own_patches)};
+    octets += own_octets;
+    volumes += own_volumes;
+    first += static_cast<PatchId>(own_patches);
+  }
+  place_parts();
+  if (const Status status = reader_.read_octrees(blocks_.scratch, std::span(octrees_).first(part_count_));
+      !status.ok())
+    return status;
+  std::array<Surface, kMostRegions> surfaces;
+  volumes = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    if (const Status status = extract_part(n, volumes); !status.ok()) return status;
+    volumes += parts_[n].surface.volumes.size();
+    surfaces[n] = parts_[n].surface;
+  }
+  const Status matched = reader_.match_keys(std::span<const Surface>(surfaces).first(part_count_));
+  if (!matched.ok()) return matched;
+  // Of several regions slots are not handed out: nothing is edited there.
+  slots_.adopt(part_count_ == 1 ? info_.volumes : 0, part_count_ == 1 ? info_.patches : 0);
+  for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
+    const GroundRegion& region = ground_.regions()[n];
+    if (const Status status = rims_[n].build(region, ground_.lattice_size, parts_[n].surface); !status.ok())
+      return status;
+    if (rims_[n].edges().size() != region.rim_edges)
+      return {StatusCode::corrupt, "a region's rim has another number of edges than stated", "rim_edges"};
+  }
+  return {};
+}
+
+Status World::extract_part(std::size_t n, std::size_t first_volume) {
+  const WorldPart& part = parts_[n];
+  const bool one = part_count_ == 1;
   ExtractSurface extract;
-  extract.octree = &octree_;
-  extract.extent = info_.extent;
-  extract.mirrors = ground().region.exists();
-  extract.volumes = blocks_.volumes;
-  extract.patches = blocks_.patches;
+  extract.octree = &octrees_[n];
+  extract.extent = part.extent;
+  extract.mirrors = ground_.region_count > 0;
+  // Of one part there is room for more, which shows a wrong header.
+  extract.volumes =
+      one ? blocks_.volumes : blocks_.volumes.subspan(first_volume, part.surface.volumes.size());
+  extract.patches = one ? blocks_.patches : blocks_.patches.subspan(part.first, part.patches());
   extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(blocks_.scratch.data())),
                      ExtractSurface::scratch_size(config_.max_volumes)};
   ExtractSurface::Result made;
@@ -185,15 +338,10 @@ Status World::load_surface() {
     if (status.code() != StatusCode::limit_reached) return status;
     return {StatusCode::corrupt, "its voxels make more surface than its header states", "patches"};
   }
-  if (made.volumes != info_.volumes)
+  if (made.volumes != part.surface.volumes.size())
     return {StatusCode::corrupt, "its voxels make another number of volumes than stated", "volumes"};
-  if (made.patches != info_.patches)
+  if (made.patches != part.surface.patches.size())
     return {StatusCode::corrupt, "its voxels make another number of patches than stated", "patches"};
-  if (const Status status = reader_.match_keys(surface()); !status.ok()) return status;
-  slots_.adopt(info_.volumes, info_.patches);
-  if (const Status status = rim_.build(ground(), surface()); !status.ok()) return status;
-  if (rim_.edges().size() != ground().rim_edges)
-    return {StatusCode::corrupt, "its region's rim has another number of edges than stated", "rim_edges"};
   return {};
 }
 
@@ -232,7 +380,13 @@ Status World::load_heights() {
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at
 // once.
 Status World::check_shared_heights() const {
-  const Surface s = surface();
+  for (const WorldPart& part : parts()) {
+    if (const Status status = check_shared_heights(part.surface); !status.ok()) return status;
+  }
+  return {};
+}
+
+Status World::check_shared_heights(const Surface& s) const {
   const Heights h = heights();
   const int level = h.level;
   const int n = patch_cells(level);

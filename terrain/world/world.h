@@ -8,6 +8,7 @@
 //   world.surface(), world.bounds(), world.tree() ... are spans into the arena until the next load()
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -21,7 +22,7 @@
 #include "terrain/cull/occluders.h"
 #include "terrain/cull/patch_boxes.h"
 #include "terrain/field/octree.h"
-#include "terrain/field/sky_visibility.h"
+#include "terrain/field/sky_atlas.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
@@ -35,21 +36,55 @@
 #include "terrain/surface/bezier/update_surface.h"
 #include "terrain/surface/patch.h"
 #include "terrain/surface/patch_table.h"
+#include "terrain/view/camera.h"
 
 namespace karst::core {
 
+// What one octree makes: all of a world without a ground, or one of its ground's regions. Patches are
+// numbered from 0 here, `first` + that in the world. Borrowed until the world's next load().
+struct WorldPart {
+  glm::ivec3 corner{0};  // of the octree, voxels from the world's
+  glm::ivec3 extent{0};
+  PatchId first = 0;
+  const Octree* octree = nullptr;
+  Surface surface;
+  std::span<const PatchBounds> bounds;
+  std::span<const NormalCone> cones;
+  std::span<const NormalCone> shading_cones;
+  LevelErrors level_errors;
+  const BoundsTree* tree = nullptr;
+  std::span<const PatchBoxes> boxes;
+  const Occluders* occluders = nullptr;
+  const SkyVisibility* sky = nullptr;
+  const RegionRim* rim = nullptr;
+
+  std::uint32_t patches() const { return static_cast<std::uint32_t>(surface.patches.size()); }
+  // Of an array by the world's patches, those of the part.
+  template <class T>
+  std::span<T> of(std::span<T> all) const {
+    return all.empty() ? all : all.subspan(first, patches());
+  }
+  // A camera as the part's octree sees it.
+  Camera seen_from(const Camera& camera) const {
+    Camera moved = camera;
+    moved.voxel -= corner;
+    return moved;
+  }
+};
+
 class World {
  public:
-  World() = default;
+  World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
   // The limits that hold a world with all its heights, and, on the GPU, a coarse version of all of it and
   // `detail_pages` pages for what views need in detail, at most what all of it takes at `finest`
   // (1..info.level). For one view; others set Config::max_views.
-  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages);
-  static Config config_for(const WorldInfo& info, int finest) {
-    return config_for(info, finest, default_detail_pages(info.patches));
+  static Config config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages,
+                           const GroundInfo& ground = {});
+  static Config config_for(const WorldInfo& info, int finest, const GroundInfo& ground = {}) {
+    return config_for(info, finest, default_detail_pages(info.patches), ground);
   }
   // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
   // much again. At least 1.3 MiB.
@@ -74,28 +109,43 @@ class World {
 
   const Config& config() const { return config_; }
   const WorldInfo& info() const { return info_; }
-  const Octree& octree() const { return octree_; }
-  std::uint32_t patch_count() const { return info_.patches; }
-  Surface surface() const {
-    return {blocks_.volumes.first(info_.volumes), blocks_.patches.first(info_.patches)};
+  // One, but for each region of a ground with several; one without patches where nothing is loaded.
+  std::span<const WorldPart> parts() const { return std::span(parts_).first(part_count_); }
+  std::size_t part_number(PatchId patch) const {
+    std::size_t n = 0;
+    while (n + 1 < part_count_ && parts_[n + 1].first <= patch) ++n;
+    return n;
   }
+  // That a patch is of.
+  const WorldPart& part_of(PatchId patch) const { return parts_[part_number(patch)]; }
+  std::uint32_t patch_count() const { return info_.patches; }
+
+  // --- Of the first part, which is all of a world without several
+  const Octree& octree() const { return octrees_[0]; }
+  const Surface& surface() const { return parts_[0].surface; }
   // By key, the slot of each patch of surface(). Empty where no world is loaded.
   const PatchTable& patch_table() const { return table_; }
-  std::span<const PatchBounds> bounds() const { return blocks_.bounds.first(info_.patches); }
-  std::span<const NormalCone> cones() const { return blocks_.cones.first(info_.patches); }
-  std::span<const NormalCone> shading_cones() const { return blocks_.shading_cones.first(info_.patches); }
-  LevelErrors level_errors() const { return {info_.level, blocks_.level_errors.first(level_error_count())}; }
-  const BoundsTree& tree() const { return tree_; }
-  std::span<const PatchBoxes> patch_boxes() const {
-    return blocks_.patch_boxes.first(PatchBoxes::count_for(info_.patches));
-  }
-  const Occluders& occluders() const { return occluders_; }
-  const SkyVisibility& sky() const { return sky_; }
+  std::span<const PatchBounds> bounds() const { return parts_[0].bounds; }
+  std::span<const NormalCone> cones() const { return parts_[0].cones; }
+  std::span<const NormalCone> shading_cones() const { return parts_[0].shading_cones; }
+  LevelErrors level_errors() const { return parts_[0].level_errors; }
+  const BoundsTree& tree() const { return trees_[0]; }
+  std::span<const PatchBoxes> patch_boxes() const { return parts_[0].boxes; }
+  const Occluders& occluders() const { return occluders_[0]; }
+  const SkyVisibility& sky() const { return skies_[0]; }
+  const RegionRim& rim() const { return rims_[0]; }  // has no edges where it is no region's
+
+  // --- Of all
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
-  // Does not exist where the world has none.
-  const GroundInfo& ground() const { return reader_.ground(); }
-  // Of the ground's region; has no edges where there is none.
-  const RegionRim& rim() const { return rim_; }
+  // Does not exist where the world has none. Its regions know how high their belts are.
+  const GroundInfo& ground() const { return ground_; }
+  LevelErrors all_level_errors() const {
+    return {info_.level, blocks_.level_errors.first(level_error_count())};
+  }
+  // Where octrees lie, and their sky.
+  static std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground,
+                               std::span<SkyBox, kMostRegions> boxes);
+  const SkyAtlas& sky_atlas() const { return sky_atlas_; }
   // To read tiles by; stays until the next load().
   const WorldReader& reader() const { return reader_; }
   // Box of everything, lattice steps. Precondition: there is a patch or a ground.
@@ -176,8 +226,9 @@ class World {
       visit(Consumer::bounds, patches_most, bounds);
       visit(Consumer::bounds, patches_most, cones);
       visit(Consumer::bounds, patches_most, shading_cones);
-      visit(Consumer::bounds, BoundsTree::node_count(config.max_patches), boxes);
-      visit(Consumer::bounds, PatchBoxes::count_for(config.max_patches), patch_boxes);
+      const std::uint32_t more = config.max_regions - 1;  // for each of which rows and eights begin anew
+      visit(Consumer::bounds, BoundsTree::node_count(config.max_patches) + more * kMoreNodes, boxes);
+      visit(Consumer::bounds, PatchBoxes::count_for(config.max_patches) + more, patch_boxes);
       visit(Consumer::level_errors, patches_most * level_error_values(static_cast<int>(config.max_level)),
             level_errors);
       visit(Consumer::occlusion, config.occluder_words, occluders);
@@ -187,6 +238,8 @@ class World {
     }
   };
 
+  static constexpr std::uint32_t kMoreNodes = BoundsTree::kMaxRows;
+
   static int index_table_level(const Config& config);
   static std::size_t index_table_size(const Config& config);
   static std::size_t scratch_size(const Config& config);
@@ -195,23 +248,30 @@ class World {
   void unload();
   Status load_parts();
   Status load_surface();
+  Status extract_part(std::size_t n, std::size_t first_volume);
+  void place_parts();
   Status load_patches();
   Status load_measures();
   Status load_heights();
   Status check_shared_heights() const;
+  Status check_shared_heights(const Surface& surface) const;
 
   Config config_;
   Blocks blocks_;
   WorldReader reader_;
   WorldInfo info_;
-  Octree octree_;
+  GroundInfo ground_;
+  std::array<WorldPart, kMostRegions> parts_{};
+  std::size_t part_count_ = 1;
+  std::array<Octree, kMostRegions> octrees_;
   PatchTable table_;
   SurfaceSlots slots_;  // of table_
-  RegionRim rim_;
+  std::array<RegionRim, kMostRegions> rims_;
   HeightCache cache_;
-  BoundsTree tree_;
-  Occluders occluders_;
-  SkyVisibility sky_;
+  std::array<BoundsTree, kMostRegions> trees_;
+  std::array<Occluders, kMostRegions> occluders_;
+  std::array<SkyVisibility, kMostRegions> skies_;
+  SkyAtlas sky_atlas_;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };
 

@@ -287,6 +287,16 @@ TEST_F(Bench, CoreWritesJson) {
   EXPECT_NE(test::read_text(file("core.json")).find("\"patches\""), std::string::npos);
 }
 
+TEST(BenchMotion, FliesWithReadingAheadAndWithout) {
+  const ProcessResult result = test::run_process(
+      KARST_BENCH_PATH, {"--suite", "motion", "--size", "64x36", "--frames", "12", "--error-px", "16"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  int flights = 0;
+  std::istringstream text(result.out);
+  for (std::string line; std::getline(text, line);) flights += line.find("%") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(flights, 8) << result.out;
+}
+
 TEST(BenchSweep, MakesItsOwnGrounds) {
   const std::vector<std::string> words = {"--suite",  "sweep", "--size",  "64x36", "--frames",     "2",
                                           "--rounds", "1",     "--jumps", "1",     "--disk-sleep", "1",
@@ -305,7 +315,7 @@ TEST(BenchSweep, MakesItsOwnGrounds) {
   EXPECT_EQ(grounds, 4);
   const ProcessResult world = test::run_process(KARST_BENCH_PATH, {"a.karst", "--suite", "sweep"});
   EXPECT_EQ(world.code, 2);
-  EXPECT_NE(world.err.find("takes no WORLD"), std::string::npos) << world.err;
+  EXPECT_NE(world.err.find("take no WORLD"), std::string::npos) << world.err;
 }
 
 }  // namespace

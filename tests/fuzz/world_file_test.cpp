@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Deterministic mutation fuzzing of the world file. Most cases get checksums that fit, or they would all end
 // at the first check; sanitizer builds turn any read outside the file into a failure.
+#include "tests/fuzz/run/seed_worlds.h"
 #include "tests/fuzz/world_file_target.h"
 #include "tests/support/world_bytes.h"
 
@@ -110,6 +111,31 @@ TEST(WorldFileFuzz, MaterialsFlippedAndCut) {
     if (length >= kTable) store_at(cut, kFileBytes, std::uint64_t{length});
     fix_checksums(cut);
     ASSERT_EQ(fuzz_world_file(cut), Reached::rejected) << length;
+  }
+}
+
+// A ground with imagery: what says where tiles and image tiles lie, with checksums that fit.
+TEST(WorldFileFuzz, GroundAndImageryFlipped) {
+  const std::vector<std::byte> seed = seed_worlds().back();
+  EXPECT_EQ(fuzz_world_file(seed), Reached::octree);
+  for (const char* const letters : {"GRND", "IMAG"}) {
+    const std::span<const std::byte> section = section_of(seed, letters);
+    ASSERT_FALSE(section.empty()) << letters;
+    const auto first = static_cast<std::size_t>(section.data() - seed.data());
+    std::vector<std::byte> file = seed;
+    Tally tally;
+    for (std::size_t bit = first * 8; bit < (first + section.size()) * 8; ++bit) {
+      const auto mask = static_cast<std::byte>(1u << bit % 8);
+      file[bit / 8] ^= mask;
+      ASSERT_EQ(fuzz_world_file(file), Reached::rejected) << letters << " bit " << bit - first * 8;
+      std::vector<std::byte> fixed = file;
+      fix_checksums(fixed);
+      tally.add(fuzz_world_file(fixed));
+      file[bit / 8] ^= mask;
+    }
+    // Checksums of tiles and numbers that nothing hangs on may be any.
+    EXPECT_GT(tally.rejected, 20) << letters;
+    EXPECT_EQ(tally.all(), static_cast<int>(8 * section.size()));
   }
 }
 

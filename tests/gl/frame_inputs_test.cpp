@@ -75,11 +75,11 @@ TEST(FrameBlock, SunAndRaysFollowTheConventions) {
   FrameLight light;
   light.sun_azimuth_deg = 90;
   light.sun_elevation_deg = 0;
-  shader::FrameBlock block = make_frame_block(camera, 0.25f, light, {{10, 20, 40}, 1}, 720);
+  shader::FrameBlock block = make_frame_block(camera, 0.25f, light, SkyGrid{{10, 20, 40}, 1}, 720);
   EXPECT_NEAR(block.sun_direction.x, 1, 1e-6) << "azimuth 90 is east";
   light.sun_azimuth_deg = 0;
   light.sun_elevation_deg = 30;
-  block = make_frame_block(camera, 0.25f, light, {{10, 20, 40}, 1}, 720);
+  block = make_frame_block(camera, 0.25f, light, SkyGrid{{10, 20, 40}, 1}, 720);
   EXPECT_NEAR(block.sun_direction.z, -std::sqrt(0.75), 1e-6) << "azimuth 0 is north";
   EXPECT_NEAR(block.sun_direction.y, 0.5, 1e-6);
   // Yaw 0 looks north.
@@ -128,7 +128,7 @@ shader::FrameBlock block_at(double elevation_deg) {
   FrameLight light;
   light.sun_azimuth_deg = 120;
   light.sun_elevation_deg = elevation_deg;
-  return make_frame_block(camera, 0.25f, light, {{10, 10, 10}, 1}, 720);
+  return make_frame_block(camera, 0.25f, light, SkyGrid{{10, 10, 10}, 1}, 720);
 }
 
 // As light.glsl has it, without shadows.

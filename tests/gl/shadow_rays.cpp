@@ -176,7 +176,7 @@ void ShadowedWorld::draw(const CameraSettings& settings, FrameCounts* counts) {
     ShadowCasters::Result casters;
     ASSERT_TRUE(
         drawn.casters()
-            .select(drawn.world(), drawn.residency(), drawn.view(), cascade.cascade, error_texels, casters)
+            .select(drawn.world(), drawn.residency(), drawn.view(), cascade.cascade, error_texels, 1, casters)
             .ok());
     cascade.first_morph_row = input.first_morph_row;
     EXPECT_EQ(casters.lacking, 0u);

@@ -221,7 +221,8 @@ TEST(VertexDecode, EveryPackedNormalAndPositionsDecodeAsInCpp) {
         // Divisions by a power of two are exact.
         ASSERT_EQ(decoded[i].in_patch[axis], static_cast<float>(position[axis]) / kStepsPerVoxel);
         ASSERT_EQ(decoded[i].patch_voxel[axis], origin[axis]);
-        ASSERT_NEAR(decoded[i].normal[axis], normal[axis], 2e-7) << vertices[i].normal;
+        // GLSL ES 3.00, 4.5.1: divisions and inversesqrt may be off by 2.5 and 2 units in the last place.
+        ASSERT_NEAR(decoded[i].normal[axis], normal[axis], 4e-7) << vertices[i].normal;
         const double voxel = origin[axis] + static_cast<double>(position[axis]) / kStepsPerVoxel;
         ASSERT_NEAR(decoded[i].from_eye[axis], voxel - eye[static_cast<int>(a)], 1e-4);
       }

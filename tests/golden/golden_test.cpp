@@ -53,7 +53,7 @@ class Golden : public testing::TestWithParam<GoldenWorld> {
     words.insert(words.end(), {"--stats", "-"});
     const ProcessResult result = test::run_process(app_, words);
     ASSERT_EQ(result.code, 0) << result.err;
-    const bool pinned = pinned_driver(result.out);
+    const bool pinned = pinned_ = pinned_driver(result.out);
     const std::string stored = images_ + "/" + name + ".png";
     if (std::getenv("KARST_UPDATE_GOLDEN") != nullptr) {
       ASSERT_TRUE(pinned) << "pictures are stored on the pinned driver only";
@@ -81,25 +81,32 @@ class Golden : public testing::TestWithParam<GoldenWorld> {
     return test::read_png(drawn);
   }
 
-  // What pixels and patches skip changes no bit; 16 bits where they are enough, and shading pixels while they
-  // are drawn, change little.
+  // What pixels and patches skip changes no bit where the driver rounds one expression alike in two programs;
+  // others contract multiplications and additions as each program comes.
+  void check_same(const test::RgbPicture& picture, const test::RgbPicture& other, const std::string& what) {
+    const test::Difference difference = test::compare(picture, other);
+    EXPECT_LE(difference.largest, pinned_ ? 0 : 1) << what;
+    EXPECT_LE(difference.mean, 1e-3) << what;
+  }
+
+  // 16 bits where they are enough, and shading pixels while they are drawn, change little.
   void check_shading(const GoldenView& view) {
     const test::RgbPicture picture = draw_with(view, {});
     for (const char* skips : {"triplanar", "blend", "detail", "sun", "material", "cave",
                               "triplanar,blend,detail,sun,material,cave,cascades"}) {
-      EXPECT_EQ(test::compare(picture, draw_with(view, {"--no-skip", skips})).largest, 0)
-          << view.picture << " without skipping " << skips;
+      check_same(picture, draw_with(view, {"--no-skip", skips}),
+                 std::string(view.picture) + " without skipping " + skips);
     }
     for (const char* shown : {"cascades", "levels"}) {
       EXPECT_GT(test::compare(picture, draw_with(view, {"--show", shown})).mean, 5.0) << shown;
     }
     const test::RgbPicture forward = draw_with(view, {"--shading", "forward"});
-    EXPECT_EQ(test::compare(forward, draw_with(view, {"--shading", "forward", "--no-skip", "all"})).largest,
-              0);
+    check_same(forward, draw_with(view, {"--shading", "forward", "--no-skip", "all"}),
+               std::string(view.picture) + " forward without skipping");
     const test::Difference way = test::compare(draw_with(view, {"--shading", "deferred"}), forward);
     std::printf("%s: forward against deferred: mean %.4f, at most %d of 255, %.4f %% beyond 1\n",
                 view.picture, way.mean, static_cast<int>(way.largest), way.beyond_one * 100);
-    EXPECT_LE(way.mean, 0.02);
+    EXPECT_LE(way.mean, pinned_ ? 0.02 : 0.03);
     EXPECT_LE(way.beyond_one, 1e-3);
     const test::Difference precision =
         test::compare(draw_with(view, {"--precision", "medium"}), draw_with(view, {"--precision", "high"}));
@@ -109,6 +116,7 @@ class Golden : public testing::TestWithParam<GoldenWorld> {
     EXPECT_LE(precision.largest, 4);
   }
 
+  bool pinned_ = true;
   Folder folder_;
   std::string world_;
   const std::string app_ = test::path_from("KARST_APP_PATH", KARST_APP_PATH);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Worlds on curved bases: closed from space and from 2 m; places by longitude and latitude; queries along up.
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "terrain/shading/materials.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/host.h"
 #include "tests/support/curved_ground.h"
@@ -70,6 +73,80 @@ class WorldsOnBases : public test::HostTest {
     return HostTest::holes(view, work_ms, result);
   }
 };
+
+// Red, and green from a height on, without shades of their own.
+struct RedAndGreen {
+  explicit RedAndGreen(float from_voxels) {
+    set.count = 2;
+    set.side = 16;
+    std::strcpy(set.materials[0].name, "red");
+    std::strcpy(set.materials[1].name, "green");
+    set.materials[1].height_low = from_voxels;
+    set.materials[1].height_soft = 1e-4f;
+    textures.assign(core::texture_bytes(set), std::byte{128});
+    for (int level = 0; level < core::texture_levels(set.side, core::TextureArray::far); ++level) {
+      for (std::uint32_t m = 0; m < set.count; ++m) {
+        const std::size_t last = core::texture_offset(set, core::TextureArray::far, level, m + 1);
+        for (std::size_t at = core::texture_offset(set, core::TextureArray::far, level, m); at < last; ++at)
+          textures[at] = static_cast<std::byte>(at % 4 == m || at % 4 == 3 ? 220 : 10);
+      }
+    }
+  }
+  core::MaterialSet set;
+  std::vector<std::byte> textures;
+};
+
+// From space a few quads do, and however long their chords are, what lies on the ground is what its heights
+// say.
+TEST_F(WorldsOnBases, AWholePlanetTakesFewTriangles) {
+  for (const bool deferred : {false, true}) {
+    const core::GroundInfo shape = test::planet(512, core::kWgs84RadiusM);
+    const double voxel_m = test::voxel_m(shape);
+    // All of it 200 m high, a tenth of what the chords that are drawn bend, with some relief for the sizes.
+    const auto high = static_cast<std::int32_t>(200 / shape.basis.height_unit_m);
+    const test::MemoryGround ground(shape, [high](std::int64_t, std::int64_t) { return high; });
+    const RedAndGreen colours(static_cast<float>(50 / voxel_m));
+    core::WorldMaterials materials;
+    materials.set = colours.set;
+    materials.textures = colours.textures;
+    Needs needs;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    open(needs, {}, options,
+         test::ground_file(ground, voxel_m / core::kStepsPerVoxel * shape.steps[0], {}, materials));
+    for (const double height_m : {2e7, 6e6, 1.5e6, 4e5}) {
+      const double latitude = height_m == 1.5e6 ? 90.0 : height_m == 6e6 ? 35.26 : height_m == 4e5 ? 80 : -10;
+      Vec3 place;
+      ASSERT_TRUE(world().from_geodetic({45, latitude, height_m}, place));
+      const LocalAxes axes = world().axes_at(place);
+      ViewState view;
+      view.error_px = 4;
+      view.eye = place;
+      view.width_px = kWidth;
+      view.height_px = kHeight;
+      set_perspective(view, height_m > 1e7 ? 34 : 60, 0.2 * height_m, 2 * height_m + 1.4e7);
+      ASSERT_TRUE(look_at(view, along(place, axes.up, -1), axes.north));
+      const FrameResult result = test::draw_frame(*renderer_, picture_, {view});
+      if (height_m == 2e7) {
+        EXPECT_GT(result.triangles, 2'000u);
+      }
+      EXPECT_LT(result.triangles, 20'000u);
+      EXPECT_LE(result.error_px[0], 4.0);
+      const Pixels pixels = picture_.read();
+      int green = 0, red = 0;
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const std::uint8_t* const p = pixels.at(x, y);
+          green += p[1] > p[0] + 20 && p[1] > p[2] + 20 ? 1 : 0;
+          red += p[0] > p[1] + 20 ? 1 : 0;
+        }
+      }
+      EXPECT_GT(green, 2'000) << height_m << ' ' << deferred;
+      EXPECT_EQ(red, 0) << height_m << ' ' << deferred;
+    }
+  }
+}
 
 TEST_F(WorldsOnBases, APlanetIsClosedFromSpaceAndFromTwoMetres) {
   for (const bool deferred : {false, true}) {
@@ -139,6 +216,105 @@ TEST_F(WorldsOnBases, ACylindersInsideIsClosed) {
     const Vec3 axis = world().to_world(along(place, world().axes_at(place).up, radius_m));
     EXPECT_NEAR(axis.x, 0, 1e-6);
     EXPECT_NEAR(std::abs(axis.y), radius_m, 1e-6);
+  }
+}
+
+// A host's function: a torus, whose ring lies level.
+struct Torus {
+  double ring_m, tube_m;
+
+  static const Torus& of(void* user) { return *static_cast<const Torus*>(user); }
+  static Vec3 place(void* user, double u, double v, double height_m) {
+    const Torus& t = of(user);
+    const double a = u / (t.ring_m + t.tube_m), b = v / t.tube_m;
+    const double out = t.ring_m + (t.tube_m + height_m) * std::cos(b);
+    return {out * std::sin(a), -(t.tube_m + height_m) * std::sin(b), out * std::cos(a)};
+  }
+  static Vec3 up(void* user, double u, double v) {
+    const Torus& t = of(user);
+    const double a = u / (t.ring_m + t.tube_m), b = v / t.tube_m;
+    return {std::cos(b) * std::sin(a), -std::sin(b), std::cos(b) * std::cos(a)};
+  }
+  static bool inverse(void* user, Vec3 p, double& u, double& v, double& height_m) {
+    const Torus& t = of(user);
+    const double out = std::hypot(p.x, p.z) - t.ring_m;
+    u = std::atan2(p.x, p.z) * (t.ring_m + t.tube_m);
+    v = std::atan2(-p.y, out) * t.tube_m;
+    height_m = std::hypot(out, p.y) - t.tube_m;
+    return height_m > -0.9 * t.tube_m;
+  }
+};
+
+TEST_F(WorldsOnBases, AHostsFunctionSaysWhereAGroundLies) {
+  Torus torus{3000, 1000};
+  const GroundFunction function{Torus::place, Torus::up, Torus::inverse, &torus};
+  const int wide = 513, deep = 257;
+  const double spacing_m = 20;
+  core::GroundInfo shape;
+  shape.samples[0] = wide;
+  shape.samples[1] = deep;
+  shape.steps[0] = shape.steps[1] = core::kMostCurvedSteps;
+  shape.basis.kind = core::BasisKind::function;
+  for (int axis = 0; axis < 2; ++axis) {
+    shape.basis.step[axis] = spacing_m;
+    shape.basis.first[axis] = -0.5 * spacing_m * double(shape.samples[axis] - 1);
+  }
+  shape.basis.height_unit_m = spacing_m / core::kMostCurvedSteps * core::kVertexStep;
+  const double across_m = std::hypot(spacing_m, spacing_m);
+  shape.basis.function.turn_rad = across_m / torus.tube_m;
+  shape.basis.function.sagitta_m = across_m * shape.basis.function.turn_rad / 8;
+  ASSERT_TRUE(shape.basis.finish().ok());
+  const auto heights = [&shape](std::int64_t i, std::int64_t k) {
+    const double waves = std::sin(0.11 * double(i)) * std::cos(0.07 * double(k));
+    return static_cast<std::int32_t>(60 * waves / shape.basis.height_unit_m);
+  };
+  const test::MemoryGround ground(shape, heights);
+  const std::vector<std::byte> file = test::ground_file(ground, spacing_m);
+  // Without it there is no world, and the error names the field.
+  {
+    test::MemoryFile bytes(file);
+    Plan plan;
+    ASSERT_TRUE(make_plan(bytes.source(), plan).ok());
+    std::vector<std::byte> memory(plan.cpu_bytes + kMemoryAlignment);
+    void* at = memory.data();
+    std::size_t room = memory.size();
+    std::align(kMemoryAlignment, plan.cpu_bytes, at, room);
+    World* none = nullptr;
+    const Status status =
+        World::create(plan, bytes.source(), {static_cast<std::byte*>(at), plan.cpu_bytes}, none);
+    EXPECT_STREQ(status.field(), "ground");
+  }
+  for (const bool deferred : {false, true}) {
+    Needs needs;
+    needs.queries = 1;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    open(needs, {}, options, file, function);
+    ASSERT_EQ(world().info().basis, Basis::function);
+    std::mt19937 random(5);
+    const auto between = [&](double a, double b) {
+      return std::uniform_real_distribution<double>(a, b)(random);
+    };
+    for (int n = 0; n < 100; ++n) {
+      // At samples, where the ground is as high as they are.
+      const int i = static_cast<int>(between(40, wide - 40)), k = static_cast<int>(between(40, deep - 40));
+      const double u = shape.basis.first[0] + spacing_m * i, v = shape.basis.first[1] + spacing_m * k;
+      const double height_m = heights(i, k) * shape.basis.height_unit_m;
+      Hit hit;
+      ASSERT_TRUE(ground_at(world().from_world(Torus::place(&torus, u, v, height_m + 50)), hit)) << n;
+      EXPECT_NEAR(distance(world().to_world(hit.place), Torus::place(&torus, u, v, height_m)), 0, 0.02) << n;
+      const LocalAxes axes = world().axes_at(hit.place);
+      const Vec3 up = Torus::up(&torus, u, v), towards = world().to_world(axes.up);
+      EXPECT_NEAR(distance(up, towards), 0, 1e-6);
+      ViewState view;
+      view.error_px = std::exp2(between(-1, 4));
+      view.eye = along(hit.place, axes.up, std::exp2(between(1, 6)));
+      const double turn = between(0, 6.28);
+      const Vec3 ahead = mixed(axes.east, std::cos(turn), axes.north, std::sin(turn), axes.up, 0);
+      ASSERT_TRUE(look_at(view, along(view.eye, mixed(axes.up, -1.7, ahead, 1, axes.up, 0), 1), ahead));
+      ASSERT_EQ(holes(view, 0.1, 1e5, 40, n % 3 == 0 ? 0.05 : 0), 0u) << n << ' ' << deferred;
+    }
   }
 }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "tests/library/ground_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
 
 #include <gtest/gtest.h>
+#include <glm/common.hpp>
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/world_writer.h"
@@ -26,7 +28,10 @@ TilePlace write_images(const MemoryGround& ground, const GroundImages& images, s
     ImageChildren children;
     for (int quadrant = 0; quadrant < 4 && key.size > images.least_size; ++quadrant) {
       const NodeKey child = key.child(quadrant);
-      if (node_exists(ground.info(), child)) children.places[quadrant] = write(child);
+      const double side = std::ldexp(double{kNodeQuads}, child.size);
+      const bool is_there = !images.is_fine || child.size >= images.least_size + 2 ||
+                            images.is_fine((child.x + 0.5) * side, (child.z + 0.5) * side);
+      if (is_there && node_exists(ground.info(), child)) children.places[quadrant] = write(child);
     }
     std::vector<std::byte> bytes(image_tile_bytes(ImageFormat::rgba8));
     std::memcpy(bytes.data(), children.places, sizeof children.places);
@@ -91,32 +96,74 @@ std::vector<std::byte> with_tiles(const MemoryGround& ground, WorldWriter writer
 
 }  // namespace
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m, const GroundImages& images) {
+std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m, const GroundImages& images,
+                                   const core::WorldMaterials& materials) {
   core::WorldInfo info;
   info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
   info.extent = {2, 1, 2};
   info.depth = 1;
   info.level = 1;
   TreeMemory memory(1, 1);
-  WorldWriter writer{info, &memory.tree, {}};
+  WorldWriter writer{info, &memory.tree, {}, materials};
   writer.ground.info = ground.info();
   return with_tiles(ground, writer, images);
 }
 
-std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels) {
-  const core::WorldInfo info = voxels.info();
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels,
+                                   const GroundImages& images) {
+  const TestWorld* const one = &voxels;
+  return ground_file(ground, {&one, 1}, images);
+}
+
+std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions,
+                                   const GroundImages& images) {
+  core::WorldInfo info = regions[0]->info();
+  info.extent = glm::ivec3(0);
+  info.regions = static_cast<std::uint32_t>(regions.size());
+  info.depth = 0;
+  info.octets = info.volumes = info.patches = info.height_blocks = 0;
+  GroundInfo placed = ground.info();
+  std::vector<PatchKey> keys;
+  std::vector<std::int16_t> samples;
+  std::vector<std::uint16_t> errors;
+  std::vector<PatchBounds> boxes;
+  std::vector<NormalCone> cones, shading;
+  std::vector<const Octree*> octrees;
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  for (const TestWorld* const voxels : regions) {
+    const core::WorldInfo own = voxels->info();
+    EXPECT_EQ(own.patches, own.height_blocks);
+    GroundRegion& region = placed.region_list[octrees.size()];
+    region.extent = own.extent;
+    region.depth = own.depth;
+    region.octets = own.octets;
+    region.volumes = own.volumes;
+    region.patches = own.patches;
+    region.rim_edges = RegionRim::count(voxels->surface());
+    for (const PatchKey key : voxels->keys())
+      keys.push_back(PatchKey::make(static_cast<std::uint32_t>(octrees.size()),
+                                    static_cast<std::uint32_t>(key.corner().x),
+                                    static_cast<std::uint32_t>(key.corner().y),
+                                    static_cast<std::uint32_t>(key.corner().z), key.case_patch()));
+    append(samples, voxels->heights().samples);
+    append(errors, voxels->level_errors());
+    append(boxes, voxels->bounds());
+    append(cones, voxels->cones());
+    append(shading, voxels->shading_cones());
+    octrees.push_back(&voxels->octree());
+    info.extent = glm::max(info.extent, own.extent);
+    info.depth = std::max(info.depth, own.depth);
+    info.octets += own.octets;
+    info.volumes += own.volumes;
+    info.patches += own.patches;
+    info.height_blocks += own.height_blocks;
+  }
   std::vector<std::byte> mask((info.patches + 7) / 8, std::byte{0});
-  for (std::uint32_t p = 0; p < info.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
-  const std::vector<PatchKey> keys = voxels.keys();
-  const std::vector<std::uint16_t> errors = voxels.level_errors();
-  const std::vector<PatchBounds> boxes = voxels.bounds();
-  const std::vector<NormalCone> cones = voxels.cones();
-  const std::vector<NormalCone> shading = voxels.shading_cones();
-  WorldWriter writer{
-      info, &voxels.octree(), {keys, mask, voxels.heights().samples, errors, boxes, cones, shading}};
-  writer.ground.info = ground.info();
-  writer.ground.info.rim_edges = RegionRim::count(voxels.surface());
-  return with_tiles(ground, writer);
+  for (std::uint32_t p = 0; p < info.patches; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
+  WorldWriter writer{info, octrees[0], {keys, mask, samples, errors, boxes, cones, shading}};
+  if (octrees.size() > 1) writer.octrees = octrees;
+  writer.ground.info = placed;
+  return with_tiles(ground, writer, images);
 }
 
 MemoryGround::Heights rough_heights() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <random>
 #include <thread>
 
@@ -186,6 +187,66 @@ TEST_F(GroundWorlds, FramesDoNotWaitForTheFile) {
   slow.drawing = false;
   renderer->destroy();
   world->destroy();
+}
+
+// What a moving view will lack is asked for before, whether the host tells how it moves or not; and no more
+// than that where it is told not to.
+TEST_F(GroundWorlds, MovingViewsAreReadAhead) {
+  enum class Way { none, seen, told };
+  for (const Way way : {Way::none, Way::seen, Way::told}) {
+    open_ground();
+    Inspection inspection;
+    inspection.read_ahead = way != Way::none;
+    set_inspection(*renderer_, inspection);
+    std::uint32_t asked = 0, used = 0, first = 0;
+    FrameResult result;
+    for (int frame = 0; frame < 80; ++frame) {
+      const double x = 800 + 30.0 * frame;
+      ViewState shown = view({x, 90, 2400}, {x + 400, 40, 2400});
+      shown.has_motion = way == Way::told;
+      shown.motion = host_->world->from_world({30, 0, 0});
+      const Vec3 zero = host_->world->from_world({0, 0, 0});
+      shown.motion = {shown.motion.x - zero.x, shown.motion.y - zero.y, shown.motion.z - zero.z};
+      result = test::draw_frame(*renderer_, picture_, {shown}, 1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      asked += costs(*renderer_).ahead_asked;
+      used += costs(*renderer_).ahead_used;
+      if (frame < 8) first += costs(*renderer_).ahead_asked;
+    }
+    if (way == Way::none) {
+      EXPECT_EQ(asked, 0u);
+      continue;
+    }
+    EXPECT_GT(asked, 0u);
+    EXPECT_GT(used, 0u);
+    EXPECT_LE(used, asked);
+    // Nobody but the host knows before nine frames.
+    if (way == Way::seen) {
+      EXPECT_EQ(first, 0u);
+    }
+  }
+  // Of an eye that stands the host's word counts.
+  ViewState shown = view({800, 90, 2400}, {1200, 40, 2400});
+  for (const bool told : {false, true}) {
+    open_ground();
+    const Vec3 there = host_->world->from_world({30, 0, 0}), here = host_->world->from_world({0, 0, 0});
+    shown.has_motion = told;
+    shown.motion = {there.x - here.x, there.y - here.y, there.z - here.z};
+    std::uint32_t asked = 0;
+    for (int frame = 0; frame < 80; ++frame) {
+      test::draw_frame(*renderer_, picture_, {shown}, 1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      asked += costs(*renderer_).ahead_asked;
+    }
+    EXPECT_EQ(asked > 0, told);
+  }
+  shown.motion.x = std::numeric_limits<double>::quiet_NaN();
+  FrameInput input;
+  input.views = {&shown, 1};
+  FrameResult result;
+  const Status refused = renderer_->begin_frame(input, result);
+  EXPECT_EQ(refused.code(), StatusCode::invalid_argument);
+  EXPECT_STREQ(refused.field(), "motion");
 }
 
 // With the fewest tiles, a picture that wants more comes to rest, coarser, and says why.

@@ -166,10 +166,11 @@ TEST(Anisotropy, GroundAtAGrazingAngleIsSharperAndFromAboveItStays) {
   const double sharp = sharpness(forward.grazing, kHeight / 2, kHeight / 2 + 3);
   std::printf("neighbours differ by %.2f of 255, with 4 places by %.2f\n", blurred, sharp);
   EXPECT_GT(sharp, 1.5 * blurred);
-  // The G-buffer rounds normals, which counts where ground is seen nearly from its side.
+  // llvmpipe takes the places of a lookup from one pixel of four; by the G-buffer they are of what all four
+  // show, while a triangle's lie in its plane beyond its edges too.
   std::printf("deferred: %.4f of the pixels differ by more than 16\n",
               test::share_beyond(forward.grazing, deferred.grazing, 16));
-  EXPECT_LE(test::share_beyond(forward.grazing, deferred.grazing, 16), 0.02);
+  EXPECT_LE(test::share_beyond(forward.grazing, deferred.grazing, 16), 0.006);
   EXPECT_LE(test::share_beyond(forward.above, deferred.above, 8), 0.005);
 
   const double before = sharpness(without.above, 0, kHeight);
@@ -193,7 +194,9 @@ TEST(Anisotropy, ThePlacesOfALookupAreMixed) {
     const double mixed = sharpness_down(with.grazing, 21, 28);
     std::printf("rows differ by %.2f of 255, with 4 places by %.2f\n", one, mixed);
     EXPECT_GT(one, 20);
-    EXPECT_LT(mixed, 0.5 * one);
+    // How many places a driver takes at an angle between is its own business; near the horizon all are taken.
+    const bool pinned = std::strncmp(with.device.renderer, "llvmpipe", 8) == 0;
+    EXPECT_LT(mixed, (pinned ? 0.5 : 1.0) * one);
     // Near the horizon, where the G-buffer's rounded normals would hide it, along the ground's axes and not
     // those that neighbouring pixels tell.
     if (shading == Shading::deferred) continue;

@@ -67,10 +67,12 @@ double share_beyond(const Pixels& a, const Pixels& b, int most) {
   return static_cast<double>(count) / (static_cast<double>(a.rgba.size()) / 4);
 }
 
-HostWorld::HostWorld(Needs needs, Placement placement, std::vector<std::byte> bytes)
+HostWorld::HostWorld(Needs needs, Placement placement, std::vector<std::byte> bytes,
+                     const GroundFunction& ground)
     : file(std::move(bytes)), source(file.source()) {
   plan.needs = needs;
   plan.placement = placement;
+  plan.ground = ground;
   const Status planned = make_plan(source, plan);
   EXPECT_TRUE(planned.ok()) << planned.what() << " " << planned.field();
   memory_ = std::make_unique<AlignedBytes>(plan.cpu_bytes);
@@ -143,9 +145,10 @@ Pixels HostPicture::read() const {
   return pixels;
 }
 
-void HostTest::open(Needs needs, Placement placement, GlOptions options, std::vector<std::byte> file) {
+void HostTest::open(Needs needs, Placement placement, GlOptions options, std::vector<std::byte> file,
+                    const GroundFunction& ground) {
   close();
-  host_ = std::make_unique<HostWorld>(needs, placement, std::move(file));
+  host_ = std::make_unique<HostWorld>(needs, placement, std::move(file), ground);
   ASSERT_NE(host_->world, nullptr);
   const Status status = Renderer::create(*host_->world, picture_.loader(), options, renderer_);
   ASSERT_TRUE(status.ok()) << status.what() << " " << status.field();

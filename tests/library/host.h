@@ -57,7 +57,7 @@ double share_beyond(const Pixels& a, const Pixels& b, int most);
 class HostWorld {
  public:
   explicit HostWorld(Needs needs = {}, Placement placement = {},
-                     std::vector<std::byte> file = cave_world_file());
+                     std::vector<std::byte> file = cave_world_file(), const GroundFunction& ground = {});
   ~HostWorld();
   HostWorld(const HostWorld&) = delete;
   HostWorld& operator=(const HostWorld&) = delete;
@@ -105,7 +105,7 @@ class HostTest : public testing::Test {
   HostTest(int width, int height) : picture_(width, height) {}
   void TearDown() override { close(); }
   void open(Needs needs = {}, Placement placement = {}, GlOptions options = {},
-            std::vector<std::byte> file = cave_world_file());
+            std::vector<std::byte> file = cave_world_file(), const GroundFunction& ground = {});
   void close();
   // A frame over magenta, without the sky. Pixels that show it: where one looks through the terrain.
   std::size_t holes(const ViewState& view, double work_ms, FrameResult& result);

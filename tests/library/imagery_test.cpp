@@ -160,6 +160,85 @@ TEST_F(Images, WhereNothingCoversMaterialsShow) {
   EXPECT_EQ(same, kWidth / 2 - 5);
 }
 
+// Colours that change slowly: so are tiles of all sizes alike.
+Colour slow(double column, double row) {
+  return {static_cast<std::uint8_t>(std::clamp(60 + 0.7 * column, 0.0, 255.0)),
+          static_cast<std::uint8_t>(std::clamp(60 + 0.8 * row, 0.0, 255.0)), 90, 255};
+}
+
+// Where there are no tiles of the least sizes the same colours lie at the same places, in coarser texels.
+TEST_F(Images, SeveralResolutionsShowOnePicture) {
+  const auto east = [](double column, double) { return column >= 120; };
+  const std::vector<std::byte> fine = flat_file({slow, 2}), mixed = flat_file({slow, 2, east});
+  ASSERT_LT(mixed.size(), fine.size() * 3 / 4);
+  const Vec3 looks[][2] = {{{1200, 60, 1000}, {1201, 0, 940}}, {{1150, 400, 1200}, {1250, 0, 700}}};
+  for (const auto& look : looks) {
+    const Pixels of_fine = drawn(fine, {}, look[0], look[1]), of_mixed = drawn(mixed, {}, look[0], look[1]);
+    EXPECT_LE(test::largest_difference(of_fine, of_mixed), 3) << look[0].y;
+  }
+}
+
+// A region of voxels under images of two resolutions, with tiles for all or for too few layers, by frames
+// that wait for them and by frames that do not: nowhere the background, nowhere black.
+TEST_F(Images, NoPixelIsOpenOrBlackWhateverIsMissing) {
+  constexpr glm::ivec3 kExtent{41, 24, 37};
+  constexpr int kFirst[2] = {12, 9};
+  const auto height_at = [](double x, double z) {
+    return 12 + 2 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
+  };
+  test::TestWorld voxels(
+      kExtent, [&](glm::ivec3 v) { return v.y + 0.5 < height_at(v.x + 0.5, v.z + 0.5); }, true);
+  voxels.set_heights(3, [](glm::dvec3) { return 0.0; });
+  test::MemoryRegion region{kExtent.x, kExtent.z, kFirst[0], kFirst[1], {}};
+  region.measure.error = 4.0 * core::kStepsPerVoxel;
+  region.measure.reach = 30.0 * core::kStepsPerVoxel;
+  const test::MemoryGround ground(
+      189, 165, 4096, 4096,
+      [&](std::int64_t i, std::int64_t k) {
+        const double h = height_at(0.5 + 0.5 * double(i) - 24, 0.5 + 0.5 * double(k) - 18);
+        return static_cast<std::int32_t>(h * core::kStepsPerVoxel / core::kVertexStep);
+      },
+      {region});
+  const auto east = [](double column, double) { return column >= 90; };
+  const auto bright = [](double column, double row) {
+    return is_sand(column, row) ? kSand : Colour{150, 190, 160, 255};
+  };
+  const std::vector<std::byte> file = test::ground_file(ground, voxels, {bright, 0, east});
+  int frames = 0, lacking = 0, with_patches = 0;
+  for (const bool deferred : {false, true}) {
+    for (const std::uint64_t image_bytes : {std::uint64_t{0}, std::uint64_t{1}}) {
+      Needs needs;
+      needs.image_bytes = image_bytes;
+      if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+      GlOptions options;
+      options.shading = deferred ? Shading::deferred : Shading::forward;
+      open(needs, {}, options, file);
+      test::Random random{17};
+      for (int frame = 0; frame < 24; ++frame, ++frames) {
+        const double x = 2 + 37 * random.unit(), z = 2 + 33 * random.unit();
+        const double y = height_at(x, z) + 1 + std::exp2(4 * random.unit());
+        ViewState shown = view({x, y, z}, {x + random.unit() - 0.5, y - 2, z + random.unit() - 0.5});
+        set_perspective(shown, 60, 0.1, 2000);
+        shown.error_px = std::exp2(4 * random.unit());
+        FrameResult result;
+        // One that has to be complete waits; one of too few layers never is.
+        ASSERT_EQ(holes(shown, frame % 8 == 0 ? 0 : 0.01, result), 0u) << frame << " at " << x << ' ' << z;
+        const Pixels pixels = picture_.read();
+        int black = 0;
+        for (std::size_t n = 0; n < pixels.rgba.size(); n += 4)
+          black += pixels.rgba[n] + pixels.rgba[n + 1] + pixels.rgba[n + 2] < 24 ? 1 : 0;
+        ASSERT_EQ(black, 0) << frame << " at " << x << ' ' << y << ' ' << z << ' ' << deferred;
+        lacking += result.lacking > 0 ? 1 : 0;
+        with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
+      }
+      EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+      close();
+    }
+  }
+  EXPECT_GT(lacking, frames / 4);
+  EXPECT_GT(with_patches, frames / 2);
+}
+
 TEST_F(Images, ThePlanIsWhatIsTaken) {
   open({}, {}, {}, test::ground_file(hilly(), 10, {checker, 4}));
   const DeviceInfo device = device_info(*renderer_);

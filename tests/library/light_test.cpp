@@ -10,6 +10,8 @@
 #include "tests/gl/dirty_host.h"
 #include "tests/library/host.h"
 #include "tests/library/vec3.h"
+#include "tests/support/test_world.h"
+#include "tests/support/world_io.h"
 
 namespace karst {
 namespace {
@@ -142,11 +144,11 @@ class Light : public test::HostTest {
     for (const GLuint program : {lit_, hazed_, depth_}) glDeleteProgram(program);
   }
 
-  void open(Needs needs = {}) {
+  void open(Needs needs = {}, std::vector<std::byte> file = test::cave_world_file()) {
     needs.queries = 1;
     needs.query_level = 4;
     needs.query_patches = 65'536;
-    HostTest::open(needs, Placement{Axes::east_north_up, {5000, -300, 20}, 25});
+    HostTest::open(needs, Placement{Axes::east_north_up, {5000, -300, 20}, 25}, {}, std::move(file));
     ASSERT_NE(renderer_, nullptr);
     // From the south and above; and a place for the host's things, high over the ground.
     view_ = test::looking(*host_->world, {20, 45, 50}, {20, 10, 18}, kWidth, kHeight);
@@ -306,6 +308,71 @@ TEST_F(Light, HazeIsThatOfTheAir) {
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(255 * horizon[c], displayed(double{air.horizon_rgb[c]}), 1);
   }
+}
+
+// Level ground 5 m high under water up to a height; below 0: dry.
+std::vector<std::byte> flooded(float level, double voxel_size_m = 1) {
+  test::TestWorld world({40, 24, 36}, [](glm::ivec3 v) { return v.y < 5; });
+  world.voxel_size_m = voxel_size_m;
+  core::WorldMaterials materials;
+  if (level > 0) materials.surroundings = {core::kHasWater, level, 0, 0};
+  const std::vector<std::byte> dry = world.file();
+  std::vector<std::byte> file;
+  const Status status =
+      core::write_world({world.info(), &world.octree(), core::read_patches(dry), materials}, file);
+  EXPECT_TRUE(status.ok()) << status.what() << ' ' << status.field();
+  return file;
+}
+
+// Water is a height for them as for the ground: blue with depth, the bed lost in the end; nothing above it.
+TEST_F(Light, HostsSurfacesUnderWaterAreSeenThroughIt) {
+  const auto seen = [&](float level) {
+    open({}, flooded(level));
+    frame(nullptr);
+    return shade(hazed_, {place_, {1, 0, 0}, {0, 1, 0}}, {0, 0, 1});
+  };
+  const std::array<int, 3> dry = seen(-1);
+  EXPECT_EQ(seen(33), dry);  // it is at 34 m, the eye at 45
+  const std::array<int, 3> shallow = seen(36);
+  const std::array<int, 3> deep = seen(44);
+  std::printf("dry %d %d %d, under 2 m %d %d %d, under 10 m %d %d %d\n", dry[0], dry[1], dry[2], shallow[0],
+              shallow[1], shallow[2], deep[0], deep[1], deep[2]);
+  EXPECT_LT(shallow[0], dry[0] - 30);
+  EXPECT_GT(shallow[2], shallow[0]);
+  EXPECT_LT(deep[0], shallow[0]);
+  EXPECT_GT(deep[1], deep[0]);
+  // From within, 25 m away.
+  const std::array<int, 3> within = seen(60);
+  EXPECT_LT(within[0], deep[0] + 1);
+  EXPECT_GT(within[2], within[0]);
+}
+
+// In the sun's glitter too, which is of the surface and not of the bed that lies below it in the world.
+TEST_F(Light, TheSeaGoesOnWhereTheWorldEnds) {
+  HostTest::open({}, {}, {}, flooded(15, 100));
+  ASSERT_NE(renderer_, nullptr);
+  const Vec3 to_sun = unit(Sun().towards);
+  const Vec3 eye{2000, 9000, 1800};
+  view_ = test::looking(*host_->world, eye, eye + Vec3{to_sun.x, -1.7, to_sun.z} * 1000, kWidth, kHeight);
+  view_.clip_from_view[10] = -1;  // as far as it goes
+  view_.clip_from_view[14] = -200;
+  test::draw_frame(*renderer_, picture_, {view_});
+  const Pixels pixels = picture_.read();
+  int most = 0, brightest = 0, darkest = 255;
+  for (int y = 1; y < kHeight / 2; ++y) {
+    for (int x = 1; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const int here = pixels.at(x, y)[c];
+        most = std::max({most, std::abs(here - int{pixels.at(x - 1, y)[c]}),
+                         std::abs(here - int{pixels.at(x, y - 1)[c]})});
+      }
+      brightest = std::max(brightest, int{pixels.at(x, y)[0]});
+      darkest = std::min(darkest, int{pixels.at(x, y)[0]});
+    }
+  }
+  std::printf("red is %d to %d, neighbours differ by %d at most\n", darkest, brightest, most);
+  EXPECT_GT(brightest, darkest + 40);
+  EXPECT_LE(most, 5);
 }
 
 TEST_F(Light, CastersShadeTheHostsSurfaces) {

@@ -58,7 +58,7 @@ std::vector<std::byte> region_file() {
         const double z = 0.5 + 0.5 * double(k) - 2 * kFirst[1];
         return static_cast<std::int32_t>(ground_height(x, z) * core::kStepsPerVoxel / core::kVertexStep);
       },
-      region);
+      {region});
   return test::ground_file(ground, voxels);
 }
 
@@ -81,10 +81,10 @@ class Regions : public test::HostTest {
 TEST_F(Regions, TheWorldSaysWhereItsVoxelsAre) {
   open_region();
   const WorldInfo& info = host_->world->info();
-  EXPECT_EQ(info.region_first[0], kFirst[0]);
-  EXPECT_EQ(info.region_first[1], kFirst[1]);
-  EXPECT_EQ(info.region_nodes[0], 20);
-  EXPECT_EQ(info.region_nodes[1], 18);
+  EXPECT_EQ(info.region_first[0][0], kFirst[0]);
+  EXPECT_EQ(info.region_first[0][1], kFirst[1]);
+  EXPECT_EQ(info.region_nodes[0][0], 20);
+  EXPECT_EQ(info.region_nodes[0][1], 18);
   EXPECT_DOUBLE_EQ(info.ground_spacing_m[0], 0.5);
   EXPECT_NEAR(info.low_m.x, 0.5 - 2 * kFirst[0], 1e-6);
   const DeviceInfo device = device_info(*renderer_);

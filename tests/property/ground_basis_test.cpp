@@ -121,6 +121,10 @@ void check_edges(const MemoryGround& ground, const GroundRequest& request, const
     if (!info.is_cube() && grid_of(info.basis, a, ga) && grid_of(info.basis, b, gb)) {
       const double low = info.basis.height_m(info.low) + slack_m;
       at_rim = ga.height_m <= low && gb.height_m <= low;
+      // One that closes has ends in the north and the south alone.
+      const double near = 0.25 + slack_m / (info.steps[1] * step_m);
+      const double last = double(info.samples[1] - 1);
+      if (info.closes()) at_rim = at_rim && std::min(std::abs(ga.k), std::abs(ga.k - last)) <= near;
     }
     // Behind the horizon nothing is drawn.
     bool hidden = false;
@@ -165,6 +169,15 @@ GroundInfo any_ground(Random& random, int kind) {
                     test::between(random, -20, 60), std::exp2(test::between(random, -12, -2)));
     case 2:
       return tube(2 + random.below(200), 2 + random.below(200), std::exp2(test::between(random, 6, 12)), 1);
+    case 3: {
+      // Once around.
+      const int around = 4 + random.below(300);
+      const double step = 360.0 / around;
+      if (around % 2 == 0)
+        return region(around + 1, 2 + random.below(static_cast<int>(150 / step) + 1), -180, 75, step);
+      const double radius_m = around / 6.283185307179586;
+      return tube(around + 1, 2 + random.below(200), around % 3 == 0 ? -radius_m : radius_m, 1);
+    }
     default:
       return tube(2 + random.below(200), 2 + random.below(200), -std::exp2(test::between(random, 6, 12)), 1);
   }
@@ -177,7 +190,7 @@ TEST(GroundOnABasis, EveryInnerEdgeIsUsedOnceByEachSide) {
   Totals totals, of_planets;
   std::uint64_t worlds = 0;
   while (totals.frames < frames) {
-    const int kind = static_cast<int>(worlds++ % 5) % 4;  // planets twice
+    const int kind = static_cast<int>(worlds++ % 6) % 5;  // planets twice
     const GroundInfo shape = any_ground(random, kind);
     const double rough = std::exp2(test::between(random, 0, 11));
     const MemoryGround ground(shape, noise_over(shape, rough),
@@ -287,7 +300,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
   const Tables tables;
   Random random{8};
   double most = 0, sum = 0;
-  std::uint64_t points = 0, frames = 0, beyond = 0;
+  std::uint64_t points = 0, frames = 0, beyond = 0, seams = 0;
   const std::uint64_t wanted = frames_wanted() / 4;
   // Grid places of a page's vertices.
   std::array<glm::ivec2, kNodeVertices> grid;
@@ -305,13 +318,20 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
       case 1:
         shape = region(side, side, 6, test::between(random, 20, 60), 20.0 / double(side));
         break;
-      default:
-        shape = tube(side, side, world % 4 == 2 ? 60.0 : -60.0, 1);
+      case 2:
+        shape = tube(side, side, world % 8 == 2 ? 60.0 : -60.0, 1);
         break;
+      default: {
+        // Three or five nodes around of some size: the seam lies in a family's middle.
+        const std::int64_t around = (side - 1) / 16 * (world % 8 == 3 ? 12 : 20);
+        shape = tube(around + 1, side,
+                     double(around) / (world % 16 < 8 ? 6.283185307179586 : -6.283185307179586), 1);
+        break;
+      }
     }
     shape.basis.most_bend_m = std::numeric_limits<double>::infinity();
     // Waves by place, which fit over edges.
-    const double spacing_m = shape.basis.height_unit_m * kMostSampleSteps / kVertexStep;
+    const double spacing_m = shape.basis.height_unit_m * kMostCurvedSteps / kVertexStep;
     const double tall = std::exp2(test::between(random, 0, 10));
     const double length_m = spacing_m * double(side) / test::between(random, 1, 8);
     const auto heights = [&shape, tall, length_m](std::int64_t i, std::int64_t k) {
@@ -334,6 +354,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
       const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
       CameraMatrices matrices = test::any_matrices(random, kind, 0.02, double(side) * 0.25);
       GridPlace at{double(side - 1) * random.unit(), double(side - 1) * random.unit(), 0, 0};
+      if (info.closes()) at.i = double(info.samples[0] - 1) * (1 - 0.1 * random.unit());  // at its seam
       if (info.is_cube()) {
         at.face = random.below(6);
         int x = 0, z = 0;
@@ -357,6 +378,11 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
         const int face = face_of(info, node.key);
         const DrawnNode drawn(info, camera, request.scale, node, tables.entries, parts.rows,
                               node.key.size == info.top_size());
+        // Beyond the last sample vertices move sideways: a place of the grid is none of the surface.
+        if (!info.is_cube() &&
+            (std::int64_t{node.key.x} + 1) * kNodeQuads << node.key.size > info.samples[0] - 1)
+          continue;
+        seams += has_seam_inside(info, node.key.parent()) ? 1u : 0u;
         for_each_triangle(item, tables.indices, [&](const std::uint16_t* corners) {
           if (std::max({corners[0], corners[1], corners[2]}) >= kNodeVertices) return;
           double a = random.unit(), b = random.unit();
@@ -392,6 +418,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
       static_cast<unsigned long long>(beyond));
   EXPECT_GT(points, 10'000u);
   EXPECT_EQ(beyond, 0u);
+  EXPECT_GT(seams, 0u);
 }
 
 // A node somewhere, with a tile of its own, as an eye 2 m above its middle sees it.
@@ -482,7 +509,7 @@ void stand(const GroundInfo& info, NodeKey node, const Tables& tables, Figures& 
     for (int east = -1; east <= 1; ++east) {
       NodeKey other{node.size, node.x + east, node.z + south};
       if (east == 0 && south == 0) continue;
-      if (info.is_cube() && !neighbour_of(info, node, east, south, other)) continue;
+      if (!neighbour_of(info, node, east, south, other)) continue;
       const Standing there(info, other, heights);
       const int shared = count_of(there.drawn(camera, tables, false, false), home);
       // Near a pole others lie on the same place, too.
@@ -528,7 +555,59 @@ TEST(GroundOnABasis, AnEyeAtTwoMetresStandsAnywhere) {
       "FIGURE planet of %.1f m samples, corners and edges of faces too: vertices off double by %.2g m (half "
       "a "
       "step of %.2g m), as floats by %.2g m more; %d shared\n",
-      unit_m * kMostSampleSteps / kVertexStep, figures.lattice_m, unit_m, figures.drawn_m, figures.shared);
+      unit_m * kMostCurvedSteps / kVertexStep, figures.lattice_m, unit_m, figures.drawn_m, figures.shared);
+}
+
+// Where a ground that closes begins and ends: vertices of both sides, their normals and targets.
+TEST(GroundOnABasis, AGroundThatClosesHasNoSeam) {
+  int vertices = 0;
+  for (const bool is_tube : {false, true}) {
+    const int around = 192;
+    const GroundInfo shape = is_tube ? tube(around + 1, 70, around / 6.283185307179586, 1)
+                                     : region(around + 1, 70, -180, 80, 360.0 / around);
+    ASSERT_TRUE(shape.closes());
+    const MemoryGround ground(shape, noise_over(shape, 300));
+    const GroundInfo& info = ground.info();
+    for (int size = 0; size <= info.top_size(); ++size) {
+      for (int z = 0; node_exists(info, {size, 0, z}); ++z) {
+        const NodeKey east{size, 0, z}, west{size, last_column(info, size), z};
+        NodeKey neighbour;
+        ASSERT_TRUE(neighbour_of(info, west, 1, 0, neighbour));
+        EXPECT_EQ(neighbour, east);
+        ASSERT_TRUE(neighbour_of(info, east, -1, 0, neighbour));
+        EXPECT_EQ(neighbour, west);
+        EXPECT_EQ(node_walls(info, east) & 5u, 0u);
+        EXPECT_EQ(node_walls(info, west) & 5u, 0u);
+        std::array<GpuVertex, kNodePageVertices> sides[2];
+        glm::ivec3 origins[2];
+        for (const int side : {0, 1}) {
+          const NodeKey key = side == 0 ? west : east;
+          const Tile& tile = ground.tile(tile_of(key));
+          MakeNode{&info, &tile, key, true, sides[side]}.run();
+          origins[side] = node_origin(info, tile.nodes[node_in_tile(key)], key);
+        }
+        // Normals where edges of nodes lie on the seam, of the parent's size too.
+        const bool even = around % (kNodeQuads << size) == 0, even_next = around % (8 << size) == 0;
+        for (int k = 0; k < kNodeSide; ++k) {
+          const GpuVertex& a = sides[0][static_cast<std::size_t>(vertex_order(kNodeLevel, k, kNodeQuads))];
+          const GpuVertex& b = sides[1][static_cast<std::size_t>(vertex_order(kNodeLevel, k, 0))];
+          for (int axis = 0; axis < 3; ++axis) {
+            const int between = (origins[1][axis] - origins[0][axis]) * kStepsPerVoxel;
+            EXPECT_EQ(a.position[axis], b.position[axis] + between) << size << ' ' << z << ' ' << k;
+            EXPECT_EQ(a.morph[axis], b.morph[axis] + between) << size << ' ' << z << ' ' << k;
+          }
+          if (even) {
+            EXPECT_EQ(a.normal, b.normal) << size << ' ' << z << ' ' << k;
+          }
+          if (even_next) {
+            EXPECT_EQ(a.morph_normal, b.morph_normal) << size << ' ' << z << ' ' << k;
+          }
+          ++vertices;
+        }
+      }
+    }
+  }
+  EXPECT_GT(vertices, 200);
 }
 
 }  // namespace

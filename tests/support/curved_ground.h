@@ -30,12 +30,12 @@ inline GroundInfo planet(std::int32_t quads, double radius_m) {
   info.samples[0] = kCubeCells[0] * quads + 1;
   info.samples[1] = kCubeCells[1] * quads + 1;
   const double spacing_m = radius_m * 1.5707963267948966 / quads;
-  info.steps[0] = info.steps[1] = kMostSampleSteps;
+  info.steps[0] = info.steps[1] = kMostCurvedSteps;
   info.basis.kind = BasisKind::cube;
   info.basis.centred = true;
   info.basis.radius_m = radius_m;
   info.basis.face_quads = quads;
-  info.basis.height_unit_m = spacing_m / kMostSampleSteps * kVertexStep;
+  info.basis.height_unit_m = spacing_m / kMostCurvedSteps * kVertexStep;
   EXPECT_TRUE(info.basis.finish().ok());
   return info;
 }
@@ -58,9 +58,9 @@ inline GroundInfo region(std::int64_t wide, std::int64_t deep, double west, doub
   const double degree_m = 111'694.4;  // of latitude at the poles
   const double x_m = degree_m * step_deg * std::cos(equator * 0.017453292519943295),
                z_m = degree_m * step_deg;
-  basis.height_unit_m = z_m / kMostSampleSteps * kVertexStep;
-  info.steps[1] = kMostSampleSteps;
-  info.steps[0] = std::max(kMostSampleSteps * x_m / z_m, kLeastSampleSteps);
+  basis.height_unit_m = z_m / kMostCurvedSteps * kVertexStep;
+  info.steps[1] = kMostCurvedSteps;
+  info.steps[0] = std::max(kMostCurvedSteps * x_m / z_m, kLeastSampleSteps);
   EXPECT_TRUE(basis.finish().ok());
   return info;
 }
@@ -69,14 +69,14 @@ inline GroundInfo tube(std::int64_t wide, std::int64_t deep, double radius_m, do
   GroundInfo info;
   info.samples[0] = wide;
   info.samples[1] = deep;
-  info.steps[0] = info.steps[1] = kMostSampleSteps;
+  info.steps[0] = info.steps[1] = kMostCurvedSteps;
   auto& basis = info.basis;
   basis.kind = BasisKind::cylinder;
   basis.radius_m = radius_m;
   basis.step[0] = basis.step[1] = spacing_m;
   basis.first[0] = -0.5 * spacing_m * double(wide - 1);
   basis.first[1] = -0.5 * spacing_m * double(deep - 1);
-  basis.height_unit_m = spacing_m / kMostSampleSteps * kVertexStep;
+  basis.height_unit_m = spacing_m / kMostCurvedSteps * kVertexStep;
   EXPECT_TRUE(basis.finish().ok());
   return info;
 }

@@ -35,16 +35,17 @@ GroundInfo plane(std::int64_t wide, std::int64_t deep, double step_x, double ste
 }  // namespace
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const Errors& errors, const MemoryRegion& region)
+                           const Heights& heights, const Errors& errors,
+                           const std::vector<MemoryRegion>& regions)
     : info_(plane(wide, deep, step_x, step_z)) {
-  make_tiles(heights, region);
+  make_tiles(heights, regions);
   measure(errors);
 }
 
 MemoryGround::MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z,
-                           const Heights& heights, const MemoryRegion& region)
+                           const Heights& heights, const std::vector<MemoryRegion>& regions)
     : info_(plane(wide, deep, step_x, step_z)) {
-  make_tiles(heights, region);
+  make_tiles(heights, regions);
   measure(heights);
 }
 
@@ -67,10 +68,16 @@ void MemoryGround::for_each_node(int size, const std::function<void(NodeKey)>& t
   }
 }
 
-void MemoryGround::make_tiles(const Heights& heights, const MemoryRegion& region) {
-  region_ = region.measure;
-  if (region.extent_x > 0 && !place_region(info_, region.extent_x, region.extent_z, region.x, region.z))
-    std::abort();
+void MemoryGround::make_tiles(const Heights& heights, const std::vector<MemoryRegion>& regions) {
+  for (const MemoryRegion& region : regions) {
+    GroundRegion& to = info_.region_list[static_cast<std::size_t>(info_.region_count++)];
+    to.nodes.low[0] = region.x;
+    to.nodes.low[1] = region.z;
+    to.extent = {region.extent_x, region.extent_y, region.extent_z};
+    to.corner.y = region.y;
+    regions_.push_back(region.measure);
+  }
+  if (!regions.empty() && !place_regions(info_)) std::abort();
   info_.low = info_.high = heights(0, 0);
   for (std::int64_t k = 0; k < info_.samples[1]; ++k) {
     for (std::int64_t i = 0; i < info_.samples[0]; ++i) {
@@ -95,7 +102,7 @@ void MemoryGround::make_tile(NodeKey key, const Heights& heights) {
   for (int k = -kTileRim; k <= kTileQuads + kTileRim; ++k) {
     for (int i = -kTileRim; i <= kTileQuads + kTileRim; ++i) {
       const auto at = static_cast<std::size_t>((k + kTileRim) * kTileSide + i + kTileRim);
-      tile.heights[at] = heights(sample_of(info_.samples[0], key.size, std::int64_t{key.x} * kTileQuads + i),
+      tile.heights[at] = heights(sample_around(info_, key.size, std::int64_t{key.x} * kTileQuads + i),
                                  sample_of(info_.samples[1], key.size, std::int64_t{key.z} * kTileQuads + k));
     }
   }
@@ -145,10 +152,11 @@ void MemoryGround::measure(const Errors& errors) {
       const double error = errors(node);
       double steps[kDemands];
       for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + kG * reach / (1.0 - kNodeMorphShare);
-      if (in_region(info_, node) == InRegion::part) {
+      for (std::size_t k = 0; k < regions_.size(); ++k) {
+        if (in_region(info_.regions()[k], node) != InRegion::part) continue;
+        const double change = kG * (regions_[k].reach + 2 * kNodeQuads * reach);
         for (int n = 0; n < kDemands; ++n)
-          steps[n] = std::max(
-              steps[n], kSlack * (demand(n) * region_.error + kG * (region_.reach + 2 * kNodeQuads * reach)));
+          steps[n] = std::max(steps[n], kSlack * (demand(n) * regions_[k].error + change));
       }
       const auto keep = [&](NodeKey q) {
         const NodeMeasure* const finer = measure_of(q);
@@ -169,12 +177,7 @@ void MemoryGround::measure(const Errors& errors) {
         for (int dx = -1; dx <= 2; ++dx) {
           NodeKey q{size - 1, 2 * node.x + std::clamp(dx, 0, 1), 2 * node.z + std::clamp(dz, 0, 1)};
           const int east = dx - std::clamp(dx, 0, 1), south = dz - std::clamp(dz, 0, 1);
-          if (!info_.is_cube()) {
-            q.x += east;
-            q.z += south;
-          } else if (!neighbour_of(info_, q, east, south, q)) {
-            continue;
-          }
+          if (!neighbour_of(info_, q, east, south, q)) continue;
           keep(q);
         }
       }
@@ -293,7 +296,7 @@ void MemoryGround::measure(const Heights& heights) {
       job.north = z > 0 ? &of.rows[z - 1] : nullptr;
       job.own = &of.rows[z];
       job.z = static_cast<std::int64_t>(z);
-      job.region = region_;
+      job.regions = regions_;
       job.south = z + 1 < of.deep ? &of.rows[z + 1] : nullptr;
       for (std::size_t n = 0; n < 4 && size > 0; ++n) {
         AllNodes& finer = nodes[static_cast<std::size_t>(size) - 1];

@@ -13,15 +13,17 @@
 #include "terrain/ground/ground.h"
 #include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
-#include "terrain/ground/tile_source.h"
+#include "terrain/paging/tile_source.h"
 
 namespace karst::test {
 
-// Voxels of an extent as its region, from node (x, z) on. extent_x 0: none.
+// Voxels of an extent as a region, from node (x, z) on.
 struct MemoryRegion {
   int extent_x = 0, extent_z = 0;
   int x = 0, z = 0;
   core::RegionMeasure measure = {};
+  int extent_y = 511;
+  int y = 0;  // of its corner
 };
 
 class MemoryGround {
@@ -31,13 +33,13 @@ class MemoryGround {
   using Errors = std::function<float(core::NodeKey)>;
 
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
-               const Errors& errors, const MemoryRegion& region = {});
+               const Errors& errors, const std::vector<MemoryRegion>& regions = {});
   // Of any basis: samples, steps and basis of shape.
   MemoryGround(const core::GroundInfo& shape, const Heights& heights, const Errors& errors);
   MemoryGround(const core::GroundInfo& shape, const Heights& heights);
   // With what measure_ground.h measures.
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
-               const MemoryRegion& region = {});
+               const std::vector<MemoryRegion>& regions = {});
 
   const core::GroundInfo& info() const { return info_; }
   core::NodeKey root() const { return {info_.top_size(), 0, 0}; }  // of a cube, in its tile
@@ -61,7 +63,7 @@ class MemoryGround {
  private:
   using Key = std::tuple<int, int, int>;
   static Key key_of(core::NodeKey key) { return {key.size, key.x, key.z}; }
-  void make_tiles(const Heights& heights, const MemoryRegion& region);
+  void make_tiles(const Heights& heights, const std::vector<MemoryRegion>& regions);
   // Of a size.
   void for_each_node(int size, const std::function<void(core::NodeKey)>& take) const;
   void make_tile(core::NodeKey key, const Heights& heights);
@@ -70,7 +72,7 @@ class MemoryGround {
   core::NodeMeasure* measure_of(core::NodeKey node);
 
   core::GroundInfo info_;
-  core::RegionMeasure region_;
+  std::vector<core::RegionMeasure> regions_;
   std::map<Key, core::Tile> tiles_;
 };
 

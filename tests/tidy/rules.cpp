@@ -83,9 +83,10 @@ struct Floor {
 // Folders of the core, lowest first: each includes from those before it.
 constexpr string_view kCore[] = {"terrain/base",    "terrain/basis",   "terrain/field",    "terrain/surface",
                                  "terrain/patch",   "terrain/measure", "terrain/resident", "terrain/view",
-                                 "terrain/cull",    "terrain/lod",     "terrain/ground",   "terrain/draw",
-                                 "terrain/nodes",   "terrain/regions", "terrain/imagery",  "terrain/shadow",
-                                 "terrain/shading", "terrain/query",   "terrain/file",     "terrain/world"};
+                                 "terrain/motion",  "terrain/cull",    "terrain/lod",      "terrain/ground",
+                                 "terrain/paging",  "terrain/draw",    "terrain/nodes",    "terrain/regions",
+                                 "terrain/imagery", "terrain/shadow",  "terrain/shading",  "terrain/query",
+                                 "terrain/file",    "terrain/world"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};

@@ -74,11 +74,7 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   EXPECT_NEAR(reader.info().origin_m[0] + sample_m, -15.0 * static_cast<double>(info.samples[0] - 1), 1e-6);
 
   // Loading finds the rim that the file states.
-  const Config config = [&] {
-    Config needed = World::config_for(reader.info(), reader.info().level);
-    needed.rim_edges = info.rim_edges;
-    return needed;
-  }();
+  const Config config = World::config_for(reader.info(), reader.info().level, info);
   Budget budget;
   World::add_to(budget, config);
   test::AlignedBytes memory(budget.cpu_bytes());
@@ -87,7 +83,7 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   ASSERT_TRUE(world.create(config, arena).ok());
   const Status loaded = world.load(ByteSource::of(with));
   ASSERT_TRUE(loaded.ok()) << loaded.field() << ": " << loaded.what();
-  EXPECT_EQ(world.rim().edges().size(), info.rim_edges);
+  EXPECT_EQ(world.rim().edges().size(), info.regions()[0].rim_edges);
 
   // What voxels of that size cost for all of the DEM, from what they cost for a part of it around the cave.
   bake({"--crop", "640,424,64,64", "--voxel", "7.5", "--levels", "2", "--materials", "none", "--quiet", "-o",
@@ -99,6 +95,60 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
       "FIGURE the region takes %.0f bytes, the ground %zu, voxels of 7.5 m for all of it %.3g: %.2g %%\n",
       region, without.size(), all, 100 * (region + static_cast<double>(without.size())) / all);
   EXPECT_LT(region + static_cast<double>(without.size()), 0.02 * all);
+}
+
+// Two shapes whose boxes touch share a region, one that is near enough joins them; others have their own. All
+// lie on one lattice, and the file says what it says of the only region where there is one.
+TEST(RegionWorld, ShapesThatAreFarApartHaveRegionsOfTheirOwn) {
+  const Folder folder;
+  write(folder.path("shapes.json"), R"([
+    {"shape": "box", "op": "empty", "center": [-9000, 1000, 0], "size": [80, 4000, 80]},
+    {"shape": "box", "op": "empty", "center": [-8930, 1000, 0], "size": [80, 4000, 80]},
+    {"shape": "box", "op": "empty", "center": [-8700, 1000, 0], "size": [80, 4000, 80]},
+    {"shape": "box", "op": "empty", "center": [9000, 1000, 100], "size": [80, 4000, 80]},
+    {"shape": "sphere", "op": "empty", "center": [0, 9000, 0], "radius": 50}])");
+  const std::string said = bake({"--ground", "--materials", "none", "--carve", folder.path("shapes.json"),
+                                 "--voxel", "15", "-o", folder.path("w")});
+  std::size_t told = 0;
+  for (std::size_t at = said.find("region  "); at != std::string::npos; at = said.find("region  ", at + 1))
+    ++told;
+  EXPECT_EQ(told, 2u) << said;
+  EXPECT_NE(said.find("1 of 5 do not meet the ground"), std::string::npos) << said;
+  const std::vector<std::byte> file = read_all(folder.path("w"));
+  WorldReader reader;
+  ASSERT_TRUE(reader.open(ByteSource::of(file)).ok());
+  ASSERT_TRUE(reader.verify().ok());
+  const GroundInfo& info = reader.ground();
+  ASSERT_EQ(info.region_count, 2);
+  EXPECT_EQ(reader.info().patches, info.regions()[0].patches + info.regions()[1].patches);
+  const Config config = World::config_for(reader.info(), reader.info().level, info);
+  Budget budget;
+  World::add_to(budget, config);
+  test::AlignedBytes memory(budget.cpu_bytes());
+  Arena arena(memory.bytes());
+  World world;
+  ASSERT_TRUE(world.create(config, arena).ok());
+  const Status loaded = world.load(ByteSource::of(file));
+  ASSERT_TRUE(loaded.ok()) << loaded.field() << ": " << loaded.what();
+  ASSERT_EQ(world.parts().size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) {
+    EXPECT_EQ(world.parts()[n].rim->edges().size(), info.regions()[n].rim_edges);
+    EXPECT_EQ(world.parts()[n].patches(), info.regions()[n].patches);
+    // Where the shapes of the one and of the other are.
+    const double at_m = reader.info().origin_m[0] + 15.0 * info.regions()[n].corner.x;
+    EXPECT_LT(at_m, n == 0 ? -9040 : 8960);
+    EXPECT_GT(at_m, n == 0 ? -9340 : 8660);
+  }
+  // Fewer are allowed than there are.
+  Config less = config;
+  less.max_regions = 1;
+  Budget small;
+  World::add_to(small, less);
+  test::AlignedBytes room(small.cpu_bytes());
+  Arena other(room.bytes());
+  World refuses;
+  ASSERT_TRUE(refuses.create(less, other).ok());
+  EXPECT_STREQ(refuses.load(ByteSource::of(file)).field(), "max_regions");
 }
 
 TEST(RegionWorld, ShapesThatDoNotMeetTheGroundMakeNone) {
@@ -127,11 +177,10 @@ TEST(RegionWorld, WhatCannotBeARegionIsRefused) {
   const std::string border =
       refused(R"([{"shape": "box", "op": "empty", "center": [17900, 1000, 0], "size": [50, 4000, 50]}])", {});
   EXPECT_NE(border.find("its border"), std::string::npos) << border;
-  const std::string apart = refused(
-      R"([{"shape": "box", "op": "empty", "center": [-9000, 1000, 0], "size": [50, 4000, 50]},
-          {"shape": "box", "op": "empty", "center": [9000, 1000, 0], "size": [50, 4000, 50]}])",
-      {"--voxel", "7.5"});
-  EXPECT_NE(apart.find("nearer to each other"), std::string::npos) << apart;
+  const std::string wide =
+      refused(R"([{"shape": "box", "op": "empty", "center": [-500, 1000, 0], "size": [6000, 4000, 50]}])",
+              {"--voxel", "7.5"});
+  EXPECT_NE(wide.find("use a larger --voxel"), std::string::npos) << wide;
   const std::string tall =
       refused(R"([{"shape": "box", "op": "empty", "center": [0, -3000, 0], "size": [50, 9000, 50]}])",
               {"--voxel", "7.5"});

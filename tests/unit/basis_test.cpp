@@ -248,7 +248,12 @@ TEST(Basis, RefusesWhatIsNoBasis) {
   EXPECT_EQ(field([](Basis& b) { b.step[1] = 0.1; }), "first");
   EXPECT_EQ(field([](Basis& b) { b.step[0] = 0; }), "first");
   EXPECT_EQ(field([](Basis& b) { b.anchor_deg[1] = -91; }), "anchor_deg");
-  EXPECT_EQ(field([](Basis& b) { b.kind = BasisKind::function; }), "function");
+  EXPECT_EQ(field([](Basis& b) { b.kind = BasisKind::function; }), "first");
+  EXPECT_EQ(field([](Basis& b) {
+              b.kind = BasisKind::function;
+              b.function.up = [](const void*, double, double) { return glm::dvec3(0, 1, 0); };
+            }),
+            "function");
   EXPECT_EQ(field([](Basis& b) {
               b.kind = BasisKind::cube;
               b.face_quads = 12;

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "terrain/draw/wall_indices.h"
-#include "terrain/ground/tile_cache.h"
 #include "terrain/nodes/family_pool.h"
 #include "terrain/nodes/family_row.h"
 #include "terrain/nodes/make_node.h"
 #include "terrain/nodes/node_place.h"
+#include "terrain/paging/tile_cache.h"
 #include "terrain/patch/octahedral.h"
 #include "tests/support/memory_ground.h"
 
@@ -47,12 +47,12 @@ struct Answers {
 };
 
 struct Cache {
-  explicit Cache(std::size_t count) : tiles(count), entries(count), chains(count) {
-    cache.create({tiles, entries, chains});
+  explicit Cache(std::size_t count) : tiles(count), slots(count), chains(count) {
+    cache.create({tiles, {slots, chains}});
     cache.reset(answers.source(), {9, 0, 0}, Tile{});
   }
   std::vector<Tile> tiles;
-  std::vector<TileCache::Entry> entries;
+  std::vector<TileSlot> slots;
   std::vector<std::int32_t> chains;
   Answers answers;
   TileCache cache;

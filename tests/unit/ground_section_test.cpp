@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/file/ground_section.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -106,7 +107,7 @@ TEST(GroundSection, RefusesWhatIsOutOfRange) {
   EXPECT_EQ(fault_of(cube(), [](WorldGround& g) { --g.info.samples[0]; }), "samples are not those of a cube");
   EXPECT_EQ(fault_of(cylinder(), [](WorldGround& g) { g.info.basis.radius_m = 0; }), "the basis is none");
   EXPECT_EQ(fault_of(plane(), [](WorldGround& g) { g.info.basis.kind = BasisKind::function; }),
-            "a function cannot be in a file");
+            "the basis is none");
   EXPECT_EQ(fault_of(projected(), [](WorldGround& g) { g.earth.per_m[1] = 0; }),
             "a scale is not within 1e-12..1e12");
   EXPECT_EQ(fault_of(projected(), [](WorldGround& g) { g.earth.origin[0] = NAN; }),
@@ -126,13 +127,77 @@ TEST(GroundSection, RefusesBytesThatMeanNothing) {
     EXPECT_EQ(read.info.samples[0], 100);  // untouched
     return std::string(fault.what == nullptr ? "" : fault.what);
   };
-  EXPECT_EQ(fault_at(geographic(), 64, 4), "a basis of unknown kind");
+  EXPECT_EQ(fault_at(geographic(), 64, 5), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 64, 260), "a basis of unknown kind");
   EXPECT_EQ(fault_at(geographic(), 68, 2), "a flag is unknown");
   EXPECT_EQ(fault_at(geographic(), 156, 1), "a reserved field is not 0");
   EXPECT_EQ(fault_at(geographic(), 252, 1), "a reserved field is not 0");
   EXPECT_EQ(fault_at(projected(), 148, 9), "a projection of unknown kind");
   EXPECT_EQ(fault_at(projected(), 148, 0), "a basis and a georeference are missing");
+}
+
+WorldGround with_imagery() {
+  WorldGround ground = plane();
+  ground.imagery = {ImageFormat::etc2_rgba, 2};
+  ground.tile_bytes = 1'000 + image_tile_bytes(ImageFormat::etc2_rgba);
+  ground.image_root = {1'000, static_cast<std::uint32_t>(image_tile_bytes(ImageFormat::etc2_rgba)), 99};
+  return ground;
+}
+using ImageryBytes = std::array<std::byte, ground_section::kImageryBytes>;
+ImageryBytes imagery_bytes(const WorldGround& ground) {
+  ImageryBytes bytes;
+  ground_section::encode_imagery(ground, bytes);
+  return bytes;
+}
+
+TEST(ImagerySection, WhatIsWrittenIsRead) {
+  for (const ImageFormat format : {ImageFormat::etc2_rgb, ImageFormat::etc2_rgba, ImageFormat::rgba8}) {
+    WorldGround ground = with_imagery();
+    ground.imagery.format = format;
+    ground.image_root.bytes = static_cast<std::uint32_t>(image_tile_bytes(format));
+    ground.tile_bytes = ground.image_root.offset + ground.image_root.bytes;
+    WorldGround read = ground;
+    read.imagery = {};
+    read.image_root = {};
+    ASSERT_EQ(ground_section::decode_imagery(imagery_bytes(ground), read).what, nullptr);
+    EXPECT_EQ(read.imagery, ground.imagery);
+    EXPECT_EQ(read.image_root, ground.image_root);
+  }
+}
+
+// A field broken at a time, in what is written and in bytes that are read.
+TEST(ImagerySection, RefusesWhatIsOutOfRange) {
+  const auto fault_of = [](auto change) {
+    WorldGround ground = with_imagery();
+    change(ground);
+    const char* const what = ground_section::check_imagery(ground).what;
+    WorldGround read = ground;
+    read.imagery = {};
+    const auto fault = ground_section::decode_imagery(imagery_bytes(ground), read);
+    EXPECT_STREQ(fault.what, what);
+    EXPECT_FALSE(read.imagery.exists());  // untouched
+    return std::string(what == nullptr ? "" : what);
+  };
+  EXPECT_EQ(ground_section::check_imagery(with_imagery()).what, nullptr);
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.imagery.format = ImageFormat{kImageFormats}; }),
+            "the format is not known");
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.imagery.format = ImageFormat::none; }),
+            "the format is not known");
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.imagery.least_size = -1; }),
+            "the least size is not one of the ground's");
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.imagery.least_size = g.info.top_size() + 1; }),
+            "the least size is not one of the ground's");
+  const char outside[] = "the root's image tile does not lie in the tiles";
+  EXPECT_EQ(fault_of([](WorldGround& g) { ++g.image_root.offset; }), outside);
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.image_root.offset = ~std::uint64_t{0} - 5; }), outside);
+  EXPECT_EQ(fault_of([](WorldGround& g) { --g.image_root.bytes; }), outside);
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.tile_bytes = 0; }), outside);
+  EXPECT_EQ(fault_of([](WorldGround& g) { g.info.basis = cylinder().info.basis; }),
+            "imagery lies over a plane alone");
+  ImageryBytes bytes = imagery_bytes(with_imagery());
+  bytes[31] = std::byte{1};
+  WorldGround read = plane();
+  EXPECT_STREQ(ground_section::decode_imagery(bytes, read).what, "a reserved field is not 0");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <array>
+#include <initializer_list>
 #include <vector>
 
 #include "terrain/ground/ground.h"
@@ -25,10 +27,12 @@ TEST(PlaceRegion, LiesOnEdgesOfNodesWithOutermostVoxelsCentresThere) {
     GroundInfo info = ground_of(g);
     ASSERT_TRUE(place_region(info, (5 << g) + 1, (3 << g) + 1, 7, 9)) << g;
     EXPECT_EQ(info.lattice_size, g);
-    EXPECT_EQ(info.region, (NodeRect{{7, 9}, {12, 12}}));
+    EXPECT_EQ(info.regions()[0].nodes, (NodeRect{{7, 9}, {12, 12}}));
     for (int axis = 0; axis < 2; ++axis) {
-      const std::int64_t low = sample_place(info, axis, std::int64_t{info.region.low[axis]} * kNodeQuads);
-      const std::int64_t high = sample_place(info, axis, std::int64_t{info.region.high[axis]} * kNodeQuads);
+      const std::int64_t low =
+          sample_place(info, axis, std::int64_t{info.regions()[0].nodes.low[axis]} * kNodeQuads);
+      const std::int64_t high =
+          sample_place(info, axis, std::int64_t{info.regions()[0].nodes.high[axis]} * kNodeQuads);
       EXPECT_EQ(low * kVertexStep, kStepsPerHalfVoxel);
       const int extent = axis == 0 ? (5 << g) + 1 : (3 << g) + 1;
       EXPECT_EQ(high * kVertexStep, extent * kStepsPerVoxel - kStepsPerHalfVoxel);
@@ -39,7 +43,7 @@ TEST(PlaceRegion, LiesOnEdgesOfNodesWithOutermostVoxelsCentresThere) {
 TEST(PlaceRegion, RefusesWhatIsNone) {
   const auto placed = [](GroundInfo info, int extent_x, int extent_z, int x, int z) {
     const bool is = place_region(info, extent_x, extent_z, x, z);
-    EXPECT_EQ(info.region.exists(), is);
+    EXPECT_EQ(info.region_count, is ? 1 : 0);
     return is;
   };
   EXPECT_TRUE(placed(ground_of(2), 17, 9, 1, 1));
@@ -56,6 +60,52 @@ TEST(PlaceRegion, RefusesWhatIsNone) {
   GroundInfo odd = ground_of(2);
   odd.steps[0] = odd.steps[1] = 3000;
   EXPECT_FALSE(placed(odd, 17, 9, 1, 1));
+}
+
+// Rectangles by their first node and how many.
+GroundInfo with_regions(std::initializer_list<std::array<int, 4>> rectangles) {
+  GroundInfo info = ground_of(1);
+  for (const std::array<int, 4>& r : rectangles) {
+    GroundRegion& region = info.region_list[static_cast<std::size_t>(info.region_count++)];
+    region.nodes.low[0] = r[0];
+    region.nodes.low[1] = r[1];
+    region.extent = {2 * r[2] + 1, 9, 2 * r[3] + 1};
+  }
+  return info;
+}
+
+TEST(PlaceRegion, SeveralLieANodeApart) {
+  const auto placed = [](std::initializer_list<std::array<int, 4>> rectangles) {
+    GroundInfo info = with_regions(rectangles);
+    const bool is = place_regions(info);
+    EXPECT_EQ(info.region_count, is ? static_cast<int>(rectangles.size()) : 0);
+    return is;
+  };
+  EXPECT_TRUE(placed({{5, 5, 3, 2}, {9, 5, 2, 2}}));   // a node between them
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 5, 2, 2}}));  // side by side
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {7, 6, 2, 2}}));  // on each other
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {8, 7, 2, 2}}));  // at a corner
+  EXPECT_TRUE(placed({{5, 5, 3, 2}, {8, 8, 2, 2}}));   // a row between them
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {20, 5, 2, 2}, {6, 6, 1, 1}}));
+  EXPECT_FALSE(placed({{5, 5, 3, 2}, {38, 5, 2, 2}}));  // no ground in the east of one
+  GroundInfo high = with_regions({{5, 5, 3, 2}, {9, 5, 2, 2}});
+  high.region_list[1].corner.y = kMostRegionHeight + 1;
+  EXPECT_FALSE(place_regions(high));
+}
+
+TEST(PlaceRegion, CornersLieOnOneLattice) {
+  GroundInfo info = with_regions({{12, 5, 3, 2}, {5, 9, 2, 4}});
+  info.region_list[0].corner.y = 40;
+  ASSERT_TRUE(place_regions(info));
+  EXPECT_EQ(info.regions()[0].corner, glm::ivec3(14, 40, 0));
+  EXPECT_EQ(info.regions()[1].corner, glm::ivec3(0, 0, 8));
+  for (const GroundRegion& region : info.regions()) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const std::int64_t low = sample_place(info, axis, std::int64_t{region.nodes.low[axis]} * kNodeQuads);
+      EXPECT_EQ(low * kVertexStep,
+                std::int64_t{region.corner[2 * axis]} * kStepsPerVoxel + kStepsPerHalfVoxel);
+    }
+  }
 }
 
 TEST(PlaceRegion, NodesAreInItInPartOrNotAtAll) {
@@ -79,7 +129,7 @@ TEST(PlaceRegion, NodesAreInItInPartOrNotAtAll) {
         }
         const InRegion expected = in == 0 ? InRegion::none : out == 0 ? InRegion::all : InRegion::part;
         EXPECT_EQ(in_region(info, {size, x, z}), expected) << size << ' ' << x << ' ' << z;
-        EXPECT_EQ(borders_region(info, {size, x, z}), touches) << size << ' ' << x << ' ' << z;
+        EXPECT_EQ(borders(info.regions()[0], {size, x, z}), touches) << size << ' ' << x << ' ' << z;
       }
     }
   }
@@ -90,7 +140,7 @@ struct Rim {
     rim.create({edges, marks});
     GroundInfo info = ground_of(1);
     EXPECT_TRUE(place_region(info, 17, 13, 5, 6));
-    status = rim.build(info, surface);
+    status = rim.build(info.regions()[0], info.lattice_size, surface);
   }
   std::vector<RegionRim::Edge> edges;
   std::vector<std::uint32_t> marks;

@@ -314,7 +314,8 @@ TEST(WorldFile, SectionTableFaultsAreNamed) {
   }
   expect("section flags", kTable + kEntryFlags, std::uint32_t{3});
   expect("section reserved", kTable + kEntryReserved, std::uint32_t{1});
-  expect("reserved", 100, std::uint8_t{1});
+  expect("regions", 100, std::uint32_t{1});
+  expect("regions", 100, std::uint32_t{17});
   EXPECT_STREQ(status_of([](std::span<std::byte> bytes) { bytes[191] = std::byte{1}; }).field(), "reserved");
   // A kind that is there twice, and one that is missing because its place holds an optional stranger.
   EXPECT_STREQ(status_of([](std::span<std::byte> bytes) {

@@ -139,7 +139,7 @@ TEST(World, EachPatchIsFoundByItsKey) {
     expect_slots(parts.world, keys);
     EXPECT_EQ(parts.world.patch_table().capacity(), config.max_patches);
     const glm::ivec3 extent = shape.extent();
-    const auto absent = PatchKey::make(kOnlyRegion, static_cast<std::uint32_t>(extent.x), 1023,
+    const auto absent = PatchKey::make(0u, static_cast<std::uint32_t>(extent.x), 1023,
                                        static_cast<std::uint32_t>(extent.z), 0);
     EXPECT_EQ(parts.world.patch_table().find(absent), PatchTable::kNone);
   }
@@ -288,7 +288,7 @@ TEST(World, RefusesPatchesThatContradictTheVoxels) {
   std::vector<PatchKey> others = keys;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(single));
   for (std::uint32_t y = 1; others.size() < keys.size() && y <= static_cast<std::uint32_t>(extent.y); ++y) {
-    const PatchKey key = PatchKey::make(kOnlyRegion, 1, y, 1, 0);
+    const PatchKey key = PatchKey::make(0u, 1, y, 1, 0);
     const auto at = std::lower_bound(others.begin(), others.end(), key);
     if (!std::binary_search(keys.begin(), keys.end(), key)) others.insert(at, key);
   }

@@ -90,7 +90,7 @@ void UpdateSurface::for_each_old(const Visit& visit) const {
   for (int z = low.z; z <= high.z; ++z) {
     for (int y = low.y; y <= high.y; ++y) {
       for (int x = low.x; x <= high.x; ++x) {
-        const PatchId first = slots->table_->find(PatchKey::make(kOnlyRegion, at(x), at(y), at(z), 0));
+        const PatchId first = slots->table_->find(PatchKey::make(0, at(x), at(y), at(z), 0));
         if (first != PatchTable::kNone) visit(slots->patches_[first].volume);
       }
     }
@@ -189,7 +189,7 @@ void UpdateSurface::link_outside(const Volume& volume) const {
     at[static_cast<int>(face / 2)] += face % 2 == 0 ? -1 : 1;
     if (own.curve[face][0] == kNoCurve || inside(box, at)) continue;
     const auto key = [&](std::uint32_t c) {
-      return PatchKey::make(kOnlyRegion, static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y),
+      return PatchKey::make(0, static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y),
                             static_cast<std::uint32_t>(at.z), c);
     };
     const PatchId first = slots->table_->find(key(0));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small worlds that mutations start from: one of the least sections, one of all that a world of patches can
-// have, one with a ground, whose tiles are none.
+// have, and two with a ground, a region in it and tiles that are none; the second one has imagery.
 #pragma once
 
 #include "terrain/base/checksum.h"
@@ -11,7 +11,7 @@
 
 namespace karst {
 
-inline std::vector<std::byte> with_ground(const core::TestWorld& world) {
+inline std::vector<std::byte> with_ground(const core::TestWorld& world, bool has_imagery = false) {
   core::WorldWriter writer{world.info, &world.memory.tree, world.patches(), world.materials()};
   core::GroundInfo& info = writer.ground.info;
   info.samples[0] = 150;
@@ -20,9 +20,22 @@ inline std::vector<std::byte> with_ground(const core::TestWorld& world) {
   // Its voxels are the ground's region.
   if (world.info.patches > 0 && !core::place_region(info, world.info.extent.x, world.info.extent.z, 3, 4))
     return {};
-  if (world.info.patches > 0) info.rim_edges = 8;
-  const std::vector<std::byte> tiles(100, std::byte{7});
-  writer.ground.root = {40, 60, core::crc32c(std::span(tiles).subspan(40))};
+  if (world.info.patches > 0) {
+    core::GroundRegion& region = info.region_list[0];
+    region.depth = world.info.depth;
+    region.octets = world.info.octets;
+    region.volumes = world.info.volumes;
+    region.patches = world.info.patches;
+    region.rim_edges = 8;
+  }
+  const std::size_t image = has_imagery ? core::image_tile_bytes(core::ImageFormat::etc2_rgb) : 0;
+  const std::vector<std::byte> tiles(100 + image, std::byte{7});
+  writer.ground.root = {40, 60, core::crc32c(std::span(tiles).subspan(40, 60))};
+  if (has_imagery) {
+    writer.ground.imagery = {core::ImageFormat::etc2_rgb, 1};
+    writer.ground.image_root = {100, static_cast<std::uint32_t>(image),
+                                core::crc32c(std::span(tiles).subspan(100))};
+  }
   writer.ground.tile_bytes = tiles.size();
   writer.ground.tile_crc = core::crc32c(tiles);
   std::vector<std::byte> file, tail;
@@ -44,7 +57,8 @@ inline std::vector<std::vector<std::byte>> seed_worlds() {
   core::TestWorld full(2, 1, 12);
   full.add_materials(2, 16, core::TextureFormat::etc2, 1, 5);
   full.add_blend_map(5, 3, 6);
-  return {core::TestWorld(2, 1, 12).bytes(), full.bytes(), with_ground(core::TestWorld(2, 1, 12))};
+  return {core::TestWorld(2, 1, 12).bytes(), full.bytes(), with_ground(core::TestWorld(2, 1, 12)),
+          with_ground(core::TestWorld(2, 1, 12), true)};
 }
 
 }  // namespace karst

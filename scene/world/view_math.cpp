@@ -3,9 +3,11 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 #include "karst/renderer.h"
+#include "terrain/view/depth_ranges.h"
 
 namespace karst {
 
@@ -36,6 +38,17 @@ void set_perspective(ViewState& view, double fov_y_deg, double near_m, double fa
   view.clip_from_view[10] = -sign * (far_m + near_m) / (far_m - near_m);
   view.clip_from_view[11] = -1;
   view.clip_from_view[14] = -sign * 2 * far_m * near_m / (far_m - near_m);
+}
+
+std::uint32_t depth_ranges(const ViewState& view, DepthRange (&ranges)[2]) noexcept {
+  glm::dmat4 clip;
+  for (int n = 0; n < 16; ++n) clip[n / 4][n % 4] = view.clip_from_view[n];
+  const core::DepthRanges inside = core::depth_ranges(clip, view.reversed_depth);
+  ranges[0] = {inside.near, inside.far, 0, 1};
+  if (inside.count == 1) return 1;
+  ranges[0] = {inside.near_of(0), inside.far_of(0), 0.0f, 0.5f};
+  ranges[1] = {inside.near_of(1), inside.far_of(1), 0.5f, 1.0f};
+  return 2;
 }
 
 }  // namespace karst

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// Worlds of a ground with several regions: two that lie a node apart and one far from them and higher, each
+// with a cave. Whatever is missing there is no hole, queries meet all, and each looks as it does alone.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "tests/library/ground_file.h"
+#include "tests/library/host.h"
+
+namespace karst {
+namespace {
+
+using test::Pixels;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr int kSamples[2] = {401, 301};
+
+// Voxels are a metre, nodes of size 0 two.
+struct Cave {
+  int first[2];        // node
+  glm::ivec3 extent;   // voxels
+  int height;          // of its corner
+  glm::dvec3 chamber;  // from its corner
+  double radius;
+  double shaft;  // from the chamber along x, up into the open
+};
+constexpr int kCaves = 3;
+const Cave kCave[kCaves] = {{{12, 9}, {41, 24, 37}, 0, {20, 6, 18}, 4.5, 3},
+                            {{33, 9}, {21, 24, 21}, 0, {9, 6, 10}, 3, 2},
+                            {{60, 44}, {25, 18, 23}, 4, {12, 6, 11}, 3.5, 2.5}};
+
+glm::dvec3 corner_of(int n) {
+  return {2 * (kCave[n].first[0] - kCave[0].first[0]), kCave[n].height,
+          2 * (kCave[n].first[1] - kCave[0].first[1])};
+}
+
+double ground_height(double x, double z) {
+  return 15 + 3 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
+}
+
+std::unique_ptr<test::TestWorld> voxels_of(int n) {
+  const Cave cave = kCave[n];
+  const glm::dvec3 corner = corner_of(n);
+  auto world = std::make_unique<test::TestWorld>(
+      cave.extent,
+      [=](glm::ivec3 v) {
+        const glm::dvec3 local = glm::dvec3(v) + 0.5;
+        const glm::dvec3 from = local - cave.chamber;
+        const bool hollow =
+            glm::length(from) < cave.radius || (std::hypot(from.x - cave.shaft, from.z) < 1.8 && from.y > 0);
+        return !hollow && local.y + corner.y < ground_height(local.x + corner.x, local.z + corner.z);
+      },
+      true);
+  world->set_heights(3, [](glm::dvec3) { return 0.0; });
+  return world;
+}
+
+// Of the caves first .. end - 1, the ground's heights as they are with all.
+std::vector<std::byte> file_of(int first, int end) {
+  std::vector<std::unique_ptr<test::TestWorld>> worlds;
+  std::vector<const test::TestWorld*> regions;
+  std::vector<test::MemoryRegion> places;
+  const glm::dvec3 origin = end - first == 1 ? corner_of(first) : glm::dvec3(0);
+  for (int n = first; n < end; ++n) {
+    const Cave& cave = kCave[n];
+    worlds.push_back(voxels_of(n));
+    regions.push_back(worlds.back().get());
+    const double reach = core::kStepsPerVoxel * glm::length(glm::dvec3(cave.extent));
+    places.push_back({cave.extent.x,
+                      cave.extent.z,
+                      cave.first[0],
+                      cave.first[1],
+                      {16.0 * core::kStepsPerVoxel, reach},
+                      cave.extent.y,
+                      cave.height - static_cast<int>(origin.y)});
+  }
+  const test::MemoryGround ground(
+      kSamples[0], kSamples[1], 4096, 4096,
+      [=](std::int64_t i, std::int64_t k) {
+        const double x = 0.5 + 0.5 * double(i) - 2 * kCave[0].first[0];
+        const double z = 0.5 + 0.5 * double(k) - 2 * kCave[0].first[1];
+        return static_cast<std::int32_t>((ground_height(x, z) - origin.y) * core::kStepsPerVoxel /
+                                         core::kVertexStep);
+      },
+      places);
+  return test::ground_file(ground, regions);
+}
+
+Vec3 vec(glm::dvec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+class SeveralRegions : public test::HostTest {
+ protected:
+  SeveralRegions() : HostTest(kWidth, kHeight) {}
+
+  static const std::vector<std::byte>& file() {
+    static const std::vector<std::byte> bytes = file_of(0, kCaves);
+    return bytes;
+  }
+  ViewState view(glm::dvec3 eye, glm::dvec3 target, double fov = 60) const {
+    ViewState shown = test::looking(*host_->world, vec(eye), vec(target), kWidth, kHeight);
+    set_perspective(shown, fov, 0.1, 2000);
+    return shown;
+  }
+};
+
+TEST_F(SeveralRegions, TheWorldSaysWhereTheyAreAndTakesThePlannedBytes) {
+  open({}, {}, {}, file());
+  const WorldInfo& info = host_->world->info();
+  ASSERT_EQ(info.regions, 3u);
+  for (int n = 0; n < kCaves; ++n) {
+    for (int axis = 0; axis < 2; ++axis) {
+      EXPECT_EQ(info.region_first[n][axis], kCave[n].first[axis]);
+      EXPECT_EQ(info.region_nodes[n][axis], (kCave[n].extent[2 * axis] - 1) / 2);
+    }
+  }
+  const DeviceInfo device = device_info(*renderer_);
+  EXPECT_EQ(device.cpu_bytes, host_->plan.cpu_bytes);
+  EXPECT_EQ(device.gpu_bytes, host_->plan.gpu_bytes);
+}
+
+TEST_F(SeveralRegions, QueriesMeetEachCaveAndTheGroundBetween) {
+  Needs needs;
+  needs.queries = 1;
+  open(needs, {}, {}, file());
+  Query* query = nullptr;
+  ASSERT_TRUE(host_->world->take_query(query).ok());
+  const auto place = [&](glm::dvec3 p) { return host_->world->from_world(vec(p)); };
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 chamber = corner_of(n) + kCave[n].chamber;
+    Hit hits[8];
+    // Beside the shaft: the ground, the ceiling and the floor. Through it: the floor alone.
+    const glm::dvec3 beside = chamber - glm::dvec3(1, 0, 0);
+    ASSERT_EQ(query->column(place(beside), Wait::for_file, hits), 3u) << n;
+    EXPECT_NEAR(host_->world->to_world(hits[0].place).y, ground_height(beside.x, beside.z), 1) << n;
+    EXPECT_NEAR(host_->world->to_world(hits[2].place).y, chamber.y - kCave[n].radius, 1.2) << n;
+    const glm::dvec3 shaft = chamber + glm::dvec3(kCave[n].shaft, 0, 0);
+    EXPECT_EQ(query->column(place(shaft), Wait::for_file, hits), 1u) << n;
+    EXPECT_LT(host_->world->to_world(hits[0].place).y, chamber.y) << n;
+    // Who walks there stands on the chamber's floor.
+    Hit stands;
+    ASSERT_TRUE(query->ground(place(chamber), 0.5, Wait::for_file, stands)) << n;
+    EXPECT_NEAR(host_->world->to_world(stands.place).y, chamber.y - kCave[n].radius, 1.2) << n;
+    Hit met;
+    ASSERT_TRUE(query->ray(place(chamber), place(chamber - glm::dvec3(30, 0, 0)), Wait::for_file, met)) << n;
+    EXPECT_NEAR(met.distance, kCave[n].radius, 1.2) << n;
+    EXPECT_TRUE(query->inside(place(chamber - glm::dvec3(0, kCave[n].radius + 2, 0)), Wait::for_file)) << n;
+    EXPECT_FALSE(query->inside(place(chamber), Wait::for_file)) << n;
+    Voxel voxel;
+    ASSERT_TRUE(query->pick(place(chamber), place(chamber - glm::dvec3(0, 9, 0)), 6, voxel)) << n;
+    EXPECT_NEAR(host_->world->to_world(voxel.centre).x, chamber.x, 1) << n;
+  }
+  // Between the two that lie a node apart, and far from all: one surface.
+  for (const auto& [x, z] : {std::pair(41.5, 12.0), std::pair(41.5, 30.0), std::pair(80.0, 60.0)}) {
+    Hit hits[8];
+    ASSERT_EQ(query->column(place({x, 0, z}), Wait::for_file, hits), 1u) << x << ' ' << z;
+    EXPECT_NEAR(host_->world->to_world(hits[0].place).y, ground_height(x, z), 1) << x << ' ' << z;
+  }
+  host_->world->release(query);
+}
+
+// KARST_FRAMES sets how many frames.
+TEST_F(SeveralRegions, NoPixelLooksThroughWhateverIsMissing) {
+  const char* const wanted = std::getenv("KARST_FRAMES");
+  const int frames = wanted != nullptr ? std::atoi(wanted) / 4 : 40;
+  for (const bool deferred : {false, true}) {
+    for (const std::uint64_t vertex_bytes : {std::uint64_t{0}, std::uint64_t{7} << 19}) {
+      Needs needs;
+      needs.vertex_bytes = vertex_bytes;
+      if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+      GlOptions options;
+      options.shading = deferred ? Shading::deferred : Shading::forward;
+      open(needs, {}, options, file());
+      std::mt19937 random(17);
+      const auto between = [&](double a, double b) {
+        return std::uniform_real_distribution<double>(a, b)(random);
+      };
+      int with_patches = 0;
+      for (int frame = 0; frame < frames; ++frame) {
+        const int n = static_cast<int>(random() % kCaves);
+        const glm::dvec3 corner = corner_of(n), chamber = corner + kCave[n].chamber;
+        const glm::dvec3 size(kCave[n].extent);
+        glm::dvec3 eye, target;
+        const int kind = frame % 3;
+        const double turn = between(0, 6.28);
+        if (kind == 0) {
+          // In the chamber, away from the shaft.
+          eye = chamber + glm::dvec3(between(-1, 0.5), between(-1.5, 0), between(-1, 1));
+          target = eye + glm::dvec3(-4, -between(0, 3), between(-3, 3));
+        } else if (kind == 1) {
+          // Over a side, and what lies beside it.
+          const bool west = random() % 2 == 0;
+          eye = corner + glm::dvec3((west ? 0.5 : size.x - 0.5) + between(-2, 2), 0, between(2, size.z - 2));
+          eye.y = ground_height(eye.x, eye.z) + std::exp2(between(0, 3));
+          target = eye + glm::dvec3(between(-1, 1), -2, between(-1, 1));
+        } else {
+          // Above, and not far enough for corners to look beyond the ground.
+          eye = corner + glm::dvec3(between(2, size.x - 2), 0, between(2, size.z - 2));
+          eye.y = 19 + std::exp2(between(-1, 4));
+          target = eye + glm::dvec3(std::cos(turn), -between(2.5, 4), std::sin(turn));
+        }
+        ViewState shown = view(eye, target, kind == 2 ? 30 : 60);
+        shown.error_px = std::exp2(between(-1, 5));
+        FrameResult result;
+        const double work_ms = frame % 2 == 0 ? 0 : 0.01;
+        ASSERT_EQ(holes(shown, work_ms, result), 0u)
+            << frame << ' ' << deferred << ' ' << vertex_bytes << ": " << eye.x << ' ' << eye.y << ' '
+            << eye.z << " to " << target.x << ' ' << target.y << ' ' << target.z;
+        with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
+      }
+      EXPECT_GT(with_patches, frames / 2);
+      EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+      close();
+    }
+  }
+}
+
+// In each cave, and from above, a world with all three shows what one with that region alone does: light from
+// the sky to the bit; shadows but for the grid of their texels, which counts from the world's corner.
+TEST_F(SeveralRegions, EachLooksAsItDoesAlone) {
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 chamber = corner_of(n) + kCave[n].chamber;
+    const auto picture = [&](const std::vector<std::byte>& bytes, glm::dvec3 origin, bool above,
+                             bool shadows) {
+      Needs needs;
+      needs.shadow_maps = shadows ? 1 : 0;
+      needs.shadow_size = 2048;
+      needs.shadow_reach_m = 40;
+      open(needs, {}, {}, bytes);
+      const glm::dvec3 eye = chamber - origin + (above ? glm::dvec3(4, 24, 0) : glm::dvec3(-1.2, -0.5, 0.3));
+      ViewState shown = view(eye, chamber - origin + glm::dvec3(kCave[n].shaft, -3, 0));
+      shown.error_px = 0.5;
+      FrameInput input;
+      input.views = {&shown, 1};
+      input.work_ms = 0;
+      input.sun.towards = {0.4, 0.8, 0.2};
+      input.sun.visibility_m = 1e5;
+      FrameResult result;
+      EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+      EXPECT_TRUE(result.complete);
+      picture_.clear();
+      Target target;
+      target.viewport = {0, 0, kWidth, kHeight};
+      target.framebuffer = picture_.name();
+      picture_.bind();
+      EXPECT_TRUE(renderer_->draw(0, target).ok());
+      EXPECT_TRUE(renderer_->end_frame().ok());
+      close();
+      return picture_.read();
+    };
+    const std::vector<std::byte> own = file_of(n, n + 1);
+    for (const bool above : {false, true}) {
+      for (const bool shadows : {false, true}) {
+        const Pixels all = picture(file(), glm::dvec3(0), above, shadows);
+        const Pixels alone = picture(own, corner_of(n), above, shadows);
+        const double share = test::share_beyond(all, alone, shadows ? 3 : 0);
+        EXPECT_LE(share, shadows ? 0.05 : 0.0) << n << ' ' << above << ' ' << shadows;
+      }
+    }
+  }
+}
+
+// Regions are drawn or not, each by itself: from near one the other that is far is the ground's.
+TEST_F(SeveralRegions, EachIsDrawnByItself) {
+  open({}, {}, {}, file());
+  const auto patches = [&](glm::dvec3 eye, glm::dvec3 target, double fov) {
+    ViewState shown = view(eye, target, fov);
+    set_perspective(shown, fov, 0.1, 1e5);
+    const FrameResult result = test::draw_frame(*renderer_, picture_, {shown}, 0);
+    EXPECT_TRUE(result.complete);
+    EXPECT_LE(result.error_px[0], shown.error_px);
+    return costs(*renderer_).patches_drawn;
+  };
+  const glm::dvec3 last = corner_of(2) + kCave[2].chamber;
+  const std::uint32_t near_last = patches(last + glm::dvec3(0, 40, 30), last, 40);
+  const std::uint32_t near_first = patches({20, 40, 50}, {20, 10, 18}, 40);
+  const std::uint32_t all = patches({60, 160, 60}, {60.1, 0, 60}, 80);
+  const std::uint32_t none = patches({60, 20000, 60}, {60.1, 0, 60}, 60);
+  std::printf("%u patches from the third, %u from the first, %u from above, %u from far\n", near_last,
+              near_first, all, none);
+  EXPECT_GT(near_last, 0u);
+  EXPECT_GT(near_first, near_last);
+  EXPECT_GT(all, near_first);
+  EXPECT_EQ(none, 0u);
+}
+
+}  // namespace
+}  // namespace karst
