@@ -4,8 +4,8 @@
 #pragma once
 
 #include "bake/elevation/elevation.h"
+#include "bake/elevation/solid.h"
 #include "bake/samples/samples.h"
-#include "bake/samples/solid.h"
 
 namespace karst::bake {
 

@@ -3,7 +3,7 @@
 // and everything else is made of + - * / and sqrt, which IEEE 754 rounds exactly.
 #pragma once
 
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 
 #include <memory>
 #include <span>

@@ -49,7 +49,7 @@ inline const GoldenWorld kGoldenWorlds[] = {
      {{"arches", {}}, {"arches_near", {"--camera", "20,25,60,35,5", "--sun", "260,25"}}}},
     {"hills", {"--sample", "hills", "--levels", "3"}, {{"hills", {}}, {"hills_dusk", {"--sun", "285,4"}}}},
     {"lake",
-     {"--sample", "hills", "--levels", "3", "--water", "45"},
+     {"--sample", "hills", "--no-ground", "--levels", "3", "--water", "45"},
      {{"lake", {}},
       {"lake_night", {"--sun", "285,-30"}},
       {"lake_shore", {"--camera", "-30,49,60,150,-8", "--sun", "200,30"}}}},

@@ -107,7 +107,8 @@ def prepare(args):
             raise Skip(f"{tool} is not installed")
     root = fetch(args.work, PACKAGES)
     world = os.path.join(args.work, "canyon.karst")
-    run(args.bake, "--sample", "canyon", "--no-ground", "--levels", "3", "-o", world, stdout=subprocess.DEVNULL)
+    run(args.bake, "--sample", "canyon", "--no-ground", "--levels", "3", "-o", world,
+        stdout=subprocess.DEVNULL)
     # A world that is there soon, where only starting and ending counts.
     small = os.path.join(args.work, "small.karst")
     run(args.bake, "--sample", "canyon", "--no-ground", "--voxel", "40", "--levels", "1", "-o", small,
