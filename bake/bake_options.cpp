@@ -194,6 +194,10 @@ constexpr OptionRow kWorldRows[] = {
      .words = "canyon caves arches hills",
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
+    {.name = "no-ground",
+     .help =
+         "of a sample its voxels alone, a slab with sides; else they stand in a ground of some kilometres",
+     .store = put<&BakeOptions::no_ground>},
     {.name = "ground",
      .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
              "instead of voxels; with --carve voxels stand where shapes meet it",
@@ -398,20 +402,23 @@ Error check_source(const CommandLine& line) {
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
   }
   if (line.has("ground")) {
-    for (const char* name : {"sample", "accept-fit"}) {
-      if (line.has(name))
-        return std::string("--") + name + ": only for a world of voxels; leave --ground away";
-    }
+    if (line.has("no-ground")) return "both --ground and --no-ground are given";
+    if (line.has("accept-fit")) return "--accept-fit: only for a world of voxels; leave --ground away";
     for (const char* name : {"voxel", "levels", "max-carve"}) {
-      if (line.has(name) && !line.has("carve"))
+      if (line.has(name) && !line.has("carve") && !sample)
         return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
+  if (line.has("no-ground") && !sample)
+    return "--no-ground: only for a sample; a DEM has none without --ground";
+  const bool ground = line.has("ground") || (sample && !line.has("no-ground"));
+  if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && !line.has("ground")) return "--basis: only for a ground; add --ground";
   if (line.has("basis") && (line.has("carve") || line.has("imagery")))
     return "--basis: carved shapes and imagery lie on a plane alone; leave --basis away";
-  if (line.has("imagery") && !line.has("ground"))
-    return "--imagery: only over a ground of tiles; give --ground too";
+  if (line.has("imagery") && !ground)
+    return sample ? "--imagery: only over a ground of tiles; leave --no-ground away"
+                  : "--imagery: only over a ground of tiles; give --ground too";
   if (line.has("image-format") && !line.has("imagery")) return "--image-format: without --imagery";
   if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
   return {};
@@ -449,6 +456,7 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
   if (Error error = line.store(targets); !error.ok()) return error;
+  if (line.has("sample")) options.ground = !options.no_ground;
   if (options.ground && options.job.leave_holes)
     return "--nodata hole: only for a world of voxels; leave --ground away, or fill voids";
   return {};

@@ -87,7 +87,8 @@ Error run(const BakeOptions& options) {
     const Error failed = ground.run(report, progress);
     const double seconds = ended(failed, report.warnings);
     if (!failed.ok()) return failed;
-    return tell(options, ground_report_json(ground, report, seconds), ground_report_text(report, seconds));
+    return tell(options, ground_report_json(ground, report, seconds),
+                ground_report_text(options.job, report, seconds));
   }
   Bake::Report report;
   std::vector<std::byte> world;

@@ -140,6 +140,20 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalA
   return {};
 }
 
+ShownBox shown_box(const WorldInfo& world) {
+  ShownBox box{world.low_m, world.high_m};
+  // An elevation model is all shown, whatever caves it has.
+  if (world.regions != 1 || world.epsg != 0 || world.is_geodetic || world.is_projected) return box;
+  // The surface ends at the middle of the outermost voxels; the topmost one is air.
+  const double size = world.voxel_size_m;
+  box.low_m = {world.origin_m.x + 0.5 * size, std::max(world.origin_m.y, world.low_m.y),
+               world.origin_m.z + 0.5 * size};
+  box.high_m = {world.origin_m.x + (world.extent[0] - 0.5) * size,
+                std::min(world.origin_m.y + (world.extent[1] - 1) * size, world.high_m.y),
+                world.origin_m.z + (world.extent[2] - 0.5) * size};
+  return box;
+}
+
 CameraPlace overview(const WorldInfo& world, double fov_y_deg) {
   const glm::dvec3 origin = vec(world.origin_m);
   if (world.basis == Basis::cube) {
@@ -159,8 +173,9 @@ CameraPlace overview(const WorldInfo& world, double fov_y_deg) {
     place.pitch_deg = inside ? -5 : -35;
     return place;
   }
-  const glm::dvec3 low = (vec(world.low_m) - origin) / world.voxel_size_m;
-  const glm::dvec3 high = (vec(world.high_m) - origin) / world.voxel_size_m;
+  const ShownBox box = shown_box(world);
+  const glm::dvec3 low = (vec(box.low_m) - origin) / world.voxel_size_m;
+  const glm::dvec3 high = (vec(box.high_m) - origin) / world.voxel_size_m;
   const double diagonal = std::hypot(high.x - low.x, high.z - low.z);
   // Whole 64ths of a voxel survive the way through metres and back, so that the view does not depend on the
   // origin.

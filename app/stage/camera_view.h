@@ -34,7 +34,14 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalA
 // before they are shown.
 Status check_place(const CameraPlace& place, const WorldInfo& world);
 
-// Looks over the world from above its south-east corner.
+// What cameras begin with, in the world's own metres: a box around the voxels where the world is a ground
+// with a region and no place on the earth, as samples are; else the world's.
+struct ShownBox {
+  Vec3 low_m, high_m;
+};
+ShownBox shown_box(const WorldInfo& world);
+
+// Looks over that box from above its south-east corner.
 CameraPlace overview(const WorldInfo& world, double fov_y_deg);
 
 }  // namespace karst::app

@@ -47,10 +47,10 @@ Error CameraSource::begin(World& world) {
   NavigatorSettings settings;
   settings.mode = options_.navigate;
   settings.start = place_;
-  settings.centre_m = {(info.low_m.x + info.high_m.x) / 2, (info.low_m.y + info.high_m.y) / 2,
-                       (info.low_m.z + info.high_m.z) / 2};
-  // Across the world in ten seconds.
-  settings.speed_m_s = 0.1 * std::max(info.high_m.x - info.low_m.x, info.high_m.z - info.low_m.z);
+  const auto [low, high] = shown_box(info);
+  settings.centre_m = {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
+  // Across what is shown in ten seconds.
+  settings.speed_m_s = 0.1 * std::max(high.x - low.x, high.z - low.z);
   if (info.basis != Basis::plane) {
     settings.axes_at = [this](const glm::dvec3& place_m) {
       const LocalAxes axes = ground_.axes_at(place_m);

@@ -3,7 +3,7 @@
 // applied in the order of the file, to the voxels and to the solid that heights are fitted to alike.
 #pragma once
 
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 #include "platform/base/error.h"
 
 #include <algorithm>

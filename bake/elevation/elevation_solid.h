@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/elevation/elevation.h"
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 
 #include <cstdint>
 #include <vector>

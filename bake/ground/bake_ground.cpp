@@ -14,6 +14,8 @@
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
 #include "bake/ground/region_baker.h"
+#include "bake/samples/sample_ground.h"
+#include "platform/base/text.h"
 #include "terrain/base/check.h"
 #include "terrain/base/lattice.h"
 #include "terrain/field/octree.h"
@@ -105,14 +107,14 @@ class GroundBaker {
     materials_.threads = job_.threads;
     if (Error error = materials_.load(); !error.ok()) return error;
     if (materials_.paints()) {
-      return job_.materials.path +
-             ": paint and blend_map are of patches, which a ground has none of; leave --ground away";
+      return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
+             (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
     }
     if (is_curved() && !images_.files.empty())
       return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
-    if (Error error = rows_.open(); !error.ok()) return error;
+    if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;
     if (Error error = regions_.run(rows_); !error.ok()) return error;
     tell_of_regions();
     if (Error error = write_tiles(); !error.ok()) return error;
@@ -127,6 +129,19 @@ class GroundBaker {
 
  private:
   bool is_curved() const { return job_.basis.kind != BakeBasis::Kind::plane; }
+
+  // What errors begin with.
+  std::string input() const { return job_.sample.empty() ? job_.read.path : "--sample " + job_.sample; }
+
+  Error open_sample() {
+    sample_ = make_sample(job_.sample, job_.threads);
+    if (sample_.solid == nullptr) return "--sample: there is no sample " + quote(job_.sample);
+    const double voxel_m = job_.voxel_m > 0 ? job_.voxel_m : sample_.voxel_m;
+    if (Error error = SampleGrid::around(sample_, voxel_m, sample_grid_); !error.ok()) return error;
+    rows_.hold(sample_elevation(sample_, sample_grid_, job_.threads), kSampleUnitM);
+    regions_.stand_on(sample_, sample_grid_);
+    return {};
+  }
 
   enum class Outcome : std::uint8_t { done, finer_is_too_steep, out_of_range };
 
@@ -145,15 +160,15 @@ class GroundBaker {
       if (outcome == Outcome::done) return {};
       ++report_.attempts;
       if (regions_.exists()) {
-        return job_.read.path +
+        return input() +
                ": too steep, or heights that differ too much, for voxels so fine; try a larger --voxel";
       }
       if (outcome == Outcome::out_of_range) {
         if (base_m != 0)
-          return job_.read.path + ": heights differ too much for so fine samples; try a larger --pixel-size";
+          return input() + ": heights differ too much for so fine samples; try a larger --pixel-size";
         base_m = std::round(offending_m);
       } else if (++halvings > kMostHalvings) {
-        return job_.read.path +
+        return input() +
                ": too steep for a ground: samples beside each other differ by more than three thousand times "
                "their spacing; try --nodata V for voids, --z-scale for heights that are not metres";
       }
@@ -190,7 +205,7 @@ class GroundBaker {
       ground.basis.height_unit_m = step_m * kVertexStep;
       ground.basis.base_m = base_m;
       if (const Status status = ground.basis.finish(); !status.ok())
-        return Error(job_.read.path + ": the basis", status);
+        return Error(input() + ": the basis", status);
       if (ground.is_cube() && !has_cube_) {
         if (Error error = cube_.open(rows_, ground.basis); !error.ok()) return error;
         has_cube_ = true;
@@ -198,9 +213,9 @@ class GroundBaker {
     }
     if (std::min(ground.steps[0], ground.steps[1]) < kLeastSampleSteps) {
       if (halvings == 0) {
-        return job_.read.path + ": samples are more than 1024 times as long as wide; gdalwarp makes others";
+        return input() + ": samples are more than 1024 times as long as wide; gdalwarp makes others";
       }
-      return job_.read.path +
+      return input() +
              ": too steep for samples that are so much longer than wide; gdalwarp makes square ones";
     }
     WorldInfo& world = report_.info = {};
@@ -217,10 +232,11 @@ class GroundBaker {
       ground.steps[0] = ground.steps[1] = regions_.sample_steps();
       regions_.tell(world, ground);
       if (!place_regions(ground))
-        return job_.read.path + ": too many samples for voxels so fine; try a larger --voxel";
+        return input() + ": too many samples for voxels so fine; try a larger --voxel";
       if (Error error = check_rims(); !error.ok()) return error;
     }
-    const std::string name = job_.read.path.substr(job_.read.path.find_last_of('/') + 1);
+    const std::string& path = job_.read.path;
+    const std::string name = job_.sample.empty() ? path.substr(path.find_last_of('/') + 1) : job_.sample;
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
       world.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
     materials_.grid.voxel_m = world.voxel_size_m;
@@ -269,7 +285,7 @@ class GroundBaker {
     const bool is_allowed =
         job_.read.max_samples > 0 && samples <= static_cast<std::uint64_t>(job_.read.max_samples);
     if (is_allowed || bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes())) return {};
-    return job_.read.path + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
+    return input() + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
            std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
            std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
            std::to_string(samples) + " all of them";
@@ -277,7 +293,14 @@ class GroundBaker {
 
   // Which sections there will be.
   Error outline() {
-    materials_.heights = {0.0f, 1.0f};
+    if (job_.sample.empty()) {
+      materials_.heights = {0.0f, 1.0f};
+    } else {
+      // Rules are of the sample's own heights, whatever stands far away.
+      materials_.sample = job_.sample;
+      materials_.octree = &regions_.regions()[0].surface.octree();
+      materials_.surface = regions_.regions()[0].surface.surface();
+    }
     BakedMaterials outlined;
     if (Error error = materials_.outline(outlined); !error.ok()) return error;
     writer_ = WorldWriter{report_.info, nullptr, {}};
@@ -392,7 +415,7 @@ class GroundBaker {
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
     if (job_.water_m && !rows_.is_held()) {
-      report_.warnings.push_back(job_.read.path + ": more than " + std::to_string(GroundRows::kMostHeld) +
+      report_.warnings.push_back(input() + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
     }
     report_.lowest_m = double{lowest_m};
@@ -411,7 +434,7 @@ class GroundBaker {
     std::snprintf(text, sizeof text, ": heights are rounded to steps of %.3g m, where all lie within %.4g m",
                   vertex_m, relief_m);
     report_.warnings.push_back(
-        job_.read.path + text +
+        input() + text +
         (is_much_of_relief ? "; worlds of voxels have finer ones: leave --ground away"
                            : " and neighbours are steep; try --nodata V for voids, --z-scale for heights "
                              "that are not metres"));
@@ -425,7 +448,7 @@ class GroundBaker {
     const GroundInfo& ground = report_.ground.info;
     // Of a curved basis heights count from its own.
     const auto base = static_cast<float>(ground.basis.base_m / report_.info.voxel_size_m);
-    materials_.heights = {voxels(ground.low) + base, voxels(ground.high) + base};
+    if (job_.sample.empty()) materials_.heights = {voxels(ground.low) + base, voxels(ground.high) + base};
     if (Error error = materials_.run(report_.materials); !error.ok()) return error;
     std::vector<std::byte> memory(Octree::bytes_for(1) + Arena::kAlignment);
     void* aligned = memory.data();
@@ -467,6 +490,8 @@ class GroundBaker {
   const std::string& output_;
   BakeGround::Report& report_;
   const ReportProgress& progress_;
+  Sample sample_;
+  SampleGrid sample_grid_;
   GroundRows rows_;
   CubeRows cube_;
   bool has_cube_ = false;

@@ -52,7 +52,7 @@ struct BakeGround {
   Error run(Report& report, const ReportProgress& progress) const;
 };
 
-std::string ground_report_text(const BakeGround::Report& report, double seconds);
+std::string ground_report_text(const Bake& job, const BakeGround::Report& report, double seconds);
 std::string ground_report_json(const BakeGround& job, const BakeGround::Report& report, double seconds);
 
 }  // namespace karst::bake

@@ -69,9 +69,10 @@ void put_imagery(const BakeGround::Report& report, app::JsonWriter& json) {
 
 }  // namespace
 
-std::string ground_report_text(const BakeGround::Report& report, double seconds) {
+std::string ground_report_text(const Bake& job, const BakeGround::Report& report, double seconds) {
   std::string out;
   const GroundInfo& ground = report.ground.info;
+  if (!job.sample.empty()) print(out, "sample        %s\n", job.sample.c_str());
   print(out, "input         %s, %d x %d samples of %.6g x %.6g m, %.3f %% void%s\n", report.source.c_str(),
         report.width, report.height, report.spacing_x_m, report.spacing_z_m, 100 * void_share(report),
         report.voids > 0 ? " (filled)" : "");
@@ -110,7 +111,12 @@ std::string ground_report_json(const BakeGround& job, const BakeGround::Report& 
   const GroundInfo& ground = report.ground.info;
   json.begin_object();
   json.key("input").begin_object();
-  json.field("path", std::string_view(job.job.read.path)).field("kind", std::string_view(report.source));
+  if (job.job.sample.empty()) {
+    json.field("path", std::string_view(job.job.read.path));
+  } else {
+    json.field("sample", std::string_view(job.job.sample));
+  }
+  json.field("kind", std::string_view(report.source));
   json.key("size").begin_array().value(report.width).value(report.height).end_array();
   json.key("spacing_m").begin_array().value(report.spacing_x_m).value(report.spacing_z_m).end_array();
   json.key("size_m").begin_array().value(report.spacing_x_m * (report.width - 1));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "bake/surroundings/sink_sea.h"
@@ -18,10 +19,16 @@ Error GroundRows::open() {
   return rows_.open(settings_);
 }
 
+void GroundRows::hold(Elevation made, double unit_m) {
+  held_ = std::move(made);
+  made_unit_m_ = unit_m;
+  holds_ = is_made_ = true;
+}
+
 Error GroundRows::run(const Take& take) {
   if (!is_held()) return run_strips(take);
   if (!holds_) {
-    if (Error error = hold(); !error.ok()) return error;
+    if (Error error = read_all(); !error.ok()) return error;
   }
   const auto wide = static_cast<std::size_t>(width());
   for (std::size_t row = 0; row < static_cast<std::size_t>(height()); ++row) {
@@ -30,7 +37,7 @@ Error GroundRows::run(const Take& take) {
   return {};
 }
 
-Error GroundRows::hold() {
+Error GroundRows::read_all() {
   const auto samples = static_cast<std::size_t>(std::int64_t{width()} * height());
   held_.heights_m.resize(samples);
   if (Error error = rows_.read(0, height(), held_.heights_m); !error.ok()) return error;

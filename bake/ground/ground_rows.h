@@ -23,13 +23,15 @@ class GroundRows {
       : settings_(settings), water_m_(water_m) {}
 
   Error open();
-  const Elevation& facts() const { return rows_.facts(); }
-  int width() const { return rows_.width(); }
-  int height() const { return rows_.height(); }
-  double unit_m() const { return rows_.unit_m(); }
-  std::uint64_t file_bytes() const { return rows_.file_bytes(); }
-  SamplePlace place() const { return rows_.place(); }
-  bool is_held() const { return std::int64_t{width()} * height() <= kMostHeld; }
+  // Instead of open(): elevation that is in no file, without voids, in whole units.
+  void hold(Elevation made, double unit_m);
+  const Elevation& facts() const { return is_made_ ? held_ : rows_.facts(); }
+  int width() const { return is_made_ ? held_.width : rows_.width(); }
+  int height() const { return is_made_ ? held_.height : rows_.height(); }
+  double unit_m() const { return is_made_ ? made_unit_m_ : rows_.unit_m(); }
+  std::uint64_t file_bytes() const { return is_made_ ? 0 : rows_.file_bytes(); }
+  SamplePlace place() const { return is_made_ ? SamplePlace() : rows_.place(); }
+  bool is_held() const { return is_made_ || std::int64_t{width()} * height() <= kMostHeld; }
 
   // Calls take(row), which returns whether to go on, for each. May be called again.
   using Take = std::function<bool(std::span<const float>)>;
@@ -39,7 +41,7 @@ class GroundRows {
   std::size_t sunk_samples() const { return sunk_; }
 
  private:
-  Error hold();
+  Error read_all();
   Error run_strips(const Take& take);
 
   const ReadElevation& settings_;
@@ -47,6 +49,8 @@ class GroundRows {
   ElevationRows rows_;
   Elevation held_;
   bool holds_ = false;
+  bool is_made_ = false;
+  double made_unit_m_ = 0;
   std::uint64_t voids_ = 0;
   std::size_t sunk_ = 0;
 };

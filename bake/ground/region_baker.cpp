@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <unordered_map>
 
 #include <glm/common.hpp>
@@ -32,6 +33,10 @@ constexpr int kMarginSamples = 4;  // of elevation around the region
 constexpr double kVoxelsARadius = 2;
 // Distance of vertices by default, in samples.
 constexpr double kSamplesPerVertex = 0.75;
+// Voxels along a sample's sides in which it becomes the ground.
+constexpr double kJoinVoxels = 3.5;
+// Of the points of a surface that are compared with the ground: coarser ones are further from it.
+constexpr int kMeasuredLevel = 3;
 constexpr double kGroundPointVoxels = 0.5;  // between points of the ground that is replaced
 
 double smallest_radius(const CarveShape& shape) {
@@ -105,7 +110,7 @@ std::string number(double value) {
 }  // namespace
 
 Error RegionBaker::load() {
-  if (!is_wanted()) return {};
+  if (job_.carve_path.empty()) return {};
   return read_carve(job_.carve_path, shapes_);
 }
 
@@ -287,6 +292,28 @@ Error RegionBaker::choose(const GroundRows& rows, std::vector<Group> groups) {
   }
 }
 
+// The sample's voxels; shapes have to lie among them.
+Error RegionBaker::choose_sample() {
+  node_voxels_log2_ = sample_grid_->node_voxels_log2;
+  const Box all = sample_grid_->rectangle_m();
+  Group& group = groups_.emplace_back(Group{all});
+  for (int axis = 0; axis < 2; ++axis) {
+    group.nodes.low[axis] = sample_grid_->first_node[axis];
+    group.nodes.high[axis] = group.nodes.low[axis] + sample_grid_->nodes[axis];
+  }
+  const double margin_m = kMarginVoxels * voxel_m();
+  for (std::size_t n = 0; n < shapes_.size(); ++n) {
+    const Box box = grown(shapes_[n]);
+    if (box.min.x - margin_m >= all.min.x && box.max.x + margin_m <= all.max.x &&
+        box.min.z - margin_m >= all.min.z && box.max.z + margin_m <= all.max.z)
+      continue;
+    return "--carve: shape " + std::to_string(n) + ": comes nearer than " + number(margin_m) +
+           " m to the sides of the sample's voxels, which reach " + number(all.max.x) + " m in x and " +
+           number(all.max.z) + " m in z from the middle; --no-ground has no such sides";
+  }
+  return {};
+}
+
 // Where they stand: each as deep as its shapes and its ground are.
 Error RegionBaker::make_grids(GroundRows& rows) {
   const int count[2] = {rows.width(), rows.height()};
@@ -306,6 +333,10 @@ Error RegionBaker::make_grids(GroundRows& rows) {
     const auto [lowest, highest] = std::minmax_element(piece.heights_m.begin(), piece.heights_m.end());
     bottom_m.push_back(double{*lowest});
     top_m.push_back(double{*highest});
+    if (sample_ != nullptr) {
+      bottom_m.back() = std::min(bottom_m.back(), sample_->content_m.min.y);
+      top_m.back() = std::max(top_m.back(), sample_->content_m.max.y);
+    }
     for (const CarveShape& shape : shapes_) {
       const Box box = grown(shape);
       if (box.max.x < side_m[0] || box.max.z < side_m[1] ||
@@ -375,17 +406,25 @@ Error RegionBaker::make(GroundRows& rows, Region& region, const Rect& nodes, int
   WorldGrid local = region.grid;
   local.origin_m -= centre_m;
   const ElevationSolid ground(piece, false);
-  const std::vector<float> tops = column_tops(ground, piece, local, job_.threads);
+  std::vector<float> tops;
+  if (sample_ == nullptr) tops = column_tops(ground, piece, local, job_.threads);
   const ColumnSolid columns(tops, local);
-  CarvedSolid voxels(columns, shapes, local);
-  CarvedSolid solid(ground, shapes, local);
+  // A sample lies in the middle of its ground, as the piece does.
+  std::optional<SampleInGround> joined;
+  if (sample_ != nullptr)
+    joined.emplace(*sample_->solid, ground.surface(), sample_grid_->rectangle_m(), kJoinVoxels * voxel_m());
+  const Solid* const base = joined ? static_cast<const Solid*>(&*joined) : &ground;
+  CarvedSolid voxels(joined ? *base : columns, shapes, local);
+  CarvedSolid solid(*base, shapes, local);
   const auto most = static_cast<std::size_t>(job_.max_carve);
   if (Error error = voxels.build(most); !error.ok()) return error;
   if (Error error = solid.build(most); !error.ok()) return error;
   region.surface.create(local, job_.threads, true, progress_);
   if (Error error = region.surface.fill(voxels); !error.ok()) return error;
   const bool is_given = level > 0;
-  if (!is_given) {
+  if (!is_given && sample_ != nullptr) {
+    level = sample_->level;
+  } else if (!is_given) {
     const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m());
     level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m() / vertex_m))), 1, kMaxLevel);
   }
@@ -414,9 +453,10 @@ void RegionBaker::measure(const ElevationSurface& ground, const glm::dvec3& cent
   double most_m = 0;
   // Points of the surface by the voxel that they lie in.
   PointCells cells(grid.extent);
-  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(heights.level)));
+  const int level = std::min(heights.level, kMeasuredLevel);
+  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
   for (PatchId p = 0; p < surface.patches.size(); ++p) {
-    displaced_positions(surface, heights, heights.level, p, places);
+    displaced_positions(surface, heights, level, p, places);
     const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p)));
     for (const glm::ivec3 place : places) {
       const glm::dvec3 voxels = (at + glm::dvec3(place)) / double{kStepsPerVoxel};
@@ -492,13 +532,17 @@ Error RegionBaker::run(GroundRows& rows) {
   }
   spacing_m_ = facts.spacing_x_m;
   Error error;
-  double radius_m = 0;
-  const std::vector<Group> met = meeting(rows, radius_m, error);
-  if (!error.ok() || met.empty()) return error;
-  const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius_m / kVoxelsARadius;
-  node_voxels_log2_ =
-      std::clamp(static_cast<int>(std::ceil(std::log2(node_m() / wanted_m) - 1e-6)), 0, kMostLatticeSize);
-  if (error = choose(rows, met); !error.ok()) return error;
+  if (sample_ != nullptr) {
+    if (error = choose_sample(); !error.ok()) return error;
+  } else {
+    double radius_m = 0;
+    const std::vector<Group> met = meeting(rows, radius_m, error);
+    if (!error.ok() || met.empty()) return error;
+    const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius_m / kVoxelsARadius;
+    node_voxels_log2_ =
+        std::clamp(static_cast<int>(std::ceil(std::log2(node_m() / wanted_m) - 1e-6)), 0, kMostLatticeSize);
+    if (error = choose(rows, met); !error.ok()) return error;
+  }
   if (error = make_grids(rows); !error.ok()) return error;
   // The first one's level is that of all.
   int level = job_.level;

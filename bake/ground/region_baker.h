@@ -11,6 +11,7 @@
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation.h"
 #include "bake/pipeline/bake.h"
+#include "bake/samples/sample_ground.h"
 #include "bake/voxels/voxel_surface.h"
 #include "platform/base/error.h"
 #include "terrain/ground/ground.h"
@@ -27,7 +28,13 @@ class RegionBaker {
 
   // Reads the shapes. An error names --carve and the shape.
   Error load();
-  bool is_wanted() const { return !job_.carve_path.empty(); }
+  bool is_wanted() const { return !job_.carve_path.empty() || sample_ != nullptr; }
+  // Instead of places where shapes meet the ground: a sample's, where its grid has them. Both outlive this.
+  // rows are of its ground.
+  void stand_on(const Sample& sample, const SampleGrid& grid) {
+    sample_ = &sample;
+    sample_grid_ = &grid;
+  }
   // Chooses rectangles of nodes and the voxel, reads the elevation there, and makes voxels, their surfaces
   // and heights. rows: opened; of one spacing in x and z, else an error that says so.
   Error run(GroundRows& rows);
@@ -45,7 +52,7 @@ class RegionBaker {
     // Of the world file: what it would be shorter without it, but for gaps between sections.
     std::uint64_t bytes() const;
   };
-  // After run(). exists(): some shape meets the ground.
+  // After run(). exists(): some shape meets the ground, or there is a sample.
   bool exists() const { return !regions_.empty(); }
   const std::vector<Region>& regions() const { return regions_; }
   // Where the grids begin, in the world.
@@ -71,6 +78,7 @@ class RegionBaker {
 
   Error take_elevation(GroundRows& rows, const Rect& samples, Elevation& out) const;
   Error choose(const GroundRows& rows, std::vector<Group> groups);
+  Error choose_sample();
   Error find_nodes(const GroundRows& rows, Group& group) const;
   Error group_up(const GroundRows& rows, std::vector<Group>& groups) const;
   std::vector<Group> meeting(GroundRows& rows, double& radius_m, Error& error);
@@ -83,6 +91,8 @@ class RegionBaker {
 
   const Bake& job_;
   const ReportProgress& progress_;
+  const Sample* sample_ = nullptr;
+  const SampleGrid* sample_grid_ = nullptr;
   std::vector<CarveShape> shapes_;
   std::size_t unmet_ = 0;
   std::vector<Group> groups_;  // by region

@@ -2,9 +2,9 @@
 // What the ground of a baked world is made of, and its lights: images, rules, textures, painted patches.
 #pragma once
 
+#include "bake/elevation/solid.h"
 #include "bake/materials/material_json.h"
 #include "bake/materials/material_rules.h"
-#include "bake/samples/solid.h"
 #include "bake/textures/material_image.h"
 #include "bake/textures/texture_pyramid.h"
 #include "platform/base/error.h"

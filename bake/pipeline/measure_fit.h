@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/elevation/elevation_solid.h"
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 #include "terrain/patch/heights.h"
 #include "terrain/surface/patch.h"
 

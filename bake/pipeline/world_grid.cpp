@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 
 #include "terrain/base/lattice.h"
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "bake/base/parallel.h"
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

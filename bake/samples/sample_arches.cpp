@@ -56,6 +56,7 @@ class Arches final : public SampleShape {
   Arches() {
     content_m = {{-kHalf, 2, -kHalf}, {kHalf, 106, kHalf}};
     grain = {0.5, 6, 3.5, 0.35, 17, 7};
+    land = {8, 900, 2600};
     sand_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, dunes);
   }
 
@@ -69,6 +70,13 @@ class Arches final : public SampleShape {
     for (const Arch& a : kArches) rock = smooth_max(rock, arch(a, p), 8);
     const double sand = sand_.at(p.x, p.z) - p.y;
     return smooth_max(rock + wander + layers, sand, 9);  // sand is blown against the rock
+  }
+  double ground_m(double x, double z) const override { return dunes(x, z); }
+  // Tables and needles of the same rock.
+  double far_m(double x, double z, double away_m) const override {
+    const double stands = smooth_step((away_m - 450) / 600);
+    if (stands <= 0) return 0;
+    return 120 * mesas(x, z, 900, 53) * stands + 60 * mountains(x, z, 2300, 58) * stands;
   }
 
  private:

@@ -7,6 +7,8 @@
 // a butte are added.
 #include "bake/samples/sample_solid.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,6 +23,11 @@ constexpr double kHalfX = 200, kHalfZ = 145;  // metres; 40 x 29 voxels
 // The river's course: z of its middle by x. It enters and leaves the world in the west and the east.
 double course(double x) {
   return 36 * wave(x / 330 + 0.08) + 13 * wave(x / 143 + 0.3);
+}
+
+// Beyond the world of the samples the river has wider bends, too.
+double far_course(double x) {
+  return course(x) + 420 * smooth_step((std::abs(x) - 260) / 1500) * noise(glm::dvec2(x / 900, 0.37), 17);
 }
 
 // A tier of rock: from about `edge_m` of the river outwards, about `top_m` high.
@@ -70,6 +77,7 @@ class Canyon final : public SampleShape {
     content_m = {{-kHalfX, -100, -kHalfZ}, {kHalfX, 140, kHalfZ}};
     voxel_m = kVoxelM;
     grain = {0.5, 8, 5, 0.45, 13, 5};
+    land = {1, 650, 2300};
     const glm::dvec2 max(kHalfX + 40, kHalfZ + 40);
     std::array<glm::dvec2, 200> river;
     for (std::size_t k = 0; k < river.size(); ++k) {
@@ -112,7 +120,65 @@ class Canyon final : public SampleShape {
     return value;
   }
 
+  // The same tiers without what overhangs; their walls become slopes away from the sample.
+  double ground_m(double x, double z) const override {
+    const glm::dvec2 p(x, z);
+    const glm::dvec2 out(std::max(std::abs(x) - kHalfX, 0.0), std::max(std::abs(z) - kHalfZ, 0.0));
+    const double far = smooth_step(std::sqrt(glm::dot(out, out)) / 1200);
+    const double swell = fbm(p / 70.0, 4, 11);
+    const double from_river = far_from_river(p);
+    double height =
+        3 + swell + 5 * smooth_step((from_river - 7) / 12) + 0.25 * std::clamp(from_river - 14, 0.0, 80.0);
+    for (std::size_t k = 0; k < kTiers.size(); ++k) {
+      const Tier& t = kTiers[k];
+      const double shift = fbm(p / 95.0, 2, static_cast<std::uint32_t>(80 + 10 * k));
+      const double y = t.top_m - 0.5 * t.cap_m;
+      const double wander = 8 * noise(glm::dvec3(x / 44, y / 80, z / 44), 21) +
+                            3 * noise(glm::dvec3(x / 17, y / 30, z / 17), 22);
+      const double inwards = from_river + wander - t.edge_m - (k == 0 ? 7.0 : 24.0) * shift;
+      const double top = t.top_m + 5 * swell - 9 * shift + std::min(0.12 * std::max(inwards, 0.0), 6.0);
+      const double width = 20 + 90 * far;
+      const double rise = smooth_step((inwards + 0.55 * width) / width);
+      height += rise * std::max(top - height, 0.0);
+    }
+    return carve_gully(p, height);
+  }
+  // Mesas on the plain, none in the river's way.
+  double far_m(double x, double z, double away_m) const override {
+    const double stands =
+        smooth_step((away_m - 900) / 700) * smooth_step((std::abs(z - far_course(x)) - 250) / 300);
+    return stands > 0 ? 130 * stands * mesas(x, z, 1000, 15) + 50 * stands * mountains(x, z, 2600, 25) : 0;
+  }
+
  private:
+  // Distance to the river, kMostFrom at most.
+  static double far_from_river(glm::dvec2 p) {
+    constexpr double kMostFrom = 260, kStep = 6;
+    double least = kMostFrom;
+    glm::dvec2 last[2] = {{p.x, far_course(p.x)}, {p.x, far_course(p.x)}};
+    for (double away = kStep; away - kStep < least; away += kStep) {
+      for (const int side : {0, 1}) {
+        const double at = p.x + (side == 0 ? away : -away);
+        const glm::dvec2 next(at, far_course(at));
+        least = std::min(least, segment_distance(last[side], next, p));
+        last[side] = next;
+      }
+    }
+    return least;
+  }
+
+  // The side canyon goes on to the north and ends in the plateau.
+  static double carve_gully(glm::dvec2 p, double height) {
+    if (p.x < -300 || p.x > 120 || p.y > 20 || p.y < -520) return height;
+    constexpr glm::dvec2 kOn[] = {kGully[5], {-104, -250}, {-70, -330}, {-120, -440}};
+    const double from =
+        std::min(distance_to(kGully, std::size(kGully), p), distance_to(kOn, std::size(kOn), p));
+    const double along = std::max(0.0, -p.y - 10) / 110;
+    const double floor = 4 + 70 * smooth_step(along * 0.9) + 75 * smooth_step((-p.y - 150) / 300);
+    const double wander = 8 * noise(glm::dvec3(p.x / 44, 1.2, p.y / 44), 21);
+    return smooth_min(height, floor + 1.4 * std::max(from + 0.6 * wander - 13, 0.0), 8);
+  }
+
   double tier(std::size_t k, glm::dvec3 p, double outwards, double swell) const {
     const Tier& t = kTiers[k];
     // Where a tier's edge comes close to the next one's, two cliffs are one; where they part, there is a wide

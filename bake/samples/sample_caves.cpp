@@ -67,6 +67,7 @@ class Caves final : public SampleShape {
   Caves() {
     content_m = {{-kHalf, 8, -kHalf}, {kHalf, 130, kHalf}};
     grain = {0.5, 6.5, 5, 0.25, -1e9, 9};
+    land = {14, 500, 2600};
     ground_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, hills);
   }
 
@@ -76,6 +77,17 @@ class Caves final : public SampleShape {
     const double rock = ground + 0.35 * wander;
     const double open = hollow(p, wander);
     return smooth_min(rock, -open, 5);
+  }
+
+  double ground_m(double x, double z) const override {
+    // To the north the hills go on and become lower.
+    const double north = smooth_step((-z - kHalf) / 420);
+    const double height = hills(x, z);
+    return height + north * (30 + 0.45 * (height - 17) - height);
+  }
+  double far_m(double x, double z, double away_m) const override {
+    const double stands = smooth_step((away_m - 400) / 900);
+    return stands > 0 ? 240 * stands * mountains(x, z, 1300, 76) : 0;
   }
 
  private:

@@ -14,9 +14,16 @@ class Hills final : public SampleShape {
   Hills() {
     content_m = {{-kHalf, 8, -kHalf}, {kHalf, 112, kHalf}};
     grain = {0.5, 9, 4, 0, -1e9, 6};
+    land = {30, 1500, 3400};
     height_ = TabulatedPlane({-kHalf - 20, -kHalf - 20}, {kHalf + 20, kHalf + 20}, 2, ground);
   }
   double value_m(glm::dvec3 p) const override { return height_.at(p.x, p.z) - p.y; }
+  double ground_m(double x, double z) const override { return ground(x, z); }
+  // Mountains in a wide ring.
+  double far_m(double x, double z, double away_m) const override {
+    const double stands = smooth_step((away_m - 700) / 1600);
+    return stands > 0 ? 420 * stands * mountains(x, z, 1700, 36) : 0;
+  }
 
  private:
   // Ridges wander through broad swells: noise whose place is itself moved by noise.

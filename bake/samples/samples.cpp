@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 
 namespace karst::bake {
 namespace {
@@ -49,13 +50,20 @@ double Grain::apply(double value_m, glm::dvec3 p) const {
   const double reach_m = 4 * (strength_m + strata_strength_m);
   double near = 1 - std::abs(value_m) / reach_m;
   if (near <= 0) return value_m;
-  near *= 1.0 / 3 + 2.0 / 3 * smooth_step((p.y - calm_below_m) * 0.25);
+  return value_m + rough_m(p) * (near * calm(p.y));
+}
+
+double Grain::calm(double y) const {
+  return 1.0 / 3 + 2.0 / 3 * smooth_step((y - calm_below_m) * 0.25);
+}
+
+double Grain::rough_m(glm::dvec3 p) const {
   double relief = strength_m * fbm(p * (1 / width_m), 3, seed);
   if (strata_strength_m > 0) {
     const double tilted = p.y + 0.06 * p.x - 0.04 * p.z;
     relief += strata_strength_m * fbm(glm::dvec2(tilted / strata_m, 0.015 * (p.x + p.z)), 2, seed + 100);
   }
-  return value_m + relief * near;
+  return relief;
 }
 
 std::span<const SampleName> sample_names() {
@@ -71,8 +79,9 @@ std::span<const SampleName> sample_names() {
 Sample make_sample(std::string_view name, int threads) {
   for (const Entry& e : kEntries) {
     if (e.name.name != name) continue;
-    const std::unique_ptr<SampleShape> shape = e.make();
-    return {std::make_unique<SampleSolid>(*shape, threads), shape->content_m, shape->voxel_m, kLevel};
+    std::shared_ptr<const SampleShape> shape = e.make();
+    auto solid = std::make_unique<SampleSolid>(*shape, threads);
+    return {std::move(solid), shape, shape->content_m, shape->voxel_m, kLevel};
   }
   return {};
 }

@@ -3,7 +3,7 @@
 // and everything else is made of + - * / and sqrt, which IEEE 754 rounds exactly.
 #pragma once
 
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 
 #include <memory>
 #include <span>
@@ -11,10 +11,13 @@
 
 namespace karst::bake {
 
+struct SampleShape;
+
 struct Sample {
   std::unique_ptr<Solid> solid;
-  Box content_m;       // x and z: what is shown; y: the lowest and highest ground
-  double voxel_m = 8;  // that it is made for
+  std::shared_ptr<const SampleShape> shape;  // that solid is made of
+  Box content_m;                             // x and z: what is shown; y: the lowest and highest ground
+  double voxel_m = 8;                        // that it is made for
   int level = 5;
 };
 

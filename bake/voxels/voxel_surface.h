@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/samples/solid.h"
+#include "bake/elevation/solid.h"
 #include "platform/base/error.h"
 #include "terrain/field/octree.h"
 #include "terrain/file/world_file.h"

@@ -131,7 +131,7 @@ std::size_t BuildBelts::run() const {
   for (std::size_t n = 0; n < view->items().size(); ++n) {
     const DrawItem& item = view->items()[n];
     const NodeKey key = view->node_of(n).key;
-    if ((view->node_of(n).touches >> region & 1u) == 0 || !borders(whole, key)) continue;
+    if (((std::uint32_t{view->node_of(n).touches} >> region) & 1u) == 0 || !borders(whole, key)) continue;
     const std::int64_t low[2] = {std::int64_t{key.x} << key.size, std::int64_t{key.z} << key.size};
     const std::int64_t side = std::int64_t{1} << key.size;
     for (int s = 0; s < 4; ++s) {

@@ -2,8 +2,8 @@
 // Jobs that a test knows to succeed.
 #pragma once
 
+#include "bake/elevation/solid.h"
 #include "bake/pipeline/bake.h"
-#include "bake/samples/solid.h"
 
 #include <gtest/gtest.h>
 

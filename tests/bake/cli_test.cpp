@@ -61,7 +61,8 @@ TEST_F(BakeCli, BakesAndReports) {
 // A pool with room for little more than the coarsest version: the error that is aimed at grew to 65,536 times
 // what was asked for, where a few times is as coarse as anything gets.
 TEST_F(BakeCli, AFullPoolDoesNotWindUp) {
-  ASSERT_EQ(run({"--sample", "canyon", "--materials", "none", "--quiet", "-o", world_}).code, 0);
+  ASSERT_EQ(run({"--sample", "canyon", "--no-ground", "--materials", "none", "--quiet", "-o", world_}).code,
+            0);
   const test::ProcessResult drawn = test::run_process(
       KARST_APP_PATH, {"render", world_, "--vertex-memory", "2.2754", "--fov", "99.3", "--size", "734x734",
                        "--camera", "60,60,0,40,-12", "--shadows", "0", "--stats", "-"});
@@ -88,7 +89,7 @@ TEST_F(BakeCli, JsonAndStatsAreTheSame) {
 }
 
 TEST_F(BakeCli, StagesSumToTheWhole) {
-  const auto result = run({"--sample", "hills", "-o", world_, "--json"});
+  const auto result = run({"--sample", "hills", "--no-ground", "-o", world_, "--json"});
   ASSERT_EQ(result.code, 0) << result.err;
   const auto number = [&](const std::string& field) {
     const std::size_t at = result.out.rfind("\"" + field + "\":");

@@ -27,7 +27,7 @@ TEST_P(QueryOnSample, MeetsTheTrianglesOfItsLevel) {
   const std::string path = folder.path("sample.karst");
   const test::ProcessResult baked = test::run_process(
       KARST_BAKE_PATH,
-      {"--sample", GetParam(), "--levels", "3", "--materials", "none", "--quiet", "-o", path});
+      {"--sample", GetParam(), "--no-ground", "--levels", "3", "--materials", "none", "--quiet", "-o", path});
   ASSERT_EQ(baked.code, 0) << baked.err;
   const std::string text = test::read_text(path);
   const auto file = std::as_bytes(std::span(text));

@@ -61,7 +61,7 @@ build() {
 # Arguments of karst-bake and the flight of a world.
 world_bake() {
   case $1 in
-    canyon) printf '%s\n' --sample canyon ;;
+    canyon) printf '%s\n' --sample canyon --no-ground ;;
     bigtujunga) printf '%s\n' "$data/bigtujunga.tif" --voxel 256 --levels 4 ;;
     drape) printf '%s\n' "${scene_bake[@]}" ;;
   esac

@@ -18,7 +18,7 @@ open("dem.bil", "wb").write(b"".join(struct.pack("<h", sample) for sample in sam
   printf 'ncols 500\nnrows 500\nnbits 16\npixeltype signedint\nbyteorder I\n' >dem.hdr
   words() { input=(dem.bil --ground --pixel-size "1$1"); }
 else
-  words() { input=(--sample hills --voxel "$1" --levels 3); }
+  words() { input=(--sample hills --no-ground --voxel "$1" --levels 3); }
 fi
 bake_world() {
   words "$1"

@@ -54,9 +54,9 @@ class ShadowsOfSamples : public testing::TestWithParam<const char*> {};
 TEST_P(ShadowsOfSamples, AgreeWithRaysOnTheCpu) {
   const test::Folder folder;
   const char* const level = std::getenv("KARST_SHADOW_LEVEL");
-  const test::BakedWorld baked = test::baked_world(
-      folder, GetParam(), KARST_BAKE_PATH,
-      {"--sample", GetParam(), "--levels", level != nullptr ? level : "3", "--materials", "none"});
+  const test::BakedWorld baked = test::baked_world(folder, GetParam(), KARST_BAKE_PATH,
+                                                   {"--sample", GetParam(), "--no-ground", "--levels",
+                                                    level != nullptr ? level : "3", "--materials", "none"});
   if (baked.path.empty()) GTEST_SKIP() << baked.missing;
   const std::string file = test::read_text(baked.path);
   test::DrawnSettings settings;

@@ -53,7 +53,7 @@ install_library() {
 # Builds that draw the same world must draw the same picture, to the bit.
 run_examples() {  # NAME HELLO SIMULATOR
   local world=$work/canyon.karst
-  [[ -e $world ]] || quiet "$build/bake/karst-bake" --sample canyon -o "$world"
+  [[ -e $world ]] || quiet "$build/bake/karst-bake" --sample canyon --no-ground -o "$world"
   quiet "$2" "$world" "$work/$1.ppm"
   local colours
   colours=$(tail -c +17 "$work/$1.ppm" | od -An -v -w3 -tx1 | sort -u | wc -l)

@@ -107,10 +107,11 @@ def prepare(args):
             raise Skip(f"{tool} is not installed")
     root = fetch(args.work, PACKAGES)
     world = os.path.join(args.work, "canyon.karst")
-    run(args.bake, "--sample", "canyon", "--levels", "3", "-o", world, stdout=subprocess.DEVNULL)
+    run(args.bake, "--sample", "canyon", "--no-ground", "--levels", "3", "-o", world,
+        stdout=subprocess.DEVNULL)
     # A world that is there soon, where only starting and ending counts.
     small = os.path.join(args.work, "small.karst")
-    run(args.bake, "--sample", "canyon", "--voxel", "40", "--levels", "1", "-o", small,
+    run(args.bake, "--sample", "canyon", "--no-ground", "--voxel", "40", "--levels", "1", "-o", small,
         stdout=subprocess.DEVNULL)
     program = os.path.join(args.work, "karst")
     run("strip", "-o", program, args.karst)

@@ -125,7 +125,7 @@ def make_disk(args, root, commands):
     shutil.copy(os.path.join(installed, "usr/bin/karst"), setup)
     shutil.copy(os.path.join(installed, "usr/share/doc/karst/examples/karst-kiosk.service"),
                 os.path.join(setup, "boards/kiosk"))
-    kms_test.run(args.bake, "--sample", "canyon", "--voxel", "40", "--levels", "1", "-o",
+    kms_test.run(args.bake, "--sample", "canyon", "--no-ground", "--voxel", "40", "--levels", "1", "-o",
                  os.path.join(setup, "canyon.karst"), stdout=subprocess.DEVNULL)
     write(inside("srv/karst/flight.txt"), "60 70 60 85 5\n60 70 60 95 5\n")
     write(inside("setup.sh"), SETUP + "\n".join(commands) + "\n")

@@ -354,7 +354,7 @@ TEST(GroundOnABasis, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
       const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
       CameraMatrices matrices = test::any_matrices(random, kind, 0.02, double(side) * 0.25);
       GridPlace at{double(side - 1) * random.unit(), double(side - 1) * random.unit(), 0, 0};
-      if (info.closes()) at.i = double(info.samples[0] - 1) * (1 - 0.1 * random.unit());  // at its seam
+      if (info.closes()) at.i = double(info.samples[0] - 1) * (1 - 0.02 * random.unit());  // at its seam
       if (info.is_cube()) {
         at.face = random.below(6);
         int x = 0, z = 0;

@@ -48,7 +48,7 @@ run 0 "$bake" nine.bil -o tiles.karst --ground --pixel-size 1 --material-side 16
 run 0 "$bake" two.bil -o least.karst --ground --pixel-size 1 --materials none
 
 for sample in arches canyon caves hills; do
-  run 0 "$bake" --sample "$sample" -o "$sample.karst" --voxel 100 --levels 2 --material-side 16
+  run 0 "$bake" --sample "$sample" --no-ground -o "$sample.karst" --voxel 100 --levels 2 --material-side 16
 done
 for world in two nine holes caves tiles least; do
   run 0 "$karst" info "$world.karst"

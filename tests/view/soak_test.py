@@ -115,7 +115,8 @@ def main():
     arguments = parser.parse_args()
     arguments.work.mkdir(parents=True, exist_ok=True)
     world = arguments.work / "canyon.karst"
-    subprocess.run([arguments.bake, "--sample", "canyon", "-o", world], check=True, capture_output=True)
+    subprocess.run([arguments.bake, "--sample", "canyon", "--no-ground", "-o", world], check=True,
+                   capture_output=True)
 
     viewer = Viewer(arguments, world)
     try:

@@ -41,7 +41,8 @@ def main():
     shutil.rmtree(args.work, ignore_errors=True)
     os.makedirs(args.work)
     path = lambda name: os.path.join(args.work, name)
-    subprocess.run([args.bake, "--sample", "canyon", "--levels", "2", "-o", path("world")], check=True)
+    subprocess.run([args.bake, "--sample", "canyon", "--no-ground", "--levels", "2", "-o", path("world")],
+                   check=True)
     size = f"{W}x{H}"
     golden = path("golden.png")
     subprocess.run([args.karst, "render", path("world"), "-o", golden, "--size", size], check=True)

@@ -32,8 +32,8 @@ struct Job {
 
 const Job kJobs[] = {{"bake",
                       KARST_BAKE_PATH,
-                      {"--sample", "hills", "-o", "OUT", "--voxel", "400", "--levels", "1", "--materials",
-                       "none", "--quiet", "--threads", "2"},
+                      {"--sample", "hills", "--no-ground", "-o", "OUT", "--voxel", "400", "--levels", "1",
+                       "--materials", "none", "--quiet", "--threads", "2"},
                       true},
                      {"bake_ground",
                       KARST_BAKE_PATH,
