@@ -67,9 +67,11 @@ world_bake() {
   esac
 }
 prepare_world() {
-  local world=$1 words
+  local world=$1 words old_words
   mapfile -t words < <(world_bake "$world")
-  "$old_bake" "${words[@]}" -o "$world-old.karst" --quiet
+  # The older one knows samples as voxels alone.
+  mapfile -t old_words < <(printf '%s\n' "${words[@]}" | grep -vx -- --no-ground)
+  "$old_bake" "${old_words[@]}" -o "$world-old.karst" --quiet
   if [[ $world != drape ]]; then "$new_bake" "${words[@]}" -o "$world-voxels.karst" --quiet; fi
   if [[ ${GROUND:-1} != 0 && $world != canyon ]]; then mapfile -t words < <(as_ground "${words[@]}"); fi
   "$new_bake" "${words[@]}" -o "$world-new.karst" --quiet
