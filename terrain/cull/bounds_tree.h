@@ -63,6 +63,11 @@ class BoundsTree {
   int rows() const { return rows_; }                                            // 0 only for an empty tree
   std::uint32_t nodes(int row) const { return begin_[row + 1] - begin_[row]; }  // the last row has one
   const LatticeBox& node(int row, std::uint32_t n) const { return storage_[node_index(row, n)]; }
+  // Around all patches, seen from a world whose voxel `corner` is this one's first. There is one.
+  LatticeBox around_all(glm::ivec3 corner) const {
+    const LatticeBox& all = node(rows_ - 1, 0);
+    return {all.min + corner * kStepsPerVoxel, all.max + corner * kStepsPerVoxel};
+  }
   std::uint32_t node_index(int row, std::uint32_t n) const { return begin_[row] + n; }  // below node_count()
 
   // Patches that a node covers.

@@ -154,9 +154,7 @@ LatticeBox Query::world_box() const {
   LatticeBox all = any ? ground_box(ground_.info()) : LatticeBox();
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
-    LatticeBox box = part.tree->node(part.tree->rows() - 1, 0);
-    box.min += part.corner * kStepsPerVoxel;
-    box.max += part.corner * kStepsPerVoxel;
+    const LatticeBox box = part.tree->around_all(part.corner);
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;
   }

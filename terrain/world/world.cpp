@@ -119,9 +119,7 @@ LatticeBox World::box() const {
   LatticeBox all = any ? ground_box(ground()) : LatticeBox();
   for (const WorldPart& part : parts()) {
     if (part.patches() == 0) continue;
-    LatticeBox box = part.tree->node(part.tree->rows() - 1, 0);
-    box.min += part.corner * kStepsPerVoxel;
-    box.max += part.corner * kStepsPerVoxel;
+    const LatticeBox box = part.tree->around_all(part.corner);
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;
   }

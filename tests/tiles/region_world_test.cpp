@@ -46,6 +46,27 @@ constexpr const char* kCave = R"([
   {"shape": "sphere", "op": "empty", "center": [2570, 1682, 4170], "radius": 46, "blend": 8}
 ])";
 
+// A world in memory of its own.
+struct Loaded {
+  static std::uint64_t bytes(const Config& config) {
+    Budget budget;
+    World::add_to(budget, config);
+    return budget.cpu_bytes();
+  }
+  Loaded(const WorldReader& reader, std::span<const std::byte> file)
+      : config(World::config_for(reader.info(), reader.info().level, reader.ground())),
+        memory(bytes(config)) {
+    Arena arena(memory.bytes());
+    status = world.create(config, arena);
+    if (status.ok()) status = world.load(ByteSource::of(file));
+  }
+
+  Config config;
+  test::AlignedBytes memory;
+  World world;
+  Status status;
+};
+
 // The whole DEM; of a crop its centre is another.
 TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   const Folder folder;
@@ -74,16 +95,9 @@ TEST(RegionWorld, VoxelsStandWhereTheCaveIsAndNowhereElse) {
   EXPECT_NEAR(reader.info().origin_m[0] + sample_m, -15.0 * static_cast<double>(info.samples[0] - 1), 1e-6);
 
   // Loading finds the rim that the file states.
-  const Config config = World::config_for(reader.info(), reader.info().level, info);
-  Budget budget;
-  World::add_to(budget, config);
-  test::AlignedBytes memory(budget.cpu_bytes());
-  Arena arena(memory.bytes());
-  World world;
-  ASSERT_TRUE(world.create(config, arena).ok());
-  const Status loaded = world.load(ByteSource::of(with));
-  ASSERT_TRUE(loaded.ok()) << loaded.field() << ": " << loaded.what();
-  EXPECT_EQ(world.rim().edges().size(), info.regions()[0].rim_edges);
+  const Loaded loaded(reader, with);
+  ASSERT_TRUE(loaded.status.ok()) << loaded.status.field() << ": " << loaded.status.what();
+  EXPECT_EQ(loaded.world.rim().edges().size(), info.regions()[0].rim_edges);
 
   // What voxels of that size cost for all of the DEM, from what they cost for a part of it around the cave.
   bake({"--crop", "640,424,64,64", "--voxel", "7.5", "--levels", "2", "--materials", "none", "--quiet", "-o",
@@ -121,15 +135,9 @@ TEST(RegionWorld, ShapesThatAreFarApartHaveRegionsOfTheirOwn) {
   const GroundInfo& info = reader.ground();
   ASSERT_EQ(info.region_count, 2);
   EXPECT_EQ(reader.info().patches, info.regions()[0].patches + info.regions()[1].patches);
-  const Config config = World::config_for(reader.info(), reader.info().level, info);
-  Budget budget;
-  World::add_to(budget, config);
-  test::AlignedBytes memory(budget.cpu_bytes());
-  Arena arena(memory.bytes());
-  World world;
-  ASSERT_TRUE(world.create(config, arena).ok());
-  const Status loaded = world.load(ByteSource::of(file));
-  ASSERT_TRUE(loaded.ok()) << loaded.field() << ": " << loaded.what();
+  const Loaded loaded(reader, file);
+  ASSERT_TRUE(loaded.status.ok()) << loaded.status.field() << ": " << loaded.status.what();
+  const World& world = loaded.world;
   ASSERT_EQ(world.parts().size(), 2u);
   for (std::size_t n = 0; n < 2; ++n) {
     EXPECT_EQ(world.parts()[n].rim->edges().size(), info.regions()[n].rim_edges);
@@ -140,7 +148,7 @@ TEST(RegionWorld, ShapesThatAreFarApartHaveRegionsOfTheirOwn) {
     EXPECT_GT(at_m, n == 0 ? -9340 : 8660);
   }
   // Fewer are allowed than there are.
-  Config less = config;
+  Config less = loaded.config;
   less.max_regions = 1;
   Budget small;
   World::add_to(small, less);

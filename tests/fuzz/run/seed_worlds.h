@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small worlds that mutations start from: one of the least sections, one of all that a world of patches can
-// have, and two with a ground, a region in it and tiles that are none; the second one has imagery.
+// have, and two with a ground and tiles that are none; the second one has imagery.
 #pragma once
 
 #include "terrain/base/checksum.h"
@@ -17,17 +17,6 @@ inline std::vector<std::byte> with_ground(const core::TestWorld& world, bool has
   info.samples[0] = 150;
   info.samples[1] = 100;
   info.steps[0] = info.steps[1] = 2048;
-  // Its voxels are the ground's region.
-  if (world.info.patches > 0 && !core::place_region(info, world.info.extent.x, world.info.extent.z, 3, 4))
-    return {};
-  if (world.info.patches > 0) {
-    core::GroundRegion& region = info.region_list[0];
-    region.depth = world.info.depth;
-    region.octets = world.info.octets;
-    region.volumes = world.info.volumes;
-    region.patches = world.info.patches;
-    region.rim_edges = 8;
-  }
   const std::size_t image = has_imagery ? core::image_tile_bytes(core::ImageFormat::etc2_rgb) : 0;
   const std::vector<std::byte> tiles(100 + image, std::byte{7});
   writer.ground.root = {40, 60, core::crc32c(std::span(tiles).subspan(40, 60))};
