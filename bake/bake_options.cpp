@@ -414,8 +414,8 @@ Error check_source(const CommandLine& line) {
   const bool ground = line.has("ground") || (sample && !line.has("no-ground"));
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && !line.has("ground")) return "--basis: only for a ground; add --ground";
-  if (line.has("basis") && (line.has("carve") || line.has("imagery")))
-    return "--basis: carved shapes and imagery lie on a plane alone; leave --basis away";
+  if (line.has("basis") && line.has("carve"))
+    return "--basis: carved shapes lie on a plane alone; leave --basis away";
   if (line.has("imagery") && !ground)
     return sample ? "--imagery: only over a ground of tiles; leave --no-ground away"
                   : "--imagery: only over a ground of tiles; give --ground too";
