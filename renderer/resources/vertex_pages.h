@@ -47,7 +47,7 @@ struct NodePage {
   glm::ivec3 origin{0};       // voxels of its size; y within +-kMostPageHeight
   int size = 0;               // 0..kMostPageSize
   int quadrant = 0;           // of its family, 0..3 (NodeKey::quadrant)
-  NodeKey key;                // used where the settings' has_node_places()
+  NodeKey key = {};           // used where the settings' has_node_places()
   std::uint32_t row = 0;      // of its family, from ViewInput::first_family_row on
   std::uint8_t material = 0;  // the one that all of it has plus 1, or 0
   bool cave = false;          // it may be a cave or lit by lamps

@@ -29,9 +29,9 @@ class FamilyPool {
 
   struct Storage {
     std::span<Family> families;
-    std::span<std::uint32_t> chains;  // as many
-    std::span<PageTexel> texels;      // by page, for the renderer
-    std::span<PageTexel> places;      // the same, where there is imagery
+    std::span<std::uint32_t> chains;   // as many
+    std::span<PageTexel> texels;       // by page, for the renderer
+    std::span<PageTexel> places = {};  // the same, where there is imagery
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
