@@ -107,8 +107,8 @@ class GroundBaker {
     materials_.threads = job_.threads;
     if (Error error = materials_.load(); !error.ok()) return error;
     if (materials_.paints()) {
-      return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
-             (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
+      return job_.materials.path +
+             ": paint and blend_map are of patches, which a ground has none of; --no-ground has them";
     }
     if (job_.basis.kind == BakeBasis::Kind::cube && !images_.files.empty())
       return "--imagery: does not lie over a cube; --basis geographic has images";
