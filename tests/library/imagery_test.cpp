@@ -148,10 +148,13 @@ TEST_F(Images, OnACurvedBasisTheyLieWhereSamplesDo) {
     const char* name;
     core::GroundInfo info;
   };
-  const Shape shapes[] = {
-      {"equator", test::region(100, 80, 12, 0.4, 0.01)}, {"45", test::region(100, 80, -170, 45.4, 0.01)},
-      {"pole", test::region(100, 80, 20, 89.99, 0.001)}, {"earth", test::region(361, 181, -180, 90, 1)},
-      {"tube", test::tube(100, 80, 3'000, 10)},          {"inside", test::tube(100, 80, -3'000, 10)}};
+  const Shape shapes[] = {{"equator", test::region(100, 80, 12, 0.4, 0.01)},
+                          {"45", test::region(100, 80, -170, 45.4, 0.01)},
+                          {"pole", test::region(100, 80, 20, 89.99, 0.001)},
+                          {"earth", test::region(361, 181, -180, 90, 1)},
+                          {"cube", test::planet(64, 300'000)},
+                          {"tube", test::tube(100, 80, 3'000, 10)},
+                          {"inside", test::tube(100, 80, -3'000, 10)}};
   test::Random random{4};
   for (const Shape& shape : shapes) {
     const core::GroundInfo& info = shape.info;
@@ -162,27 +165,33 @@ TEST_F(Images, OnACurvedBasisTheyLieWhereSamplesDo) {
     files[1] = test::ground_file(ground, spacing_m, {[](double, double) { return kSand; }, 2});
     files[2] = test::ground_file(ground, spacing_m, {[](double, double) { return kWood; }, 2});
     struct Place {
+      int face;
       double column, row, height_m;
     };
     std::vector<Place> places;
-    const auto squares = [&](int axis) {
-      return static_cast<int>(static_cast<double>(info.samples[axis] - 1) / kSquare) - 1;
-    };
-    const int wide = squares(0), deep = squares(1);
     for (int n = 0; n < 24; ++n) {
-      const double column = (random.below(wide) + 0.5) * kSquare, row = (random.below(deep) + 0.5) * kSquare;
+      // A square of a face, or of all there is.
+      const int face = info.is_cube() ? n % core::kCubeFaces : 0;
+      int cell[2] = {};
+      if (info.is_cube()) core::cube_cell(face, cell[0], cell[1]);
+      const auto middle = [&](int axis) {
+        const double side = info.is_cube() ? info.basis.face_quads : double(info.samples[axis] - 1);
+        const int first = static_cast<int>(std::ceil(cell[axis] * side / kSquare));
+        return (first + random.below(static_cast<int>(side / kSquare) - 1) + 0.5) * kSquare;
+      };
+      const double column = middle(0), row = middle(1);
       // A square covers some pixels, the narrow way too.
-      const auto place = [&](double i, double k) { return core::place_m(info.basis, {i, k, 0, 0}); };
+      const auto place = [&](double i, double k) { return core::place_m(info.basis, {i, k, 0, face}); };
       const double metres = std::min(glm::distance(place(column, row), place(column + 1, row)),
                                      glm::distance(place(column, row), place(column, row + 1)));
-      places.push_back({column, row, metres * std::exp2(random.unit() * 6 - 1)});
+      places.push_back({face, column, row, metres * std::exp2(random.unit() * 6 - 1)});
     }
     std::array<std::vector<std::array<int, 3>>, 3> shown;
     for (std::size_t f = 0; f < files.size(); ++f) {
       open({}, {}, {}, files[f]);
       for (const Place& place : places) {
-        const core::GridPlace below{place.column, place.row, 0, 0};
-        const core::GridPlace above{place.column, place.row, place.height_m, 0};
+        const core::GridPlace below{place.column, place.row, 0, place.face};
+        const core::GridPlace above{place.column, place.row, place.height_m, place.face};
         ViewState view;
         view.width_px = kWidth;
         view.height_px = kHeight;
