@@ -13,10 +13,15 @@ namespace karst::core {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Of what is kept from size to size, which is rounded up to halves, 2^-10, in each.
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kNodeMorphShare;
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
 constexpr double kFloatSums = 1.0 + 1e-5;
+// Where a point is measured from the vertex that is not the nearer one, it is for this factor at least.
+constexpr float kSwitch = 1.03f;
+// A point of the full surface is as far from its reference as that strays; G times that over the least k.
+constexpr float kStrayOverDemand = static_cast<float>(kSteepest / kLeastDemand);
 
 bool is_power_of_two(double value) {
   int exponent = 0;
@@ -34,6 +39,37 @@ struct Span {
     low = std::min(low, value);
     high = std::max(high, value);
   }
+};
+
+double square(double x) {
+  return x * x;
+}
+
+// Which band a point is in whose squared distance is known.
+class Bands {
+ public:
+  explicit Bands(const double (&side)[2]) {
+    for (std::size_t n = 0; n < reach_.size(); ++n)
+      reach_[n] = square(kBandReach[n]) * (square(side[0]) + square(side[1]));
+  }
+  void take(std::array<float, kBands>& most, float deviation, double squared) const {
+    std::size_t band = 0;
+    for (const double reach : reach_) band += squared > reach ? 1 : 0;
+    most[band] = std::max(most[band], deviation);
+  }
+
+ private:
+  std::array<double, kBands - 1> reach_;
+};
+
+// Of a vertex row that rows of the reference's quads lie between: the full surface less the size's own, and
+// less the state in which a middle or the centre alone has arrived; least and greatest with a middle alone on
+// its way; squared distances from the middle and the centre.
+struct Point {
+  float home, middle_alone, centre_alone, low_edge, high_edge;
+  int edge;
+  bool is_outer;
+  double to_middle, to_centre;
 };
 
 // A quad of a size within the rows of its reference grid.
@@ -112,7 +148,7 @@ class QuadMeasure {
     const auto value = static_cast<float>(between);
     job_.out.below[at] = -value;
     job_.out.above[at] = value;
-    job_.out.most[at] = value;
+    for (const std::span<float> row : job_.out.most) row[at] = value;
     for (const std::span<float> row : job_.out.border) row[at] = value;
     job_.out.tall[at] = 2.0f * (static_cast<float>(job_.out.high[at]) - static_cast<float>(job_.out.low[at]));
   }
@@ -138,16 +174,20 @@ class QuadMeasure {
       back[edge] = middle[edge] - target[edge];
     }
     const double centre_back = centre - centre_target;
-    float most = 0, least_home = 0, greatest_home = 0;
+    const double unit = std::ldexp(0.5, job_.size);
+    const double side[2] = {unit * job_.info->steps[0], unit * job_.info->steps[1]};
+    // Whose middle is one of the node's border.
+    const bool outer[4] = {x_ % kNodeQuads == 0, job_.k % kNodeQuads == kNodeQuads - 1,
+                           x_ % kNodeQuads == kNodeQuads - 1, job_.k % kNodeQuads == 0};
+    const Bands bands(side);
+    float least_home = 0, greatest_home = 0;
+    std::array<float, kBands> most{};
     float border[4] = {};
-    const int n = quads_;
+    // Of a quad of size 1 the full surface is that of its children: halves of a triangle lie between points
+    // that the reference has not.
+    const bool exact = quads_ == 2;
+    const int n = exact ? 4 : quads_;
     const double scale = 2.0 / n;
-    // Of the two vertex rows that a row of the reference's quads lies between: least and greatest of the full
-    // surface less the size's own, less any state, and less those in which an edge's middle alone is away.
-    struct Point {
-      float home, low, high, low_edge, high_edge;
-      int edge;
-    };
     Point rows[2][kMostReferenceRows + 1];
     for (int k = 0; k <= n; ++k) {
       Point* const row = rows[k & 1];
@@ -164,28 +204,65 @@ class QuadMeasure {
         const double at_centre = 1.0 - out;
         const double own =
             at_corner * corner[edge][along < 0 ? 0 : 1] + at_middle * middle[edge] + at_centre * centre;
-        const double d = height(i, k) - own;
+        const double full = exact ? own : height(i, k);
+        const double d = full - own;
         const double b = at_middle * back[edge];
         const double c = at_centre * centre_back;
         Point& p = row[i];
         // At the size itself both are at their targets.
         p.home = static_cast<float>(d + b + c);
-        p.low = static_cast<float>(d + std::min(0.0, b) + std::min(0.0, c));
-        p.high = static_cast<float>(d + std::max(0.0, b) + std::max(0.0, c));
+        p.middle_alone = static_cast<float>(d + b);
+        p.centre_alone = static_cast<float>(d + c);
         p.low_edge = static_cast<float>(d + std::min(0.0, b));
         p.high_edge = static_cast<float>(d + std::max(0.0, b));
         // Where an edge's middle counts nothing other edges' triangles may be, too.
         p.edge = at_middle > 0.0 ? edge : -1;
+        p.to_centre = square(u * side[0]) + square(v * side[1]) + square(full - centre);
+        const auto to_middle = [&](int e) {
+          return square((std::abs(u) - (e % 2 == 0 ? 1.0 : 0.0)) * side[0]) +
+                 square((std::abs(v) - (e % 2 == 0 ? 0.0 : 1.0)) * side[1]) + square(full - middle[e]);
+        };
+        p.to_middle = to_middle(edge);
+        // On a diagonal, of the two edges beside it.
+        if (at_middle <= 0.0) {
+          p.to_middle = std::max(to_middle(u < 0 ? 0 : 2), to_middle(v > 0 ? 1 : 3));
+        }
+        p.is_outer = at_middle > 0.0 && outer[edge];
       }
       for (int i = 0; k > 0 && i < n; ++i) {
         const Point* const corners[4] = {&before[i], &before[i + 1], &row[i], &row[i + 1]};
-        const float under = below(i, k - 1);
-        const float over = above(i, k - 1);
+        const float under = exact ? below(i / 2, (k - 1) / 2) : below(i, k - 1);
+        const float over = exact ? above(i / 2, (k - 1) / 2) : above(i, k - 1);
+        // The further of its sides from the centre, of n / 2: whether it is in the half at the centre.
+        const bool at_centre =
+            std::max(std::max(n / 2 - i, i + 1 - n / 2), std::max(n / 2 - k + 1, k - n / 2)) <= n / 4;
+        bool is_outer = false;
+        // Deviations with the nearer one arrived, and at home: by the middle, by the centre.
+        float arrived[2] = {}, at_home[2] = {};
+        double way[2] = {};
         for (const Point* p : corners) {
+          is_outer = is_outer || p->is_outer;
           least_home = std::min(least_home, p->home + under);
           greatest_home = std::max(greatest_home, p->home + over);
-          most = std::max(most, std::max(-(p->low + under), p->high + over));
+          const float both = std::max(-(p->home + under), p->home + over);
+          const float middle_alone = std::max(-(p->middle_alone + under), p->middle_alone + over);
+          const float centre_alone = std::max(-(p->centre_alone + under), p->centre_alone + over);
+          arrived[0] = std::max(arrived[0], std::max(both, middle_alone));
+          arrived[1] = std::max(arrived[1], std::max(both, centre_alone));
+          at_home[0] = std::max(at_home[0], centre_alone);
+          at_home[1] = std::max(at_home[1], middle_alone);
+          way[0] = std::max(way[0], p->to_middle);
+          way[1] = std::max(way[1], p->to_centre);
         }
+        for (float& value : at_home) value *= static_cast<float>(1.0 / kKept);
+        std::size_t by = at_centre ? 1 : 0;
+        // The other one where that saves more than the way to it costs.
+        if (kSwitch * std::max(arrived[1 - by], at_home[1 - by]) < std::max(arrived[by], at_home[by]))
+          by = 1 - by;
+        if (is_outer) by = 1;
+        const float stray = kStrayOverDemand * std::max(-under, over);
+        bands.take(most, arrived[by] + stray, way[by]);
+        bands.take(most, at_home[by] + stray, std::max(way[0], way[1]) / (kKept * kKept));
         // The child triangles of an edge that the quad lies in.
         for (const Point* p : corners) {
           const float value = std::max(-(p->low_edge + under), p->high_edge + over);
@@ -198,7 +275,7 @@ class QuadMeasure {
     const auto keep = [](float value) { return static_cast<float>(double{value} * kFloatSums); };
     job_.out.below[at] = keep(least_home);
     job_.out.above[at] = keep(greatest_home);
-    job_.out.most[at] = keep(most);
+    for (std::size_t band = 0; band < kBands; ++band) job_.out.most[band][at] = keep(most[band]);
     for (std::size_t edge = 0; edge < 4; ++edge) job_.out.border[edge][at] = keep(border[edge]);
     // Of a child: two middles and the centre with their targets, and a corner.
     double tall = 0;
@@ -240,9 +317,8 @@ void measure_quads(std::span<const std::int32_t> north, std::span<const std::int
     out.low[x] = std::min(std::min(north[x], north[x + 1]), std::min(south[x], south[x + 1]));
     out.high[x] = std::max(std::max(north[x], north[x + 1]), std::max(south[x], south[x + 1]));
   }
-  for (const std::span<float> row : {out.below, out.above, out.most, out.tall}) {
-    std::fill(row.begin(), row.end(), 0.0f);
-  }
+  for (const std::span<float> row : {out.below, out.above, out.tall}) std::fill(row.begin(), row.end(), 0.0f);
+  for (const std::span<float> row : out.most) std::fill(row.begin(), row.end(), 0.0f);
   for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
 }
 
@@ -253,7 +329,8 @@ void MeasureQuads::run(std::int64_t first, std::int64_t last) const {
     const auto at = static_cast<std::size_t>(x);
     // Nodes do not look at them.
     out.low[at] = out.high[at] = 0;
-    out.below[at] = out.above[at] = out.most[at] = out.tall[at] = 0;
+    out.below[at] = out.above[at] = out.tall[at] = 0;
+    for (const std::span<float> row : out.most) row[at] = 0;
     for (const std::span<float> row : out.border) row[at] = 0;
   }
 }
@@ -266,7 +343,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
   if (first_row) {
     std::fill(out.low.begin(), out.low.end(), std::numeric_limits<std::int32_t>::max());
     std::fill(out.high.begin(), out.high.end(), std::numeric_limits<std::int32_t>::min());
-    std::fill(out.most.begin(), out.most.end(), 0.0f);
+    for (const std::span<float> band : out.most) std::fill(band.begin(), band.end(), 0.0f);
     for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
     std::fill(out.tall.begin(), out.tall.end(), 0.0f);
   }
@@ -278,7 +355,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
       out.low[node] = std::min(out.low[node], quads.low[x]);
       out.high[node] = std::max(out.high[node], quads.high[x]);
       if (size == 0) continue;
-      raise(out.most[node], quads.most[x]);
+      for (std::size_t band = 0; band < kBands; ++band) raise(out.most[band][node], quads.most[band][x]);
       if (last_row) raise(out.border[1][node], quads.border[1][x]);
       if (first_row) raise(out.border[3][node], quads.border[3][x]);
       raise(out.tall[node], quads.tall[x]);
@@ -306,31 +383,36 @@ void MeasureNodes::run() const {
   const double quad[2] = {quads * info->steps[0], quads * info->steps[1]};
   const std::size_t nodes = own->low.size();
   for (std::size_t x = 0; x < nodes; ++x) {
-    double error = double{own->most[x]};
-    for (const std::span<float> border : own->border) error = std::max(error, double{border[x]} / kKept);
+    std::array<double, kBands> most;
+    for (std::size_t band = 0; band < kBands; ++band) most[band] = double{own->most[band][x]};
+    double border = 0, others = 0;  // deviations along it, and from its other side
+    for (const std::span<float> edge : own->border) border = std::max(border, double{edge[x]});
+    double tall = double{own->tall[x]};
     const auto other_side = [&](const NodeRow* row, std::size_t at, std::size_t edge) {
-      if (row != nullptr && at < nodes) error = std::max(error, double{row->border[edge][at]});
+      if (row == nullptr || at >= nodes) return;
+      others = std::max(others, double{row->border[edge][at]});
+      tall = std::max(tall, double{row->tall[at]});
     };
     const bool closes = info->closes();
     if (x > 0 || closes) other_side(own, x > 0 ? x - 1 : nodes - 1, 2);
     other_side(own, closes && x + 1 == nodes ? 0 : x + 1, 0);
     other_side(north, x, 1);
     other_side(south, x, 3);
-    double tall = double{own->tall[x]};
     std::int32_t low = own->low[x], high = own->high[x];
     if (x == 0 && has_seam_inside(*info, {size, last_column(*info, size), 0})) {
       // By its threshold all of what lies to the west goes.
       for (const NodeRow* row : {own, north, south}) {
         if (row == nullptr) continue;
-        error = std::max(error, double{row->most.back()});
-        for (const std::span<float> border : row->border)
-          error = std::max(error, double{border.back()} / kKept);
+        for (std::size_t band = 0; band < kBands; ++band)
+          most[band] = std::max(most[band], double{row->most[band].back()});
+        for (const std::span<float> edge : row->border) border = std::max(border, double{edge.back()});
         tall = std::max(tall, double{row->tall.back()});
         low = std::min(low, row->low.back());
         high = std::max(high, row->high.back());
       }
     }
-    error += rounding;
+    // Beside each of those.
+    double error = rounding;
     double stretch = 1, pad = 8 * unit;
     if (curved) {
       stretch = height_stretch(*info, low, high);
@@ -339,10 +421,18 @@ void MeasureNodes::run() const {
       error += curved_error(*info, size, low, high, stretch) * steps_per_m / kKept;
     }
     const double reach = length(quad[0] * stretch, tall, quad[1] * stretch) + pad;
-    const double least = kSteepest * reach / kKept;
+    const double diagonal = length(quad[0], 0, quad[1]) * stretch;
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
-    for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
+    for (int n = 0; n < kDemands; ++n) {
+      const double k = demand(n);
+      steps[n] = (k * (border + error) + kSteepest * reach) / kKept;
+      steps[n] = std::max(steps[n], k * (others + error) + kSteepest * reach);
+      for (std::size_t band = 0; band < kBands; ++band) {
+        const double within = band + 1 < kBands ? kBandReach[band] * diagonal + pad : reach / kKept;
+        steps[n] = std::max(steps[n], k * (most[band] + error) + kSteepest * within);
+      }
+    }
     const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
     for (std::size_t k = 0; k < regions.size(); ++k) {
       const RegionMeasure& region = regions[k];

@@ -160,8 +160,8 @@ GroundInfo any_ground(Random& random, int kind) {
       const double step = 360.0 / around;
       if (around % 2 == 0)
         return region(around + 1, 2 + random.below(static_cast<int>(150 / step) + 1), -180, 75, step);
-      const double radius_m = around / 6.283185307179586;
-      return tube(around + 1, 2 + random.below(200), around % 3 == 0 ? -radius_m : radius_m, 1);
+      const double radius_m = 2 * around / 6.283185307179586;
+      return tube(around + 1, 2 + random.below(200), around % 3 == 0 ? -radius_m : radius_m, 2);
     }
     default:
       return tube(2 + random.below(200), 2 + random.below(200), -std::exp2(test::between(random, 6, 12)), 1);

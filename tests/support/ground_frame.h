@@ -227,6 +227,24 @@ class DrawnNode {
   int moving_ = 0;
 };
 
+// Whether both ends of an edge, steps from the ground's corner, lie where the ground ends and the eye is on
+// the inner side of that end: walls there are not drawn. Of planes.
+inline bool has_wall_behind(const GroundInfo& info, const GroundRequest& request, const glm::dvec3& a,
+                            const glm::dvec3& b) {
+  if (!request.culls || request.camera->parallel) return false;
+  const glm::dvec3 eye =
+      glm::dvec3(request.camera->voxel) * double{kStepsPerVoxel} + glm::dvec3(request.camera->fine);
+  const double slack = std::ldexp(4.0, info.page_size(info.top_size()));
+  for (int axis = 0; axis < 2; ++axis) {
+    const int c = 2 * axis;
+    const double begin = double(sample_place(info, axis, 0) * kVertexStep);
+    const double end = double(sample_place(info, axis, info.samples[axis] - 1) * kVertexStep);
+    if (std::max(a[c], b[c]) <= begin + slack && eye[c] >= begin) return true;
+    if (std::min(a[c], b[c]) >= end - slack && eye[c] <= end) return true;
+  }
+  return false;
+}
+
 // Says how far a long test has come, every million frames.
 inline void show_progress(std::uint64_t frames, std::uint64_t wanted) {
   if (frames % 1'000'000 == 0 && frames > 0 && frames < wanted)
