@@ -70,8 +70,9 @@ struct QuadRow {
   std::span<float> below, above;      // the full surface less the size's own: least, 0 or less; and greatest
   std::array<std::span<float>, kBands>
       most;  // by band: greatest deviation as the morph from the size below counts
-  std::array<std::span<float>, 4> border;  // at each edge, the same with the edge's middle alone on its way
-  std::span<float> tall;                   // greatest height that a child spans, with its targets
+  std::array<std::span<float>, 4>
+      border;             // at each edge of a node, the same with the edge's middle alone on its way; else 0
+  std::span<float> tall;  // greatest height that a child spans, with its targets
 };
 
 // A row of nodes; spans of nodes_along() each, but thresholds, of kDemands times as many.
