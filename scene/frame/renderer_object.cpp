@@ -386,7 +386,11 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   work_ms_ = input.work_ms;
   // Where memory suffices, what lacks is made before anything is drawn, and need not be cut before.
   const bool cuts = !waits || residency.governor().pool_full;
-  Status status = select(cuts);
+  Status status;
+  // A region is drawn whole or not at all: with a coarse version of all its patches, which stays, an eye that
+  // turns in a cave always sees it.
+  if (first_frame_ && world.terrain.world.ground().region_count > 0) status = work_.make_bases(costs);
+  if (status.ok()) status = select(cuts);
   if (status.ok() && waits) status = complete(cuts);
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
