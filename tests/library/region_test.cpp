@@ -135,6 +135,34 @@ TEST_F(Regions, FarAwayTheGroundStandsForIt) {
   EXPECT_EQ(patches(20000), 0u);
 }
 
+// Its patches are then not looked at, until it is drawn again: in the frame that it is near, as it always is.
+TEST_F(Regions, FarAwayItsPatchesAreNotLookedAt) {
+  const glm::dvec3 near_by(-60, 60, 18), far_off(-20000, 4000, 18);
+  const auto picture = [&](glm::dvec3 eye, double work_ms) {
+    ViewState shown = view(eye, {20, 0, 18}, 60);
+    set_perspective(shown, 60, 1, 1e6);
+    test::draw_frame(*renderer_, picture_, {shown}, work_ms);
+    return picture_.read();
+  };
+  open_region();
+  const Pixels close = picture(near_by, 0);
+  const std::uint32_t drawn = costs(*renderer_).patches_drawn;
+  EXPECT_GT(drawn, 0u);
+  picture(far_off, 0);
+  EXPECT_EQ(costs(*renderer_).patches_drawn, 0u);
+  EXPECT_EQ(costs(*renderer_).patches_skipped, 0u);
+  for (const double work_ms : {0.0, 1e-3}) {
+    const Pixels far_away = picture(far_off, work_ms);
+    EXPECT_EQ(costs(*renderer_).patches_skipped, host_->world->info().patches);
+    EXPECT_EQ(test::largest_difference(picture(far_off, 0), far_away), 0);
+    EXPECT_EQ(test::largest_difference(picture(near_by, work_ms), close), 0);
+    EXPECT_EQ(costs(*renderer_).patches_drawn, drawn);
+    EXPECT_EQ(costs(*renderer_).patches_skipped, 0u);
+    // Once it was asked for, the ground stands for it anew.
+    picture(far_off, 0);
+  }
+}
+
 // Under a low sun there are shadows in the region and on the ground around it.
 TEST_F(Regions, BothCastShadows) {
   const auto picture = [&](std::uint32_t maps) {
