@@ -57,8 +57,8 @@ struct Edit {
 };
 
 struct EditResult {
-  bool changed = false;  // false: the world was so already
-  Vec3 low, high;        // box of all that changed, before and after
+  bool changed = false;                  // false: the world was so already
+  Vec3 low, high;                        // box of all that changed, before and after
   std::uint32_t patches = 0, nodes = 0;  // that are made anew
   std::uint64_t version = 0;             // of the world, one more with each change
 };

@@ -86,7 +86,7 @@ constexpr string_view kCore[] = {"terrain/base",    "terrain/basis",   "terrain/
                                  "terrain/motion",  "terrain/cull",    "terrain/lod",      "terrain/ground",
                                  "terrain/paging",  "terrain/draw",    "terrain/nodes",    "terrain/regions",
                                  "terrain/imagery", "terrain/shadow",  "terrain/shading",  "terrain/query",
-                                 "terrain/file",    "terrain/world"};
+                                 "terrain/file",    "terrain/world",   "terrain/edit"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};
