@@ -18,7 +18,12 @@ flat in ivec3 patch_voxel;
 flat in ivec2 patch_shading;
 #ifdef KARST_CURVED
 in float height;
+#ifdef KARST_IMAGERY
+in vec2 image_place;
+#define KARST_AT_HEIGHT , height, image_place
+#else
 #define KARST_AT_HEIGHT , height
+#endif
 #else
 #define KARST_AT_HEIGHT
 #endif

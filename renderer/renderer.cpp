@@ -153,7 +153,7 @@ Status Renderer::check_device() const {
     return limit("deferred_height", settings_.deferred_height);
   if (settings_.drape_width > caps.max_texture_size) return limit("drape_width", settings_.drape_width);
   if (settings_.drape_height > caps.max_texture_size) return limit("drape_height", settings_.drape_height);
-  if (page_rows(settings_.all_pages()) > caps.max_texture_size ||
+  if (page_table_rows(settings_) > caps.max_texture_size ||
       std::int64_t{settings_.all_pages()} * kPageVertices - 1 > caps.max_element_index) {
     return limit("vertex_pages", settings_.all_pages());
   }

@@ -110,8 +110,8 @@ class GroundBaker {
       return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
              (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
     }
-    if (is_curved() && !images_.files.empty())
-      return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
+    if (job_.basis.kind == BakeBasis::Kind::cube && !images_.files.empty())
+      return "--imagery: does not lie over a cube; --basis geographic has images";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;

@@ -134,15 +134,27 @@ struct BakeImagery::Job {
     return at == row->second.end() ? nullptr : &at->second;
   }
 
+  // Around a ground that closes every image lies once more on either side: samples.
+  std::int64_t turn() const { return ground.info.closes() ? ground.info.basis.turn_quads : 0; }
+
   // Whether an image may cover some of a tile's texels, border and all.
   bool touches(std::size_t image, int size, std::int64_t x, std::int64_t z) const {
+    for (int times = -1; times <= 1; ++times) {
+      if ((times == 0 || turn() > 0) && touches_at(image, size, x, z, static_cast<double>(times * turn())))
+        return true;
+    }
+    return false;
+  }
+  // The same where it lies so many samples to the east of its place.
+  bool touches_at(std::size_t image, int size, std::int64_t x, std::int64_t z, double east) const {
     const double side = std::ldexp(double{kNodeQuads}, size);
     const double rim = side * kImageBorder / kImageInside;
     const ImageFacts& facts = report.images[image];
     const std::int64_t at[2] = {x, z};
     for (int axis = 0; axis < 2; ++axis) {
       const double low = static_cast<double>(at[axis]) * side - rim;
-      if (facts.high[axis] < low || facts.low[axis] > low + side + 2 * rim) return false;
+      const double moved = axis == 0 ? east : 0;
+      if (facts.high[axis] + moved < low || facts.low[axis] + moved > low + side + 2 * rim) return false;
     }
     return true;
   }
@@ -166,6 +178,10 @@ struct BakeImagery::Job {
         low[axis] = std::min(low[axis], facts.low[axis] / side - 1);
         high[axis] = std::max(high[axis], facts.high[axis] / side + 1);
       }
+    }
+    if (turn() > 0) {
+      low[0] = 0;
+      high[0] = static_cast<double>(level.last_column);
     }
     const auto at = static_cast<double>(row);
     if (at < low[1] - 1 || at > high[1] + 1) return {};
@@ -218,25 +234,36 @@ struct BakeImagery::Job {
     std::vector<std::byte> warped;
     for (std::size_t n = 0; n < bake.sizes_.size(); ++n) {
       if (bake.sizes_[n] < first.size) continue;
-      const bool touched = std::any_of(tiles.begin(), tiles.end(), [&](const Tile& tile) {
-        return touches(n, tile.key.size, tile.key.x, tile.key.z);
-      });
-      if (!touched) continue;
-      const std::string& path = bake.options_.files[n];
-      Error error = read_image_window(bake.grid_, path, report.images[n], window, warped);
-      if (!error.ok()) return error;
-      std::vector<std::byte> own(kTileTexelBytes);
-      for (std::size_t t = 0; t < tiles.size(); ++t) {
-        for (int y = 0; y < kImageSide; ++y) {
-          const std::size_t from = texel_at(static_cast<std::size_t>(window.width),
-                                            static_cast<std::ptrdiff_t>(t) * kImageInside, y);
-          std::copy_n(warped.begin() + static_cast<std::ptrdiff_t>(from), 4 * kImageSide,
-                      own.begin() + static_cast<std::ptrdiff_t>(texel_at(kImageSide, 0, y)));
-        }
-        lay_over(own, tiles[t].texels);
+      for (int times = -1; times <= 1; ++times) {
+        if (times != 0 && turn() == 0) continue;
+        const auto east = static_cast<double>(times * turn());
+        const bool touched = std::any_of(tiles.begin(), tiles.end(), [&](const Tile& tile) {
+          return touches_at(n, tile.key.size, tile.key.x, tile.key.z, east);
+        });
+        if (!touched) continue;
+        TexelWindow moved = window;
+        moved.column -= std::llround(std::ldexp(east * kTexelsPerSample, -first.size));
+        const std::string& path = bake.options_.files[n];
+        Error error = read_image_window(bake.grid_, path, report.images[n], moved, warped);
+        if (!error.ok()) return error;
+        lay(warped, window, tiles);
       }
     }
     return {};
+  }
+
+  // A window's texels over those of its tiles.
+  static void lay(const std::vector<std::byte>& warped, const TexelWindow& window, std::vector<Tile>& tiles) {
+    std::vector<std::byte> own(kTileTexelBytes);
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+      for (int y = 0; y < kImageSide; ++y) {
+        const std::size_t from = texel_at(static_cast<std::size_t>(window.width),
+                                          static_cast<std::ptrdiff_t>(t) * kImageInside, y);
+        std::copy_n(warped.begin() + static_cast<std::ptrdiff_t>(from), 4 * kImageSide,
+                    own.begin() + static_cast<std::ptrdiff_t>(texel_at(kImageSide, 0, y)));
+      }
+      lay_over(own, tiles[t].texels);
+    }
   }
 
   // Takes what smaller tiles left, fills what nothing covers, and encodes.

@@ -34,7 +34,7 @@ struct Needs {
   double shadow_reach_m = 0;          // from the eye, beyond which there are no shadows; 0: 256 voxels
   // The largest view, pixels, both 0 or both 1..16384, whose pixels are shaded once, after all that lies in
   // them is known, at 12 bytes of GPU memory a pixel. 0: while they are drawn, which small triangles do
-  // several times; so are parallel views, larger ones and those under a drape.
+  // several times; so are parallel views, larger ones, those under a drape and imagery on a curved basis.
   std::uint32_t deferred_width = 0;
   std::uint32_t deferred_height = 0;
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,

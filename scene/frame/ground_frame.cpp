@@ -103,12 +103,14 @@ Status GroundFrame::upload(FrameCosts& costs) {
   Ground& ground = terrain_->ground;
   PageTable pages = terrain_->residency.pages();
   pages.family_texels = ground.texels();
+  pages.family_places = ground.places();
   NodeUpload node;
   while (ground.next_node(node)) {
     NodePage page;
     page.origin = node.origin;
     page.size = node.size;
     page.quadrant = node.quadrant;
+    page.key = node.key;
     page.row = node.row;
     if (const Status status =
             renderer_->upload_node(pages, node.page, page, node.vertices.first<kNodePageVertices>());

@@ -482,6 +482,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.level = ground_.level(input.camera);
     input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
+    input.pages.family_places = world.terrain.ground.places();
   }
   if (imagery_.exists()) {
     input.images = imagery_.place(n);

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/basis/basis.h"
 #include "terrain/ground/ground_box.h"
 
 namespace karst::core {
@@ -61,7 +62,18 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
   place_ = {};
   place_.least_size = imagery.least_size;
   place_.top_size = info.top_size();
-  for (int axis = 0; axis < 2; ++axis) {
+  if (info.basis.is_curved()) {
+    place_.centre[0] = place_.centre[1] = 0;
+    GridPlace at;
+    if (grid_of(info.basis, eye * (info.basis.height_unit_m / kVertexStep), at)) {
+      for (int axis = 0; axis < 2; ++axis) {
+        const double last = std::ceil(static_cast<double>(info.samples[axis] - 1) / kNodeQuads) - 1;
+        const double node = std::floor((axis == 0 ? at.i : at.k) / kNodeQuads);
+        place_.centre[axis] = static_cast<std::int32_t>(std::clamp(node, 0.0, last));
+      }
+    }
+  }
+  for (int axis = 0; axis < 2 && !info.basis.is_curved(); ++axis) {
     const double tile_steps = info.steps[axis] * kNodeQuads;
     const auto corner = static_cast<double>(info.corner[axis] * kVertexStep);
     const double at = (eye[2 * axis] - corner) / tile_steps;
