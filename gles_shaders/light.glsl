@@ -191,6 +191,11 @@ vec3 light_from(Point point) {
 #ifdef KARST_CURVED
   float below = water.z - height;
   height = max(height, water.z);
+  // What the ray meets on its way up again, behind the sea's own horizon, is seen through all of the sea.
+  if (water.x <= 0.0 && view_scale.z < 0.5 && dot(direction, up) > 0.0) {
+    float met = level_distance(direction, water.w);
+    if (met >= 0.0 && met < 0.999 * distance_voxels) below = distance_voxels;
+  }
 #else
   float below = water.x - point.from_eye.y;
 #endif
