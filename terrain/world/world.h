@@ -126,6 +126,7 @@ class World {
   const WorldPart& part_of(PatchId patch) const { return parts_[part_number(patch)]; }
   // Slots of patches, of which some are free where the world can be edited (Surface::is_free).
   std::uint32_t patch_count() const { return patch_slots_; }
+  bool is_free(PatchId slot) const { return is_editable() && parts_[0].surface.is_free(slot); }
   std::uint32_t free_patches() const { return is_editable() ? patch_slots_ - table_.size() : 0; }
 
   // --- Of the first part, which is all of a world without several

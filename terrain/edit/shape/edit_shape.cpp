@@ -9,6 +9,7 @@
 #include <glm/common.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/base/checksum.h"
 #include "terrain/edit/shape/edit_octree.h"
 #include "terrain/edit/shape/new_heights.h"
 #include "terrain/measure/measure_patches.h"
@@ -164,7 +165,7 @@ class ShapeEdit {
     for (const PatchId patch : change.touched) join(change.box, patch_box(all_.surface, all_.bounds, patch));
   }
 
-  void derive(const EditChange& change) {
+  void derive(EditChange& change) {
     for (const std::span<const PatchId> list : {change.vanished, change.touched}) {
       for (const PatchId patch : list) {
         fill_patch_boxes(all_.surface, all_.bounds, patch, patch + 1, all_.boxes);
@@ -174,7 +175,9 @@ class ShapeEdit {
       }
     }
     all_.occluders->build(*all_.octree, all_.extent, all_.surface, all_.bounds);
+    const std::uint32_t sky = crc32c(std::as_bytes(all_.sky->cells()));
     all_.sky->build(*all_.octree, all_.extent);
+    change.sky_changed = crc32c(std::as_bytes(all_.sky->cells())) != sky;
   }
 
   World::Editable all_;

@@ -22,6 +22,7 @@ namespace karst::core {
 struct EditChange {
   bool changed = false;  // false: the world was so already
   LatticeBox box{};      // of all that changed, before and after
+  bool sky_changed = false;
   // Patches whose vertices or measures may be others, ascending, and slots that became free. Valid until the
   // next edit.
   std::span<const PatchId> touched;
