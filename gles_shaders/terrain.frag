@@ -10,6 +10,7 @@ precision highp int;
 #include "sky_colour.glsl"
 #include "water.glsl"
 #include "light.glsl"
+#include "cull.glsl"
 
 in vec3 normal_ws;
 in vec3 from_eye_ws;
@@ -31,6 +32,7 @@ in vec2 image_place;
 out vec4 colour;
 
 void main() {
+  cull_back_face();
   vec3 light = light_from(Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x,
                                 patch_shading.y > 0 KARST_AT_HEIGHT));
 #ifdef KARST_SHOW_LOOKUPS

@@ -45,6 +45,7 @@ struct ImagePlace {
   float texels_a_voxel = 0;     // of size 0, along the axis that has fewer
   std::int32_t least_size = 0;
   std::int32_t top_size = 0;
+  std::int32_t root_size = 0;  // image_top_size(): where the table begins
 };
 
 // Of a texel of a size, voxels along the axis that has more.
