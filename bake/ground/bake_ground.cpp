@@ -110,8 +110,6 @@ class GroundBaker {
       return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
              (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
     }
-    if (is_curved() && !images_.files.empty())
-      return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;
@@ -320,7 +318,10 @@ class GroundBaker {
                             place.north,
                             place.step_x,
                             place.step_z,
-                            place.crs};
+                            place.crs,
+                            info_.is_cube() ? info_.basis.face_quads : 0,
+                            info_.basis.radius_m,
+                            info_.basis.flattening};
       if (Error error = imagery_.open(grid, info_, report_.imagery); !error.ok()) return error;
       writer_.ground.imagery = report_.imagery.info;
     }

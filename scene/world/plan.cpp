@@ -114,6 +114,9 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
         std::max<std::uint64_t>(needs.vertex_bytes / (kPageVertices * sizeof(GpuVertex)), 1);
     const std::uint64_t all = std::uint64_t{config.max_patches} * slot_pages(finest);
     config.gpu_vertex_pages = static_cast<std::uint32_t>(std::min<std::uint64_t>({pages, all, kMostPages}));
+    // A cave whose patches lack vertices closes, and who is in it looks through the ground.
+    if (ground.region_count > 0)
+      config.gpu_vertex_pages = std::max(config.gpu_vertex_pages, std::min(config.max_patches, kMostPages));
     config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
     config.max_resident_patches = config.max_draw_items;
   }

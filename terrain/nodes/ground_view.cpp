@@ -210,6 +210,8 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   }
   result_.visited = node_count_;
   result_.regions = left_regions(looks);
+  for (std::uint32_t rest = looks.regions & ~result_.regions; rest != 0; rest &= rest - 1)
+    add_bound_of_closed(looks, rest & ~(rest - 1));
   list(looks);
 }
 
@@ -615,6 +617,31 @@ std::uint32_t GroundView::left_regions(const Looks& looks) const {
     }
   }
   return left;
+}
+
+// Of a region that the ground stands for. Where a node that has it in part is not to be split, (3) holds for
+// all of it. Else it is closed for want of data, and however near: what a node there is off by and the
+// region's own error, which such nodes' errors are not below.
+void GroundView::add_bound_of_closed(const Looks& looks, std::uint32_t bit) {
+  const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(bit))];
+  const auto error_of = [&](const Node& node) {
+    return node.key.size == 0
+               ? 0.0f
+               : most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  };
+  float error = kInfinite;
+  for (const Node& node : nodes()) {
+    if ((node.touches & bit) == 0 || !node.in_view || in_region(region, node.key) != InRegion::part) continue;
+    if (!node.is_split() && !node.refused) return;
+    error = std::min(error, error_of(node));
+  }
+  for (const Node& node : nodes()) {
+    if ((node.touches & bit) == 0 || !node.in_view || node.is_split()) continue;
+    if (in_region(region, node.key) == InRegion::none) continue;
+    const float off = error + error_of(node), left = node.least_apparent - off;
+    const float px = left > 0.0f ? looks.request.scale.pixels * off / left : kInfinite;
+    result_.bound_px = std::max(result_.bound_px, px);
+  }
 }
 
 // Whether a region that is drawn has all of a node.

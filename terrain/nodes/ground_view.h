@@ -38,8 +38,9 @@
 // diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
 // the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
 // that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
-// closed, and the region is not: it is within the bound of the ground, or the node counts as refused. Each
-// region is drawn or not whatever becomes of the others. A node at a border counts as in view where its piece
+// closed, and the region is not: the ground of size 0 is within error_px of it, to which comes what the drawn
+// ground is off by; or such a node was refused, and bound_px counts both. Each region is drawn or not whatever
+// becomes of the others. A node at a border counts as in view where its piece
 // of the belt may be, which reaches from its edge up or down to the region's rim.
 //
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
@@ -199,6 +200,7 @@ class GroundView {
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
   std::uint32_t left_regions(const Looks& looks) const;
+  void add_bound_of_closed(const Looks& looks, std::uint32_t bit);
   bool is_left_out(const Looks& looks, const Node& node) const;
   static std::uint16_t touched(const Looks& looks, std::uint32_t of_parent, NodeKey key);
   void list(const Looks& looks);

@@ -219,6 +219,57 @@ TEST_F(WorldsOnBases, ACylindersInsideIsClosed) {
   }
 }
 
+// What stands behind the sea's horizon and is lower than it is seen through all of the sea, wherever its own
+// height is.
+TEST_F(WorldsOnBases, TheSeaHidesWhatIsBehindItsHorizon) {
+  const core::GroundInfo shape = test::region(129, 129, 10, 0.64, 0.01);
+  const double spacing_m = shape.basis.height_unit_m / core::kVertexStep * shape.steps[0];
+  core::WorldMaterials sea;
+  sea.surroundings = {core::kHasWater, 0, 0, 0};
+  // A sea 50 m deep; from 44 km on to the north there is land. 2 m above the sea all of it that is lower than
+  // 119 m is hidden.
+  const auto picture = [&](double land_m, bool deferred) {
+    const test::MemoryGround ground(shape, [&](std::int64_t, std::int64_t k) {
+      return static_cast<std::int32_t>((k < 24 ? land_m : -50) / shape.basis.height_unit_m);
+    });
+    Needs needs;
+    needs.shadow_maps = 0;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    open(needs, {}, options, test::ground_file(ground, spacing_m, {}, sea));
+    ViewState view;
+    view.width_px = kWidth;
+    view.height_px = kHeight;
+    const glm::dvec3 eye = core::place_m(shape.basis, {64, 64, 2, 0});
+    view.eye = world().from_world({eye.x, eye.y, eye.z});
+    const LocalAxes axes = world().axes_at(view.eye);
+    EXPECT_TRUE(look_at(view, along(view.eye, axes.north, 1), axes.up));
+    set_perspective(view, 2, 1, 2e5);
+    view.error_px = 0.5;
+    Target where;
+    where.viewport = {0, 0, kWidth, kHeight};
+    where.framebuffer = picture_.name();
+    const FrameResult result = test::draw_frame(*renderer_, picture_, {view}, 0, &where);
+    EXPECT_TRUE(result.complete);
+    return picture_.read();
+  };
+  for (const bool deferred : {false, true}) {
+    const Pixels open_sea = picture(-50, deferred), low = picture(90, deferred),
+                 high = picture(1500, deferred);
+    EXPECT_LE(test::share_beyond(open_sea, low, 3), 0.001);
+    // Above the horizon, which is 0.045 degrees below the middle, high land is seen.
+    int above = 0, below = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      const int off = std::abs(open_sea.at(kWidth / 2, y)[0] - high.at(kWidth / 2, y)[0]);
+      if (y > kHeight / 2) above += off > 3;
+      if (y < kHeight / 2 - 6) below += off > 3;
+    }
+    EXPECT_GT(above, 20);
+    EXPECT_EQ(below, 0);
+  }
+}
+
 // A host's function: a torus, whose ring lies level.
 struct Torus {
   double ring_m, tube_m;
