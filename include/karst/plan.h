@@ -41,6 +41,9 @@ struct Needs {
   std::uint32_t deferred_height = 0;
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
   std::uint32_t drape_height = 0;  // both 0 or both 1..16384
+  // Patches that edits may add to those of the file, and that one edit may make anew, 0..2^20; 0: nothing is
+  // edited. All heights are held in memory then.
+  std::uint32_t edit_patches = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };

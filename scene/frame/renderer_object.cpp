@@ -108,6 +108,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     shadows.reach_voxels = std::ldexp(shadows.reach_voxels, finer);
   }
   shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
+  edit_version_ = world.editor.version;
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);
@@ -254,6 +255,19 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   return {};
 }
 
+// What edits have changed since the last frame, all of it: no frame shows a part of an edit.
+Status RendererObject::follow_edits() {
+  if (edit_version_ == world.editor.version) return {};
+  if (world.editor.sky_version > edit_version_) {
+    if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
+      return status;
+  }
+  shadows_.forget();
+  if (const Status status = work_.remake(costs); !status.ok()) return status;
+  edit_version_ = world.editor.version;
+  return {};
+}
+
 Status RendererObject::select(bool cuts) {
   const std::int64_t start = clock_ns();
   Status status;
@@ -386,6 +400,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   skips.cave = inspection.skip_cave;
   if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
   residency.begin_frame();
+  if (const Status status = follow_edits(); !status.ok()) return status;
   work_.begin_frame(input.work_ms > 0);
   const bool waits = first_frame_ || input.work_ms == 0;
   work_ms_ = input.work_ms;

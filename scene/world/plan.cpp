@@ -67,6 +67,8 @@ Status check_needs(const Needs& needs) {
     if (!inside(needs.drape_width, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_width");
     if (!inside(needs.drape_height, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_height");
   }
+  if (needs.edit_patches > 1u << 20)
+    return refuse("more than 2^20 patches", "edit_patches", needs.edit_patches);
   return {};
 }
 
@@ -122,10 +124,16 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
   }
 }
 
+// Behind all other limits.
+void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
+  if (needs.edit_patches == 0 || world.ground.exists()) return;
+  World::add_edit_room(needs.edit_patches, config);
+}
+
 // Holds fewer heights where all is more than may be taken; what is missing is read from the file when it is
 // needed.
 void fit_heights(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
-  if (taken <= max_cpu) return;
+  if (taken <= max_cpu || config.edit_patches > 0) return;
   const std::uint64_t over = taken - max_cpu;
   const std::uint64_t group = std::uint64_t{kHeightGroup} * sizeof(std::int16_t) *
                               static_cast<std::uint64_t>(patch_vertices(static_cast<int>(config.max_level)));
@@ -266,6 +274,7 @@ Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout
   layout = {};
   set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
+  set_edit_limits(world, needs, layout.config);
   return lay_out_config(world, needs, layout);
 }
 

@@ -2,7 +2,8 @@
 // Where everything lies in a .karst file, and the checks that reading and writing share: a header of fixed
 // size, the section table, then the sections one after another, each at the next multiple of 64 bytes. That
 // leaves one place for everything: sections cannot overlap, the bytes between them are 0, and equal worlds
-// are equal files. docs/formats.md has the offsets. For world_reader.cpp and world_writer.cpp alone.
+// are equal files. docs/formats.md has the offsets. For world_reader.cpp, world_writer.cpp and
+// terrain/edit/save_world.cpp alone.
 #pragma once
 
 #include "terrain/file/world_file.h"

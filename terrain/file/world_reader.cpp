@@ -264,6 +264,21 @@ Status WorldReader::verify() const {
   return verify_images();
 }
 
+Status WorldReader::copy_section(WorldSection section, const ByteSink& sink) const {
+  const SectionPlace& place = place_of(section);
+  std::uint32_t crc = 0;
+  bool taken = true;
+  const Status status = for_each_piece(place.offset, place.bytes, [&](std::span<const std::byte> piece) {
+    crc = crc32c(piece, crc);
+    taken = sink.write(sink.context, piece);
+    return taken;
+  });
+  if (!status.ok()) return status;
+  if (!taken) return {StatusCode::limit_reached, "the bytes cannot be written", "sink"};
+  if (crc == place.crc) return {};
+  return corrupt("a section does not match its checksum", {"section crc", place.entry + kEntryCrc});
+}
+
 Status WorldReader::verify_rim() const {
   const std::uint64_t first = place_of(WorldSection::surroundings).offset + sizeof(Surroundings);
   material_section::Fault fault;

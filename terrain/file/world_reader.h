@@ -97,6 +97,13 @@ class WorldReader {
   // where the place is not in the section. out: place.bytes.
   Status read_tile(const TilePlace& place, std::span<std::byte> out) const;
 
+  // A section as it lies in the file, checked against its checksum: what does not match was written by then.
+  // Precondition: it is there. limit_reached ("sink") where the sink does not take it.
+  bool has_section(WorldSection section) const { return place_of(section).present; }
+  std::uint64_t section_bytes(WorldSection section) const { return place_of(section).bytes; }
+  std::uint32_t section_crc(WorldSection section) const { return place_of(section).crc; }
+  Status copy_section(WorldSection section, const ByteSink& sink) const;
+
   // One group: its crc from read_height_crcs; out: samples of the group's blocks, the last group may be
   // short.
   Status read_heights(std::uint32_t group, std::uint32_t crc, std::span<std::int16_t> out) const;

@@ -108,6 +108,9 @@ class Query {
     ground_.set_ground(info, root, reading);
   }
 
+  // Of a world that was edited: patches that have changed.
+  void forget(std::span<const PatchId> patches) { patches_.forget(patches); }
+
   // The level that answers are of: that of the limits, or the world's where it is less.
   int level() const { return patches_.level(); }
 

@@ -86,7 +86,7 @@ constexpr string_view kCore[] = {"terrain/base",    "terrain/basis",   "terrain/
                                  "terrain/motion",  "terrain/cull",    "terrain/lod",      "terrain/ground",
                                  "terrain/paging",  "terrain/draw",    "terrain/nodes",    "terrain/regions",
                                  "terrain/imagery", "terrain/shadow",  "terrain/shading",  "terrain/query",
-                                 "terrain/file",    "terrain/world"};
+                                 "terrain/file",    "terrain/world",   "terrain/edit"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};
@@ -107,13 +107,14 @@ std::vector<Floor> make_floors() {
           {"tiles", {"karst", "terrain"}},
           {"app/files", {"karst", "platform/base"}},
           {"app/common", {"karst", "platform"}},
+          {"app/json", {"karst", "platform/base"}},
           {"app/command_line", {"karst", "app/common", "platform/base"}},
           {"scene/world", {"karst", "terrain", "tiles", "renderer/input"}},
           {"scene", {"karst", "terrain", "tiles", "renderer", "gles_shaders"}},
           {"app", {"karst", "platform", "boards"}},
           {"bake",
-           {"karst", "terrain", "tiles", "etc2", "app/common", "app/files", "app/command_line",
-            "platform/base"}},
+           {"karst", "terrain", "tiles", "etc2", "app/common", "app/files", "app/json",
+            "app/command_line", "platform/base"}},
           {"bench", {"karst", "terrain", "tiles", "renderer", "scene", "platform", "boards", "etc2", "app"}},
           {"tests",
            {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2", "tiles",

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Edits: dig, fill, raise, smooth, paint, between frames, in memory that the plan counts (Needs::edit_patches
+// and the fields after it). Voxels, heights of patches, samples of the ground and painted materials change;
+// all that follows from them (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if
+// the world had been baked so.
+//
+//   Editor* editor = nullptr;
+//   world.take_editor(editor);
+//   Edit dig;  dig.tool = EditTool::clear;  dig.place = hit.place;  dig.radius_m = 3;
+//   EditResult changed;
+//   editor->apply(dig, changed);   // changed.low .. high: for the host's physics
+//   editor->undo(changed);
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "karst/export.h"
+#include "karst/status.h"
+#include "karst/types.h"
+
+namespace karst {
+
+enum class EditTool : std::uint8_t {
+  clear,    // voxels: becomes air
+  fill,     // voxels: becomes rock
+  extrude,  // heights: out of the ground by strength_m (below 0: into it), with K's profile (K equation 5.1)
+  smooth,   // heights: towards the mean of those around, by the share `amount`
+  noise,    // heights: by simplex noise of the place in space, up to strength_m, of wave length wave_m
+  flatten,  // heights: onto the plane through `place` with the normal `up`
+  level,    // heights: to the elevation of `place`
+  paint     // material, over what is there, by the share `amount`
+};
+
+enum class BrushShape : std::uint8_t {
+  voxel,    // the one of octree_level that holds `place`; clear and fill
+  box,      // centre `place`, half sides `half_m` along the world's axes
+  sphere,   // around `place`
+  capsule,  // around the segment from `place` to `to`
+  cylinder  // upright, around `place`; of heights
+};
+
+struct Edit {
+  EditTool tool = EditTool::clear;
+  BrushShape shape = BrushShape::sphere;
+  std::uint8_t octree_level = 0;  // of BrushShape::voxel; 0 is the whole octree
+  std::uint8_t material = 0;      // of paint
+  Vec3 place;                     // in the simulator's frame, metres
+  Vec3 to;
+  Vec3 half_m{1, 1, 1};
+  Vec3 up{0, 1, 0};
+  double radius_m = 1;
+  double strength_m = 1;
+  double amount = 1;    // 0..1
+  double hardness = 0;  // 0..1: the share of the radius within which the brush has its whole strength
+  double wave_m = 4;
+  std::uint32_t seed = 0;
+};
+
+struct EditResult {
+  bool changed = false;                  // false: the world was so already
+  Vec3 low, high;                        // box of all that changed, before and after
+  std::uint32_t patches = 0, nodes = 0;  // that are made anew
+  std::uint64_t version = 0;             // of the world, one more with each change
+};
+
+// Where bytes go, in order. write returns false where it cannot take them.
+struct Sink {
+  void* user = nullptr;
+  bool (*write)(void* user, std::span<const std::byte> bytes) = nullptr;
+};
+
+// One a world. All calls are made by the renderer's thread, or by any where there is none, between frames and
+// while no query of the world is asked.
+class KARST_API Editor {
+ public:
+  Editor(const Editor&) = delete;
+  Editor& operator=(const Editor&) = delete;
+
+  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
+  // "max_octets", with what it would take. After an error nothing has changed, to the bit.
+  Status apply(const Edit& edit, EditResult& result) noexcept;
+
+  // Edits from begin_stroke() to end_stroke() are one step of undo; else each edit is one.
+  void begin_stroke() noexcept;
+  void end_stroke() noexcept;
+  // Where there is no step: nothing changes, and result.changed is false.
+  Status undo(EditResult& result) noexcept;
+  Status redo(EditResult& result) noexcept;
+  // Steps that can be taken back, and again. The oldest ones are given up where Needs::undo_bytes are full;
+  // `lost` counts them.
+  std::uint32_t undo_steps() const noexcept;
+  std::uint32_t redo_steps() const noexcept;
+  std::uint64_t lost_steps() const noexcept;
+
+  // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
+  // limit_reached ("sink").
+  Status save(const Sink& sink) noexcept;
+
+ protected:
+  Editor() = default;
+  ~Editor() = default;
+};
+
+}  // namespace karst

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/edit/undo_log.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "terrain/base/check.h"
+
+namespace karst::core {
+
+void UndoLog::create(std::span<std::byte> memory) {
+  memory_ = memory.first(std::min(memory.size(), std::size_t{1} << 31));
+  KARST_ASSERT(reinterpret_cast<std::uintptr_t>(memory_.data()) % 8 == 0);
+  clear();
+}
+
+void UndoLog::clear() {
+  base_ = head_ = wrap_ = cursor_ = 0;
+  open_ = false;
+  open_cells_ = steps_ = done_ = 0;
+  lost_ = 0;
+}
+
+std::size_t UndoLog::before(std::size_t at) const {
+  if (at == 0) at = wrap_;
+  std::uint32_t total = 0;
+  std::memcpy(&total, memory_.data() + at - kFooterBytes, sizeof total);
+  return at - total;
+}
+
+void UndoLog::begin() {
+  KARST_ASSERT(!open_);
+  open_ = true;
+  open_cells_ = 0;
+}
+
+// Steps that were taken back: the ring ends where they begin.
+void UndoLog::forget_undone() {
+  steps_ = done_;
+  head_ = cursor_;
+  if (steps_ == 0) base_ = head_ = cursor_ = 0;
+}
+
+// Precondition: there is a closed step, and none that was taken back.
+void UndoLog::forget_oldest() {
+  for (bool last = false; !last;) {
+    if (is_wrapped() && base_ == wrap_) base_ = 0;
+    last = header(base_).last;
+    base_ += header(base_).total;
+  }
+  if (is_wrapped() && base_ == wrap_) base_ = 0;
+  --steps_;
+  --done_;
+  ++lost_;
+}
+
+// A place of so many bytes; head_ is behind it then. False: there is none, however much is forgotten.
+bool UndoLog::make_place(std::size_t total, std::size_t& at) {
+  if (total > memory_.size()) return false;
+  while (true) {
+    if (steps_ == 0 && open_cells_ == 0) base_ = head_ = 0;
+    if (!is_wrapped()) {
+      if (head_ + total <= memory_.size()) break;
+      if (total < base_) {
+        wrap_ = head_;
+        head_ = 0;
+        break;
+      }
+    } else if (head_ + total < base_) {
+      break;
+    }
+    if (steps_ == 0) return false;
+    forget_oldest();
+  }
+  at = head_;
+  head_ += total;
+  return true;
+}
+
+Status UndoLog::add(CellKind kind, std::uint64_t key, std::span<const std::byte> bytes) {
+  KARST_ASSERT(open_);
+  if (open_cells_ == 0) forget_undone();
+  const std::size_t total = cell_bytes(bytes.size());
+  std::size_t at = 0;
+  if (!make_place(total, at)) {
+    std::size_t step = total;
+    std::size_t end = head_;
+    for (std::uint32_t n = 0; n < open_cells_; ++n) {
+      end = before(end);
+      step += header(end).total;
+    }
+    cursor_ = head_;
+    return {StatusCode::limit_reached, "what a step of undo keeps finds no room", "undo_bytes", 2 * step};
+  }
+  Header& head = header(at);
+  head = {key,
+          static_cast<std::uint32_t>(total),
+          static_cast<std::uint32_t>(bytes.size()),
+          kind,
+          open_cells_ == 0,
+          false,
+          {}};
+  if (!bytes.empty()) std::memcpy(memory_.data() + at + sizeof(Header), bytes.data(), bytes.size());
+  std::memcpy(memory_.data() + at + total - kFooterBytes, &head.total, sizeof head.total);
+  ++open_cells_;
+  cursor_ = head_;
+  return {};
+}
+
+bool UndoLog::holds(CellKind kind, std::uint64_t key) const {
+  std::size_t at = head_;
+  for (std::uint32_t n = 0; n < open_cells_; ++n) {
+    at = before(at);
+    if (header(at).kind == kind && header(at).key == key) return true;
+  }
+  return false;
+}
+
+void UndoLog::drop_cells(std::uint32_t cells) {
+  KARST_ASSERT(open_ && cells <= open_cells_);
+  if (open_cells_ == 0) return;
+  for (; open_cells_ > cells; --open_cells_) head_ = before(head_);
+  cursor_ = head_;
+}
+
+void UndoLog::end() {
+  KARST_ASSERT(open_);
+  open_ = false;
+  if (open_cells_ == 0) return;
+  header(before(head_)).last = true;
+  ++steps_;
+  ++done_;
+  open_cells_ = 0;
+}
+
+}  // namespace karst::core
