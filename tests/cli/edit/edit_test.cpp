@@ -19,7 +19,7 @@ using test::run_process;
 constexpr const char* kDig =
     R"({"tool": "clear", "shape": "sphere", "place_m": [0, 20, 0], "radius_m": 70})"
     "\n"
-    R"({"tool": "fill", "shape": "capsule", "place_m": [-100, 90, 40], "to_m": [100, 90, 40], "radius_m": 40})"
+    R"({"tool": "fill", "shape": "capsule", "place_m": [-99, 90, 40], "to_m": [99, 90, 40], "radius_m": 40})"
     "\n";
 
 class KarstEdit : public testing::Test {
