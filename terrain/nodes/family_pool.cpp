@@ -36,6 +36,14 @@ std::uint32_t FamilyPool::see(NodeKey parent) {
   return at;
 }
 
+bool FamilyPool::unfill(NodeKey parent, int quadrant) {
+  std::uint32_t at = chain_of(parent);
+  while (at != kNone && !(storage_.families[at].key == parent)) at = storage_.families[at].next;
+  if (at == kNone || !is_filled(at, quadrant)) return false;
+  storage_.families[at].filled &= static_cast<std::uint8_t>(~(1 << quadrant));
+  return true;
+}
+
 // A clock's hand: the first from where it stands that was unseen for eight frames, else the longest unseen.
 std::uint32_t FamilyPool::make_room() {
   // What a frame has seen it goes on seeing.

@@ -59,6 +59,8 @@ class FamilyPool {
   void set_filled(std::uint32_t family, int quadrant) {
     storage_.families[family].filled |= static_cast<std::uint8_t>(1 << quadrant);
   }
+  // That a page has to be filled again. False: there is no such family, or it was not filled.
+  bool unfill(NodeKey parent, int quadrant);
   NodeKey key(std::uint32_t family) const { return storage_.families[family].key; }
 
  private:

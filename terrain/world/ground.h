@@ -56,10 +56,20 @@ class Ground {
   void detach() { info_ = {}; }
   bool exists() const { return info_.exists(); }
   const GroundInfo& info() const { return info_; }
-  // Constant until the next attach(); any thread may read it.
+  // Constant until the next attach() or replace(); any thread may read it.
   const Tile& root_tile() const { return tiles_.root(); }
   // Forgets what is on the GPU.
   void forget();
+
+  // After an edit, between frames. Heights of all samples.
+  void set_heights(std::int32_t low, std::int32_t high) {
+    info_.low = low;
+    info_.high = high;
+  }
+  // Another tile in the place of one, where that is in memory.
+  void replace(NodeKey tile, const Tile& contents) { tiles_.replace(tile, contents); }
+  // That a node's vertices are made anew when it is drawn next. False: it is not on the GPU.
+  bool remake(NodeKey node);
 
   // Takes one tile that came, or all.
   void begin_frame();
