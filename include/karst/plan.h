@@ -39,6 +39,9 @@ struct Needs {
   std::uint32_t deferred_height = 0;
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
   std::uint32_t drape_height = 0;  // both 0 or both 1..16384
+  // Tiles of a ground, 64 samples a side, that edits may change (karst/edit.h), 0..65536: one at least of each
+  // size at each place. 0: it is not edited.
+  std::uint32_t edit_tiles = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };

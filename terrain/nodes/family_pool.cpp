@@ -2,6 +2,7 @@
 #include "terrain/nodes/family_pool.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "terrain/ground/key_hash.h"
 
@@ -36,12 +37,15 @@ std::uint32_t FamilyPool::see(NodeKey parent) {
   return at;
 }
 
-bool FamilyPool::unfill(NodeKey parent, int quadrant) {
-  std::uint32_t at = chain_of(parent);
-  while (at != kNone && !(storage_.families[at].key == parent)) at = storage_.families[at].next;
-  if (at == kNone || !is_filled(at, quadrant)) return false;
-  storage_.families[at].filled &= static_cast<std::uint8_t>(~(1 << quadrant));
-  return true;
+std::uint32_t FamilyPool::retire(NodeKey parent) {
+  std::uint32_t* link = &chain_of(parent);
+  while (*link != kNone && !(storage_.families[*link].key == parent)) link = &storage_.families[*link].next;
+  if (*link == kNone) return 0;
+  Family& gone = storage_.families[*link];
+  *link = gone.next;
+  gone.key = {-1, 0, 0};
+  gone.next = kNone;
+  return static_cast<std::uint32_t>(std::popcount(gone.filled));
 }
 
 // A clock's hand: the first from where it stands that was unseen for eight frames, else the longest unseen.
@@ -65,7 +69,7 @@ std::uint32_t FamilyPool::make_room() {
   if (best == kNone) return kNone;
   hand_ = best + 1 < all ? best + 1 : 0;
   Family& gone = storage_.families[best];
-  if (gone.used) {
+  if (gone.used && gone.key.size >= 0) {
     std::uint32_t* at = &chain_of(gone.key);
     while (*at != best) at = &storage_.families[*at].next;
     *at = gone.next;

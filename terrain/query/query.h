@@ -108,6 +108,10 @@ class Query {
     ground_.set_ground(info, root, reading);
   }
 
+  // Of the ground, after an edit.
+  void set_ground_heights(std::int32_t low, std::int32_t high) { ground_.set_heights(low, high); }
+  void forget_tile(NodeKey tile) { ground_.forget(tile); }
+
   // The level that answers are of: that of the limits, or the world's where it is less.
   int level() const { return patches_.level(); }
 

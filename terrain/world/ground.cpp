@@ -34,10 +34,6 @@ void Ground::forget() {
   for (Turn& turn : turns_) turn = {};
 }
 
-bool Ground::remake(NodeKey node) {
-  return pool_.unfill(node.parent(), node.quadrant());
-}
-
 void Ground::begin_frame() {
   tiles_.begin_frame();
   pool_.begin_frame();

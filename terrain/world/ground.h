@@ -65,11 +65,14 @@ class Ground {
   void set_heights(std::int32_t low, std::int32_t high) {
     info_.low = low;
     info_.high = high;
+    ++edits_;
   }
   // Another tile in the place of one, where that is in memory.
   void replace(NodeKey tile, const Tile& contents) { tiles_.replace(tile, contents); }
-  // That a node's vertices are made anew when it is drawn next. False: it is not on the GPU.
-  bool remake(NodeKey node);
+  // That the children of a node are made anew when they are drawn next. Returns how many were on the GPU.
+  std::uint32_t remake_children(NodeKey node) { return pool_.retire(node); }
+  // Of what edits have changed: another number after each.
+  std::uint64_t edits() const { return edits_; }
 
   // Takes one tile that came, or all.
   void begin_frame();
@@ -137,6 +140,7 @@ class Ground {
   };
   std::array<Turn, kMostViews + 1> turns_{};
   std::array<GpuVertex, kNodePageVertices> vertices_{};
+  std::uint64_t edits_ = 0;
 };
 
 }  // namespace karst::core

@@ -175,5 +175,176 @@ TEST(EditGround, IsAsAGroundMadeOfTheEditedSamples) {
   }
 }
 
+// What sizes beyond the exact ones state is no less than what is there: the samples' deviation from the
+// size's own surface, home, at all samples of a node.
+TEST(EditGround, CoarseSizesNeverSayLessThanIsThere) {
+  Edited edited(300, 280, 200);
+  std::mt19937 random(3);
+  for (int n = 0; n < 200; ++n) {
+    Edit edit = random_edit(random, 300, 280);
+    edit.strength *= 3;
+    GroundChange change;
+    ASSERT_TRUE(edited.editor.apply(edit, nullptr, change).ok());
+  }
+  const std::vector<std::int32_t> samples = edited.samples();
+  const GroundInfo& info = edited.file().info();
+  const auto at = [&](std::int64_t i, std::int64_t k) {
+    return 2.0 * samples[static_cast<std::size_t>(std::min<std::int64_t>(k, 279) * 300 +
+                                                  std::min<std::int64_t>(i, 299))];
+  };
+  ASSERT_GT(info.top_size(), kReferenceSizes);
+  int nodes = 0, raised = 0;
+  for (int size = kReferenceSizes + 1; size <= info.top_size(); ++size) {
+    const std::int64_t unit = std::int64_t{1} << size;
+    for (int z = 0; z < nodes_along(info, 1, size); ++z) {
+      for (int x = 0; x < nodes_along(info, 0, size); ++x) {
+        double most = 0;
+        for (std::int64_t qz = 4 * z; qz < 4 * z + 4 && (qz + 1) * unit < 280; ++qz) {
+          for (std::int64_t qx = 4 * x; qx < 4 * x + 4 && (qx + 1) * unit < 300; ++qx) {
+            const double a = at(qx * unit, qz * unit), b = at((qx + 1) * unit, qz * unit);
+            const double c = at(qx * unit, (qz + 1) * unit), d = at((qx + 1) * unit, (qz + 1) * unit);
+            for (std::int64_t k = 0; k <= unit; ++k) {
+              for (std::int64_t i = 0; i <= unit; ++i) {
+                const double u = static_cast<double>(i) / static_cast<double>(unit);
+                const double v = static_cast<double>(k) / static_cast<double>(unit);
+                double own = 0;
+                if (((qx + qz) & 1) == 0) {
+                  own = u >= v ? a + u * (b - a) + v * (d - b) : a + v * (c - a) + u * (d - c);
+                } else {
+                  own =
+                      u + v <= 1 ? a + u * (b - a) + v * (c - a) : d + (1 - u) * (c - d) + (1 - v) * (b - d);
+                }
+                most = std::max(most, std::abs(at(qx * unit + i, qz * unit + k) - own));
+              }
+            }
+          }
+        }
+        const NodeKey key{size, x, z};
+        const NodeMeasure& own = edited.tile(tile_of(key)).nodes[node_in_tile(key)];
+        const NodeMeasure& file = edited.file().tile(tile_of(key)).nodes[node_in_tile(key)];
+        ++nodes;
+        raised += own.thresholds[4] > file.thresholds[4] ? 1 : 0;
+        for (int n = 0; n < kDemands; ++n) {
+          const double steps =
+              double{threshold_steps(own.thresholds[n])} * std::ldexp(1.0, info.page_size(size));
+          EXPECT_GE(steps, demand(n) * most) << size << " " << x << " " << z << " " << n;
+        }
+      }
+    }
+  }
+  EXPECT_GT(nodes, 2);
+  EXPECT_GT(raised, 0);
+}
+
+TEST(EditGround, StepsAreTakenBackAndAgainToTheBit) {
+  Edited edited(150, 129, 64);
+  std::vector<std::uint64_t> memory(1 << 19);
+  UndoLog log;
+  log.create(std::as_writable_bytes(std::span(memory)));
+  std::mt19937 random(11);
+  std::vector<std::vector<std::int32_t>> states = {edited.samples()};
+  for (int n = 0; n < 40; ++n) {
+    GroundChange change;
+    log.begin();
+    ASSERT_TRUE(edited.editor.apply(random_edit(random, 150, 129), &log, change).ok());
+    log.end();
+    if (change.changed) states.push_back(edited.samples());
+  }
+  ASSERT_EQ(log.undo_steps(), states.size() - 1);
+  const auto exchange = [&](UndoCell cell) { edited.editor.exchange(cell); };
+  GroundChange change;
+  for (std::size_t n = states.size() - 1; n > 0; --n) {
+    ASSERT_TRUE(log.undo(exchange));
+    edited.editor.finish(change);
+    ASSERT_EQ(edited.samples(), states[n - 1]) << n;
+  }
+  // Also what coarse sizes keep of the file.
+  EXPECT_EQ(expect_as_made(edited, "after all was taken back"), 0u);
+  for (std::size_t n = 1; n < states.size(); ++n) {
+    ASSERT_TRUE(log.redo(exchange));
+    edited.editor.finish(change);
+    ASSERT_EQ(edited.samples(), states[n]) << n;
+  }
+  expect_as_made(edited, "after all was done again");
+}
+
+TEST(EditGround, ErrorsChangeNothing) {
+  Edited edited(150, 129, 9);
+  const std::vector<std::int32_t> before = edited.samples();
+  std::vector<std::uint64_t> memory(1 << 12);
+  UndoLog log;
+  log.create(std::as_writable_bytes(std::span(memory)));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Edit good;
+  good.tool = EditTool::extrude;
+  good.shape = BrushShape::cylinder;
+  good.place = {20, 0, 20};
+  good.radius = 5;
+  const auto refuse = [&](const char* field, const Edit& edit) {
+    GroundChange change;
+    log.begin();
+    const Status status = edited.editor.apply(edit, &log, change);
+    EXPECT_EQ(log.open_cells(), 0u) << field;
+    log.end();
+    EXPECT_FALSE(status.ok()) << field;
+    EXPECT_STREQ(status.field(), field);
+    EXPECT_FALSE(change.changed);
+    EXPECT_EQ(edited.samples(), before) << field;
+  };
+  const auto with = [&](auto Edit::*member, auto value) {
+    Edit edit = good;
+    edit.*member = value;
+    return edit;
+  };
+  refuse("tool", with(&Edit::tool, EditTool::paint));
+  refuse("shape", with(&Edit::shape, BrushShape::voxel));
+  refuse("place", with(&Edit::place, glm::dvec3(nan, 0, 0)));
+  refuse("radius_m", with(&Edit::radius, 0.0));
+  refuse("radius_m", with(&Edit::radius, nan));
+  refuse("strength_m", with(&Edit::strength, nan));
+  refuse("strength_m", with(&Edit::strength, 1e6));
+  refuse("strength_m", with(&Edit::strength, 200.0));  // too steep
+  refuse("amount", with(&Edit::amount, 1.5));
+  refuse("hardness", with(&Edit::hardness, -0.1));
+  Edit noise = with(&Edit::tool, EditTool::noise);
+  noise.wave = 0;
+  refuse("wave_m", noise);
+  Edit flat = with(&Edit::tool, EditTool::flatten);
+  flat.up = {1, 0, 0};
+  refuse("up", flat);
+  // All of the ground, in a log and a pool that are too small.
+  refuse("undo_bytes", with(&Edit::radius, 1e300));
+  GroundChange change;
+  const Status status = edited.editor.apply(with(&Edit::radius, 1e300), nullptr, change);
+  EXPECT_EQ(status.code(), StatusCode::limit_reached);
+  EXPECT_STREQ(status.field(), "edit_tiles");
+  EXPECT_GT(status.value(), 9u);
+  EXPECT_EQ(edited.samples(), before);
+  // Beside the ground nothing happens; what is asked for in the middle does.
+  EXPECT_TRUE(edited.editor.apply(with(&Edit::place, glm::dvec3(-900, 0, 0)), nullptr, change).ok());
+  EXPECT_FALSE(change.changed);
+  EXPECT_TRUE(edited.editor.apply(good, nullptr, change).ok());
+  EXPECT_TRUE(change.changed);
+}
+
+TEST(EditGround, SimplexNoiseStaysWithinOneAndIsContinuous) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-50, 50);
+  double least = 0, most = 0, sum = 0;
+  for (int n = 0; n < 200'000; ++n) {
+    const glm::dvec3 place(any(random), any(random), any(random));
+    const double value = simplex_noise(place, 9);
+    least = std::min(least, value);
+    most = std::max(most, value);
+    sum += value;
+    ASSERT_NEAR(simplex_noise(place + glm::dvec3(1e-7, -1e-7, 1e-7), 9), value, 1e-5);
+  }
+  EXPECT_LT(most, 1.0) << "clamped";
+  EXPECT_GT(least, -1.0) << "clamped";
+  EXPECT_GT(most, 0.8);
+  EXPECT_LT(least, -0.8);
+  EXPECT_NEAR(sum / 200'000, 0, 0.01);
+}
+
 }  // namespace
 }  // namespace karst::core

@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
-#include "terrain/base/storage_plan.h"
 #include "terrain/edit/brush.h"
 #include "terrain/nodes/make_node.h"
 
@@ -36,30 +35,6 @@ GridRect within(const GridRect& a, const GridRect& b) {
 }
 
 }  // namespace
-
-void EditGround::add_to(Budget& budget, const Limits& limits) {
-  Blocks blocks;
-  blocks.each_block(limits, CountBlocks(budget));
-}
-
-Status EditGround::create(const Limits& limits, Arena& arena) {
-  TakeBlocks take(arena);
-  blocks_.each_block(limits, take);
-  overlay_.create(blocks_.overlay);
-  file_.create(blocks_.file);
-  info_ = {};
-  if (take.complete()) return {};
-  return {StatusCode::limit_reached, "the memory given is smaller than the budget", "memory"};
-}
-
-void EditGround::attach(const GroundInfo& info, const Tile& root, const TileSource& file,
-                        const TileReading& reading) {
-  info_ = info;
-  overlay_.reset(file, reading);
-  exchanged_ = {};
-  trouble_ = {};
-  if (overlay_.capacity() > 0) file_.reset(tile_of({info.top_size(), 0, 0}), root, reading);
-}
 
 Status EditGround::check(const Edit& edit) const {
   const auto wrong = [](const char* what, const char* field) {
@@ -511,9 +486,11 @@ std::uint32_t EditGround::show(const GroundChange& change, Ground& ground) const
           std::min(with_rims.high[axis] + (std::int64_t{kTileRim} << size), info_.samples[axis] - 1);
     }
     const GridRect touched = nodes_with(info_, size, with_rims);
-    for (std::int64_t z = touched.low[1]; z <= touched.high[1]; ++z) {
-      for (std::int64_t x = touched.low[0]; x <= touched.high[0]; ++x)
-        nodes += ground.remake({size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)}) ? 1u : 0u;
+    for (std::int64_t z = touched.low[1] >> 1; z <= touched.high[1] >> 1; ++z) {
+      for (std::int64_t x = touched.low[0] >> 1; x <= touched.high[0] >> 1; ++x) {
+        nodes +=
+            ground.remake_children({size + 1, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)});
+      }
     }
   }
   return nodes;
