@@ -195,26 +195,28 @@ constexpr OptionRow kWorldRows[] = {
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
     {.name = "no-ground",
-     .help =
-         "of a sample its voxels alone, a slab with sides; else they stand in a ground of some kilometres",
+     .help = "voxels alone, 512 a side at most, and no ground around them: a slab with sides; a DEM becomes "
+             "that with --voxel, --levels, --accept-fit or --nodata hole, too, but where --carve is given",
      .store = put<&BakeOptions::no_ground>},
     {.name = "ground",
-     .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
-             "instead of voxels; with --carve voxels stand where shapes meet it",
+     .initial = "of DEMs and samples, but for what only voxels have",
+     .help = "a ground of tiles at the DEM's own resolution, in memory that does not grow with it; with "
+             "--carve voxels stand where shapes meet it, of --voxel",
      .store = put<&BakeOptions::ground>},
     {.name = "basis",
      .kind = Kind::other,
      .value = "B",
      .initial = "plane",
      .words = "plane geographic cube cylinder function",
-     .help = "what a ground lies on: plane; geographic, longitude and latitude on the ellipsoid as they are; "
-             "cube, a whole planet on six faces; cylinder:RADIUS in metres, below 0 inside; function:RADIUS, "
-             "where a host's own function puts it, RADIUS being the least of its curvature",
+     .help =
+         "makes a ground on a basis: plane; geographic, longitude and latitude on the ellipsoid as they are; "
+         "cube, a whole planet on six faces; cylinder:RADIUS in metres, below 0 inside; function:RADIUS, "
+         "where a host's own function puts it, RADIUS being the least of its curvature",
      .store = store_basis},
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
-     .initial = "about 128 voxels across; samples: 8 or 10; of a ground half of a shape's radius",
+     .initial = "half of a shape's radius; samples: 8 or 10; without a ground about 128 voxels across",
      .unit = "metres",
      .min = 1e-6,
      .max = 1e9,
@@ -353,7 +355,8 @@ constexpr OptionRow kImageryRows[] = {
     {.name = "imagery",
      .kind = Kind::file,
      .value = "FILES",
-     .help = "images over the ground as GDAL reads and places them, with commas between; later ones lie over "
+     .help = "makes a ground, and lays over it images as GDAL reads and places them, with commas between; "
+             "later ones lie over "
              "earlier ones. One that does not say where it lies is laid over all of the DEM, if it has its "
              "shape",
      .store = store_imagery},
@@ -393,6 +396,19 @@ constexpr OptionGroup kGroups[] = {{"world", kWorldRows},
                                    {"run", kRunRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
+// A ground is asked for by what there is on one alone, too.
+bool asks_for_ground(const CommandLine& line) {
+  return line.has("ground") || line.has("basis") || line.has("imagery");
+}
+
+// A DEM is a ground, unless something is said that voxels alone have. Carved shapes have voxels in a ground.
+bool means_voxels(const CommandLine& line, bool leaves_holes) {
+  if (line.has("no-ground")) return true;
+  if (asks_for_ground(line)) return false;
+  if (line.has("accept-fit") || leaves_holes) return true;
+  return !line.has("carve") && (line.has("voxel") || line.has("levels"));
+}
+
 Error check_source(const CommandLine& line) {
   const bool sample = line.has("sample");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
@@ -401,24 +417,21 @@ Error check_source(const CommandLine& line) {
     if (sample && line.has(row.name))
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
   }
-  if (line.has("ground")) {
-    if (line.has("no-ground")) return "both --ground and --no-ground are given";
+  if (line.has("ground") && line.has("no-ground")) return "both --ground and --no-ground are given";
+  if (asks_for_ground(line)) {
     if (line.has("accept-fit")) return "--accept-fit: only for a world of voxels; leave --ground away";
     for (const char* name : {"voxel", "levels", "max-carve"}) {
       if (line.has(name) && !line.has("carve") && !sample)
         return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
-  if (line.has("no-ground") && !sample)
-    return "--no-ground: only for a sample; a DEM has none without --ground";
-  const bool ground = line.has("ground") || (sample && !line.has("no-ground"));
+  if (line.has("basis") && line.has("no-ground"))
+    return "--basis: only of a ground of tiles; leave --no-ground away";
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
-  if (line.has("basis") && !line.has("ground")) return "--basis: only for a ground; add --ground";
-  if (line.has("basis") && (line.has("carve") || line.has("imagery")))
-    return "--basis: carved shapes and imagery lie on a plane alone; leave --basis away";
-  if (line.has("imagery") && !ground)
-    return sample ? "--imagery: only over a ground of tiles; leave --no-ground away"
-                  : "--imagery: only over a ground of tiles; give --ground too";
+  if (line.has("basis") && line.has("carve"))
+    return "--basis: carved shapes lie on a plane alone; leave --basis away";
+  if (line.has("imagery") && line.has("no-ground"))
+    return "--imagery: only over a ground of tiles; leave --no-ground away";
   if (line.has("image-format") && !line.has("imagery")) return "--image-format: without --imagery";
   if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
   return {};
@@ -437,12 +450,13 @@ constinit const CommandSpec kBakeSpec = {
         "North is -z in the world, whose x = z = 0 is the raster's centre.",
     .parts = kParts,
     .examples =
-        "karst-bake dem.tif -o world.karst --voxel 256 --levels 4\n"
+        "karst-bake dem.tif -o world.karst\n"
+        "karst-bake dem.tif -o voxels.karst --voxel 256 --levels 4\n"
         "karst-bake srtm.bil -o world.karst --nodata -9999,hole\n"
         "karst-bake N46E007.hgt N46E008.hgt -o alps.karst\n"
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
-        "karst-bake dem.tif -o world.karst --ground --imagery region.tif,city.tif\n"
+        "karst-bake dem.tif -o world.karst --imagery region.tif,city.tif\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"};
 
 Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
@@ -456,9 +470,10 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
   if (Error error = line.store(targets); !error.ok()) return error;
-  if (line.has("sample")) options.ground = !options.no_ground;
+  options.ground = line.has("sample") ? !options.no_ground : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)
-    return "--nodata hole: only for a world of voxels; leave --ground away, or fill voids";
+    return "--nodata hole: only for a world of voxels; leave --ground, --basis and --imagery away, or fill "
+           "voids";
   return {};
 }
 

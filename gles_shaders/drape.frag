@@ -5,6 +5,7 @@
 precision highp float;
 precision highp int;
 #include "interface.glsl"
+#include "cull.glsl"
 
 uniform highp sampler2D drape;
 
@@ -19,6 +20,7 @@ vec3 decode_srgb(vec3 shown) {
 #endif
 
 void main() {
+  cull_back_face();
   vec3 shown = texture(drape, drape_light.xy).rgb * drape_light.z;
 #ifdef KARST_LINEAR
   shown = decode_srgb(shown);

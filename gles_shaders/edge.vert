@@ -22,6 +22,9 @@ flat out ivec3 patch_voxel;
 flat out ivec2 patch_shading;
 #ifdef KARST_CURVED
 out float height;
+#ifdef KARST_IMAGERY
+out vec2 image_place;
+#endif
 #endif
 #endif
 
@@ -39,6 +42,9 @@ void main() {
   patch_shading = ivec2(-1, 0);
 #ifdef KARST_CURVED
   height = level_height(from_eye_ws);
+#ifdef KARST_IMAGERY
+  image_place = vec2(0.0);
+#endif
 #endif
 #endif
 }

@@ -6,10 +6,14 @@ precision highp float;
 precision highp int;
 #include "interface.glsl"
 #include "geometry.glsl"
+#include "cull.glsl"
 
 in vec3 normal_ws;
 flat in uint patch_bits;
 
 layout(location = 0) out uvec2 geometry;
 
-void main() { geometry = uvec2(pack_normal(normal_ws) | patch_bits, floatBitsToUint(gl_FragCoord.w)); }
+void main() {
+  cull_back_face();
+  geometry = uvec2(pack_normal(normal_ws) | patch_bits, floatBitsToUint(gl_FragCoord.w));
+}

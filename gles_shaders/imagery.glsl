@@ -10,11 +10,9 @@ struct Image {
   KARST_MEDIUM float blur;  // how many levels of detail a texel is coarser than the pixel
 };
 
-// voxels: what the pixel covers.
-Image image_at(vec3 from_eye, float voxels) {
+// place: tiles of size 0 from the centre's corner. lod: of the texels that are as wide as the pixel.
+Image image_at(vec2 place, float lod) {
   const int kHalf = KARST_IMAGE_WINDOW / 2;
-  vec2 place = image_eye.xy + from_eye.xz * image_scale.xy;  // tiles of size 0, from the centre's corner
-  float lod = log2(voxels * image_scale.z);
   // The least size whose window reaches so far.
   float away = max(abs(place.x), abs(place.y)) / float(kHalf - 1);
   float wanted = max(floor(lod), ceil(log2(max(away, 1e-6))));
@@ -39,11 +37,27 @@ Image image_at(vec3 from_eye, float voxels) {
   return Image(textureLod(image_tiles, vec3(texel, float(layer)), max(finer, 0.0)), -finer);
 }
 
+// voxels: what the pixel covers.
+#ifdef KARST_CURVED
+// Texels are as wide as they are there: of longitudes less and less towards the poles.
+Image image_on_curve(vec2 place, vec3 from_eye, float voxels) {
+  vec3 along_x = dFdx(from_eye), along_y = dFdy(from_eye);
+  vec2 place_x = dFdx(place), place_y = dFdy(place);
+  float xx = dot(along_x, along_x), xy = dot(along_x, along_y), yy = dot(along_y, along_y);
+  vec2 squares = place_x * place_x * yy - 2.0 * place_x * place_y * xy + place_y * place_y * xx;
+  float area2 = max(xx * yy - xy * xy, 1e-4 * xx * yy);
+  float tiles_a_voxel = sqrt(max(max(squares.x, squares.y), 0.0) / max(area2, 1e-30));
+  return image_at(place, log2(max(voxels * tiles_a_voxel * KARST_IMAGE_INSIDE, 1e-9)));
+}
+#else
+Image image_on_plane(vec3 from_eye, float voxels) {
+  return image_at(image_eye.xy + from_eye.xz * image_scale.xy, log2(voxels * image_scale.z));
+}
+#endif
+
 // average: albedo of the materials there, seen from afar. What faces down or lies in a cave is not seen from
 // above.
-void lay_image(inout Surface ground, KARST_MEDIUM vec3 average, vec3 from_eye, float voxels, float upwards,
-               float cave) {
-  Image image = image_at(from_eye, voxels);
+void lay_image(inout Surface ground, KARST_MEDIUM vec3 average, Image image, float upwards, float cave) {
   KARST_MEDIUM float covers = image.albedo.a * clamp(1.0 + 5.0 * upwards, 0.0, 1.0) * (1.0 - cave);
   KARST_MEDIUM float detail = smoothstep(0.0, KARST_IMAGE_FADE, image.blur);
   KARST_MEDIUM float brightness = dot(ground.albedo, kLuminance) / max(dot(average, kLuminance), 1e-3);

@@ -49,6 +49,9 @@
 #define KARST_PLACE_BITS 8
 #define KARST_ROW_BITS 20
 #define KARST_MATERIAL_SHIFT 28
+// Of worlds with imagery on a curved basis, in rows behind those of all pages: for each page of a node a
+// texel more, x, y: the node's x and z, z: its size (terrain/ground/ground.h).
+//
 // Places from here on are those of nodes (terrain/nodes/family_row.h).
 #define KARST_FIRST_GROUND_PLACE 252
 // Vertices of a page of a node; those behind them lie below its corners, at the feet of walls.
@@ -215,7 +218,9 @@ KARST_BLOCK(FrameBlock) {
   vec4 screen_depth;  // clip z is the dot product of xyz with from_eye, plus w
   // Imagery, ImagePlace of terrain/imagery/image_view.h.
   ivec4 image_centre;  // xy: the tile of size 0 that windows lie around
-  ivec4 image_sizes;   // x: the least, y: the greatest; z: the view's place in the table
+  // x: the least, y: the greatest; z: the view's place in the table; w: on a curved basis the row of the page
+  // table at which texels of nodes' places begin
+  ivec4 image_sizes;
   vec4 image_eye;      // xy: the eye from the centre's corner, tiles of size 0
   vec4 image_scale;    // of size 0: xy: tiles a voxel, z: texels a voxel
   // Point lights, terrain/shading/materials.h.

@@ -41,6 +41,9 @@ struct Point {
   bool cave;     // its patch may be a cave or lit by lamps
 #ifdef KARST_CURVED
   float height;  // voxels above height 0
+#ifdef KARST_IMAGERY
+  vec2 image_place;  // of terrain_vertex.glsl
+#endif
 #endif
 };
 
@@ -127,7 +130,12 @@ vec3 light_from(Point point) {
 #else
   KARST_MEDIUM vec3 average = material_average[point.material].rgb;
 #endif
-  lay_image(ground, average, point.from_eye, footprint.voxels, normal.y, cave);
+#ifdef KARST_CURVED
+  lay_image(ground, average, image_on_curve(point.image_place, point.from_eye, footprint.voxels),
+            KARST_UPWARDS(normal), cave);
+#else
+  lay_image(ground, average, image_on_plane(point.from_eye, footprint.voxels), normal.y, cave);
+#endif
 #endif
 
   // The normal turns against the gradient along the surface.
@@ -183,6 +191,11 @@ vec3 light_from(Point point) {
 #ifdef KARST_CURVED
   float below = water.z - height;
   height = max(height, water.z);
+  // What the ray meets on its way up again, behind the sea's own horizon, is seen through all of the sea.
+  if (water.x <= 0.0 && view_scale.z < 0.5 && dot(direction, up) > 0.0) {
+    float met = level_distance(direction, water.w);
+    if (met >= 0.0 && met < 0.999 * distance_voxels) below = distance_voxels;
+  }
 #else
   float below = water.x - point.from_eye.y;
 #endif

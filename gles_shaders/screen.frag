@@ -53,6 +53,9 @@ vec4 colour_of(uvec2 texel) {
                       (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u
 #ifdef KARST_CURVED
                       , level_height(from_eye)
+#ifdef KARST_IMAGERY
+                      , vec2(0.0)  // never drawn: images on a curved basis are shaded while they are drawn
+#endif
 #endif
   );
   return target_colour(light_from(point));

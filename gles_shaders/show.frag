@@ -8,6 +8,7 @@ precision highp int;
 #include "interface.glsl"
 #include "output.glsl"
 #include "target_colour.glsl"
+#include "cull.glsl"
 #ifdef KARST_SHOW_CASCADES
 #include "shadow.glsl"
 #endif
@@ -31,6 +32,7 @@ const vec3 kMaps[4] = vec3[4](vec3(0.60, 0.10, 0.08), vec3(0.12, 0.45, 0.12), ve
 const float kAmbient = 0.35;
 
 void main() {
+  cull_back_face();
 #ifdef KARST_SHOW_CASCADES
   vec3 normal = normalize(normal_ws);
   vec4 box;

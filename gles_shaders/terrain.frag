@@ -10,6 +10,7 @@ precision highp int;
 #include "sky_colour.glsl"
 #include "water.glsl"
 #include "light.glsl"
+#include "cull.glsl"
 
 in vec3 normal_ws;
 in vec3 from_eye_ws;
@@ -18,7 +19,12 @@ flat in ivec3 patch_voxel;
 flat in ivec2 patch_shading;
 #ifdef KARST_CURVED
 in float height;
+#ifdef KARST_IMAGERY
+in vec2 image_place;
+#define KARST_AT_HEIGHT , height, image_place
+#else
 #define KARST_AT_HEIGHT , height
+#endif
 #else
 #define KARST_AT_HEIGHT
 #endif
@@ -26,6 +32,7 @@ in float height;
 out vec4 colour;
 
 void main() {
+  cull_back_face();
   vec3 light = light_from(Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x,
                                 patch_shading.y > 0 KARST_AT_HEIGHT));
 #ifdef KARST_SHOW_LOOKUPS

@@ -14,6 +14,9 @@ flat out ivec2 patch_shading;  // x: material of all of the patch, or less than 
 #ifdef KARST_CURVED
 out float height;  // voxels above height 0: linear between vertices, where a chord's own falls below them
 #endif
+#if defined(KARST_CURVED) && defined(KARST_IMAGERY)
+out vec2 image_place;
+#endif
 #ifdef KARST_SHOW_LEVELS
 flat out int node_size;  // or less than 0 of a patch
 #endif
@@ -29,6 +32,9 @@ void main() {
 #ifdef KARST_CURVED
   // Targets lie on chords.
   height = level_height((v.home - camera_fine.xyz) / KARST_STEPS_PER_VOXEL);
+#endif
+#if defined(KARST_CURVED) && defined(KARST_IMAGERY)
+  image_place = v.image_place;
 #endif
 #ifdef KARST_SHOW_LEVELS
   node_size = v.node_size;

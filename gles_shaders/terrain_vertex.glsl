@@ -29,7 +29,29 @@ struct TerrainVertex {
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
   int node_size;      // of a node, or less than 0 of a patch
+#if defined(KARST_CURVED) && defined(KARST_IMAGERY)
+  vec2 image_place;  // tiles of size 0 from the corner of the one that windows lie around
+#endif
 };
+
+#if defined(KARST_CURVED) && defined(KARST_IMAGERY)
+// By vertex of a node's page: the sample's column, and 8 times its row (vertex_order() of
+// terrain/patch/gpu_vertex.h, then the corners of make_node.h).
+const int kNodeSamples[29] = int[29](0, 16, 32, 2, 18, 34, 4, 20, 36, 8, 24, 1, 9, 17, 25, 33, 10, 26, 3, 11,
+                                     19, 27, 35, 12, 28, 0, 32, 36, 4);
+
+// Where a vertex lies among images: as its sample does, at home or not, since a target is the middle of two
+// samples as far to either side. Below a corner of a node that corner counts.
+vec2 image_place_of(int page, int in_page) {
+  int place = page + (image_sizes.w << KARST_PAGE_ROW_BITS);
+  uvec4 node = texelFetch(page_table, ivec2(place & KARST_MASK(KARST_PAGE_ROW_BITS),
+                                            place >> KARST_PAGE_ROW_BITS), 0);
+  int size = int(node.z);
+  ivec2 from_centre = (ivec2(node.xy) << size) - image_centre.xy;
+  int at = kNodeSamples[min(in_page, 28)];
+  return vec2(from_centre) + vec2(at & 7, at >> 3) * (0.25 * power_of_two(size));
+}
+#endif
 
 TerrainVertex read_terrain_vertex() {
   int page = gl_VertexID >> KARST_PAGE_BITS;
@@ -66,6 +88,9 @@ TerrainVertex read_terrain_vertex() {
   result.home = home;
   result.position = morph_position(home, way * reference.unit, target, result.share);
   int in_page = gl_VertexID & KARST_MASK(KARST_PAGE_BITS);
+#if defined(KARST_CURVED) && defined(KARST_IMAGERY)
+  result.image_place = image_place_of(page, in_page);
+#endif
   if (place >= KARST_FIRST_GROUND_PLACE && in_page >= KARST_NODE_VERTICES) {
     // Below a corner of a node, where its wall ends.
 #ifdef KARST_CURVED

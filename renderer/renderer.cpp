@@ -25,8 +25,10 @@ bool inside(std::int64_t value, std::int64_t least, std::int64_t most) {
   return value >= least && value <= most;
 }
 
-DrawState state_of(const ViewInput& input, const DrawTarget& target) {
+DrawState state_of(const ViewInput& input, const DrawTarget& target, const GlCaps& caps) {
   DrawState state;
+  // Depth alone has no pixels' program that could.
+  state.cull = !caps.culls_unrounded || target.writes == Writes::depth;
   state.viewport = target.viewport;
   state.mirrored = input.camera.mirrored;
   const bool again = target.writes == Writes::colour;
@@ -99,6 +101,7 @@ Status Renderer::create_objects() {
                                  .edges = settings_.smooth_edges,
                                  .share_depth = settings_.share_depth,
                                  .shadows = settings_.cascades > 0,
+                                 .cull_pixels = device_.caps.culls_unrounded,
                                  .first_unit = settings_.first_unit,
                                  .first_block = settings_.first_block,
                                  .label = device_.caps.debug};
@@ -153,7 +156,7 @@ Status Renderer::check_device() const {
     return limit("deferred_height", settings_.deferred_height);
   if (settings_.drape_width > caps.max_texture_size) return limit("drape_width", settings_.drape_width);
   if (settings_.drape_height > caps.max_texture_size) return limit("drape_height", settings_.drape_height);
-  if (page_rows(settings_.all_pages()) > caps.max_texture_size ||
+  if (page_table_rows(settings_) > caps.max_texture_size ||
       std::int64_t{settings_.all_pages()} * kPageVertices - 1 > caps.max_element_index) {
     return limit("vertex_pages", settings_.all_pages());
   }
@@ -324,7 +327,7 @@ Status Renderer::in_ranges(const ViewInput& input, const DrawTarget& target, Dra
 }
 
 Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) {
-  enter_draw(device_, state_of(input, target));
+  enter_draw(device_, state_of(input, target, device_.caps));
   bind_textures(device_);
   const bool edge = target.writes != Writes::depth && sees_edge(settings_, input, rim_vertices_);
   const auto draw = [&](const ViewInput& part) {
@@ -347,7 +350,7 @@ Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) 
 }
 
 Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target) {
-  DrawState state = state_of(input, target);
+  DrawState state = state_of(input, target, device_.caps);
   state.viewport = {0, 0, target.viewport.width, target.viewport.height};
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, name_of(device_, Object::geometry_target));
   enter_draw(device_, state);

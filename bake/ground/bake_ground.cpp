@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/files/atomic_file.h"
+#include "app/files/output_place.h"
 #include "bake/ground/ground_basis.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
@@ -107,11 +108,9 @@ class GroundBaker {
     materials_.threads = job_.threads;
     if (Error error = materials_.load(); !error.ok()) return error;
     if (materials_.paints()) {
-      return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
-             (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
+      return job_.materials.path +
+             ": paint and blend_map are of patches, which a ground has none of; --no-ground has them";
     }
-    if (is_curved() && !images_.files.empty())
-      return "--imagery: lies over a plane alone; leave --basis away, or --imagery";
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
     if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;
@@ -207,7 +206,11 @@ class GroundBaker {
       if (const Status status = ground.basis.finish(); !status.ok())
         return Error(input() + ": the basis", status);
       if (ground.is_cube() && !has_cube_) {
-        if (Error error = cube_.open(rows_, ground.basis); !error.ok()) return error;
+        app::OutputPlace place;
+        if (Error error = app::find_output(output_, place); !error.ok()) return error;
+        cube_.folder = place.folder;
+        cube_.threads = job_.threads;
+        if (Error error = cube_.open(rows_, ground.basis, progress_); !error.ok()) return error;
         has_cube_ = true;
       }
     }
@@ -320,7 +323,10 @@ class GroundBaker {
                             place.north,
                             place.step_x,
                             place.step_z,
-                            place.crs};
+                            place.crs,
+                            info_.is_cube() ? info_.basis.face_quads : 0,
+                            info_.basis.radius_m,
+                            info_.basis.flattening};
       if (Error error = imagery_.open(grid, info_, report_.imagery); !error.ok()) return error;
       writer_.ground.imagery = report_.imagery.info;
     }

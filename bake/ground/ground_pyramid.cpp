@@ -55,10 +55,10 @@ struct GroundPyramid::Level {
   std::vector<std::int32_t> heights;
   std::vector<std::int32_t> quad_low, quad_high;
   // Coarser sizes look at low, high, below and above alone; the rest is gathered when its row is measured.
-  std::vector<float> quad_parts[8];
+  std::vector<float> quad_parts[7 + kBands];
   static constexpr std::int64_t kKeptParts = 2;
   std::vector<std::int32_t> node_low, node_high;
-  std::vector<float> node_parts[6];
+  std::vector<float> node_parts[5 + kBands];
   std::vector<std::uint16_t> thresholds;
   std::vector<TilePlace> places;
 
@@ -114,9 +114,9 @@ struct GroundPyramid::Level {
     out.high = row_of(quad_high, k, kept_quads, count);
     out.below = part(0);
     out.above = part(1);
-    out.most = part(2);
+    out.tall = part(2);
     out.border = {part(3), part(4), part(5), part(6)};
-    out.tall = part(7);
+    for (std::size_t band = 0; band < kBands; ++band) out.most[band] = part(7 + band);
     return out;
   }
   NodeRow node_row(std::int64_t z) {
@@ -124,9 +124,9 @@ struct GroundPyramid::Level {
     NodeRow out;
     out.low = row_of(node_low, z, kept_nodes, nodes[0]);
     out.high = row_of(node_high, z, kept_nodes, nodes[0]);
-    out.most = part(0);
+    out.tall = part(0);
     out.border = {part(1), part(2), part(3), part(4)};
-    out.tall = part(5);
+    for (std::size_t band = 0; band < kBands; ++band) out.most[band] = part(5 + band);
     out.thresholds = row_of(thresholds, z, kept_nodes, nodes[0] * kDemands);
     return out;
   }

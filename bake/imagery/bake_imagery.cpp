@@ -89,7 +89,7 @@ struct BakeImagery::Job {
 
   Error run() {
     const GroundInfo& info = ground.info;
-    const int top = info.top_size();
+    const int top = image_top_size(info);
     for (int size = bake.info_.least_size; size <= top; ++size) {
       Level& level = levels[size];
       const auto last = [&](int axis) {
@@ -134,15 +134,39 @@ struct BakeImagery::Job {
     return at == row->second.end() ? nullptr : &at->second;
   }
 
+  // Around a ground that closes every image lies once more on either side: samples.
+  std::int64_t turn() const { return ground.info.closes() ? ground.info.basis.turn_quads : 0; }
+
   // Whether an image may cover some of a tile's texels, border and all.
   bool touches(std::size_t image, int size, std::int64_t x, std::int64_t z) const {
+    for (int times = -1; times <= 1; ++times) {
+      if ((times == 0 || turn() > 0) && touches_at(image, size, x, z, static_cast<double>(times * turn())))
+        return true;
+    }
+    return false;
+  }
+  // Of a cube, the face that a tile lies on; else 0.
+  int face_of(int size, std::int64_t x, std::int64_t z) const {
+    const int below = ground.info.top_size() - size;
+    if (!ground.info.is_cube() || below < 0) return 0;
+    return std::max(0, cube_face(static_cast<int>(x >> below), static_cast<int>(z >> below)));
+  }
+
+  // The same where it lies so many samples to the east of its place.
+  bool touches_at(std::size_t image, int size, std::int64_t x, std::int64_t z, double east) const {
     const double side = std::ldexp(double{kNodeQuads}, size);
     const double rim = side * kImageBorder / kImageInside;
     const ImageFacts& facts = report.images[image];
     const std::int64_t at[2] = {x, z};
+    const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+    if (ground.info.is_cube() && !node_exists(ground.info, key)) return false;
+    const int face = face_of(size, x, z);
     for (int axis = 0; axis < 2; ++axis) {
       const double low = static_cast<double>(at[axis]) * side - rim;
-      if (facts.high[axis] < low || facts.low[axis] > low + side + 2 * rim) return false;
+      const double moved = axis == 0 ? east : 0;
+      const double first = ground.info.is_cube() ? facts.face_low[face][axis] : facts.low[axis];
+      const double last = ground.info.is_cube() ? facts.face_high[face][axis] : facts.high[axis];
+      if (last + moved < low || first + moved > low + side + 2 * rim) return false;
     }
     return true;
   }
@@ -167,6 +191,10 @@ struct BakeImagery::Job {
         high[axis] = std::max(high[axis], facts.high[axis] / side + 1);
       }
     }
+    if (turn() > 0) {
+      low[0] = 0;
+      high[0] = static_cast<double>(level.last_column);
+    }
     const auto at = static_cast<double>(row);
     if (at < low[1] - 1 || at > high[1] + 1) return {};
     const auto first_column = static_cast<std::int64_t>(std::max(low[0] - 1, 0.0));
@@ -182,7 +210,8 @@ struct BakeImagery::Job {
       // Side by side, so that one window has them all.
       std::size_t count = 1;
       while (first + count < keys.size() && count < kMostTogether &&
-             keys[first + count].x == keys[first].x + static_cast<std::int32_t>(count))
+             keys[first + count].x == keys[first].x + static_cast<std::int32_t>(count) &&
+             face_of(size, keys[first + count].x, row) == face_of(size, keys[first].x, row))
         ++count;
       if (Error error = make_tiles(std::span(keys).subspan(first, count)); !error.ok()) return error;
       first += count;
@@ -211,6 +240,7 @@ struct BakeImagery::Job {
     const NodeKey first = tiles.front().key;
     TexelWindow window;
     window.size = first.size;
+    window.face = face_of(first.size, first.x, first.z);
     window.column = std::int64_t{first.x} * kImageInside - kImageBorder;
     window.row = std::int64_t{first.z} * kImageInside - kImageBorder;
     window.width = static_cast<int>(tiles.size()) * kImageInside + 2 * kImageBorder;
@@ -218,25 +248,59 @@ struct BakeImagery::Job {
     std::vector<std::byte> warped;
     for (std::size_t n = 0; n < bake.sizes_.size(); ++n) {
       if (bake.sizes_[n] < first.size) continue;
-      const bool touched = std::any_of(tiles.begin(), tiles.end(), [&](const Tile& tile) {
-        return touches(n, tile.key.size, tile.key.x, tile.key.z);
-      });
-      if (!touched) continue;
-      const std::string& path = bake.options_.files[n];
-      Error error = read_image_window(bake.grid_, path, report.images[n], window, warped);
-      if (!error.ok()) return error;
-      std::vector<std::byte> own(kTileTexelBytes);
-      for (std::size_t t = 0; t < tiles.size(); ++t) {
-        for (int y = 0; y < kImageSide; ++y) {
-          const std::size_t from = texel_at(static_cast<std::size_t>(window.width),
-                                            static_cast<std::ptrdiff_t>(t) * kImageInside, y);
-          std::copy_n(warped.begin() + static_cast<std::ptrdiff_t>(from), 4 * kImageSide,
-                      own.begin() + static_cast<std::ptrdiff_t>(texel_at(kImageSide, 0, y)));
-        }
-        lay_over(own, tiles[t].texels);
+      for (int times = -1; times <= 1; ++times) {
+        if (times != 0 && turn() == 0) continue;
+        const auto east = static_cast<double>(times * turn());
+        const bool touched = std::any_of(tiles.begin(), tiles.end(), [&](const Tile& tile) {
+          return touches_at(n, tile.key.size, tile.key.x, tile.key.z, east);
+        });
+        if (!touched) continue;
+        TexelWindow moved = window;
+        moved.column -= std::llround(std::ldexp(east * kTexelsPerSample, -first.size));
+        const std::string& path = bake.options_.files[n];
+        Error error = read_image_window(bake.grid_, path, report.images[n], moved, warped);
+        if (!error.ok()) return error;
+        lay(warped, window, tiles);
       }
     }
     return {};
+  }
+
+  // A window's texels over those of its tiles.
+  static void lay(const std::vector<std::byte>& warped, const TexelWindow& window, std::vector<Tile>& tiles) {
+    std::vector<std::byte> own(kTileTexelBytes);
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+      for (int y = 0; y < kImageSide; ++y) {
+        const std::size_t from = texel_at(static_cast<std::size_t>(window.width),
+                                          static_cast<std::ptrdiff_t>(t) * kImageInside, y);
+        std::copy_n(warped.begin() + static_cast<std::ptrdiff_t>(from), 4 * kImageSide,
+                    own.begin() + static_cast<std::ptrdiff_t>(texel_at(kImageSide, 0, y)));
+      }
+      lay_over(own, tiles[t].texels);
+    }
+  }
+
+  // Of a cube's tile: what nothing covers beyond the edges of its face, as the nearest texel inside.
+  void go_on_beyond_edges(Tile& tile) const {
+    const int below = ground.info.top_size() - tile.key.size;
+    if (below < 0) return;
+    const int last = (1 << below) - 1;
+    const bool at_edge[4] = {(tile.key.x & last) == 0, (tile.key.x & last) == last, (tile.key.z & last) == 0,
+                             (tile.key.z & last) == last};
+    const auto inside = [](int at, bool low, bool high) {
+      if (low) at = std::max(at, kImageBorder);
+      return high ? std::min(at, kImageBorder + kImageInside - 1) : at;
+    };
+    for (int y = 0; y < kImageSide; ++y) {
+      for (int x = 0; x < kImageSide; ++x) {
+        const int from_x = inside(x, at_edge[0], at_edge[1]), from_y = inside(y, at_edge[2], at_edge[3]);
+        const std::size_t to = texel_at(kImageSide, x, y);
+        if ((from_x == x && from_y == y) || tile.texels[to + 3] != std::byte{0}) continue;
+        const std::size_t from = texel_at(kImageSide, from_x, from_y);
+        std::copy_n(tile.texels.begin() + static_cast<std::ptrdiff_t>(from), 4,
+                    tile.texels.begin() + static_cast<std::ptrdiff_t>(to));
+      }
+    }
   }
 
   // Takes what smaller tiles left, fills what nothing covers, and encodes.
@@ -260,6 +324,7 @@ struct BakeImagery::Job {
         }
       }
     }
+    if (ground.info.is_cube()) go_on_beyond_edges(tile);
     bool empty = true;
     for (std::size_t at = 3; at < tile.texels.size(); at += 4)
       empty = empty && tile.texels[at] == std::byte{0};

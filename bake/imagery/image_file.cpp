@@ -16,6 +16,9 @@ void put_grid(const GroundGrid& ground, const std::string& path, WriteMessage& m
   message.put(ground.placed);
   for (const double value : {ground.west, ground.north, ground.step_x, ground.step_z}) message.put(value);
   message.put_text(ground.crs);
+  message.put(ground.face_quads);
+  message.put(ground.radius_m);
+  message.put(ground.flattening);
 }
 
 void take_grid(ReadMessage& message, GroundGrid& ground, std::string& path) {
@@ -24,6 +27,9 @@ void take_grid(ReadMessage& message, GroundGrid& ground, std::string& path) {
   message.take(ground.placed);
   for (double* value : {&ground.west, &ground.north, &ground.step_x, &ground.step_z}) message.take(*value);
   message.take_text(ground.crs);
+  message.take(ground.face_quads);
+  message.take(ground.radius_m);
+  message.take(ground.flattening);
 }
 
 // In a child.
@@ -39,6 +45,8 @@ Error describe(std::span<const std::byte> request, std::vector<std::byte>& resul
   out.put(facts.height);
   out.put(facts.low);
   out.put(facts.high);
+  out.put(facts.face_low);
+  out.put(facts.face_high);
   out.put(facts.pixel_samples);
   out.put(facts.is_opaque);
   out.put(facts.covers_all);
@@ -77,6 +85,8 @@ Error describe_image(const GroundGrid& ground, const std::string& path, ImageFac
   message.take(facts.height);
   message.take(facts.low);
   message.take(facts.high);
+  message.take(facts.face_low);
+  message.take(facts.face_high);
   message.take(facts.pixel_samples);
   message.take(facts.is_opaque);
   message.take(facts.covers_all);

@@ -10,6 +10,7 @@
 
 #include "bake/base/child.h"
 #include "platform/base/error.h"
+#include "terrain/basis/basis.h"
 
 namespace karst::bake {
 
@@ -20,6 +21,9 @@ struct GroundGrid {
   bool placed = false;           // west to step_z are known; else 0, 0, 1, 1
   double west = 0, north = 0, step_x = 1, step_z = 1;
   std::string crs;  // WKT; empty: none
+  // Of a cube, whose grid the samples are then: its basis. Else 0.
+  std::int32_t face_quads = 0;
+  double radius_m = 0, flattening = 0;
 };
 
 struct ImageFacts {
@@ -27,6 +31,8 @@ struct ImageFacts {
   // What it covers at most, in samples of the ground from the middle of sample (0, 0); and its smallest
   // pixel's side.
   double low[2] = {}, high[2] = {};
+  // Of a cube, by face; nothing of a face where low is above high.
+  double face_low[core::kCubeFaces][2] = {}, face_high[core::kCubeFaces][2] = {};
   double pixel_samples = 0;
   bool is_opaque = false;         // no pixel of it is masked
   bool covers_all = false;        // all of the ground
@@ -38,6 +44,7 @@ struct ImageFacts {
 // Texels of size t are 2^t / 60 samples wide; that of column and row 0 begins at the middle of sample (0, 0).
 struct TexelWindow {
   int size = 0;
+  int face = 0;  // of a cube; beyond it its own grid goes on
   std::int64_t column = 0, row = 0;
   int width = 0, height = 0;
 };

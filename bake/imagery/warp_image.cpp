@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Images through GDAL, in a child: opened, placed on the ground, and warped to its grid window by window.
+#include "bake/imagery/cube_way.h"
 #include "bake/imagery/image_file.h"
 #include "bake/rasters/gdal/gdal_session.h"
 #include "bake/rasters/mosaic_check.h"
@@ -20,6 +21,9 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "terrain/imagery/image_tile.h"
 
@@ -72,7 +76,11 @@ class Image {
     facts.width = width();
     facts.height = height();
     if (Error error = check_blocks(facts.block_bytes); !error.ok()) return error;
-    if (Error error = find_extent(facts); !error.ok()) return error;
+    if (is_cube()) {
+      if (Error error = find_faces(facts); !error.ok()) return error;
+    } else if (Error error = find_extent(facts); !error.ok()) {
+      return error;
+    }
     facts.is_opaque = alpha_ == 0;
     for (int k = 0; facts.is_opaque && k < colours_; ++k)
       facts.is_opaque = (GDALGetMaskFlags(band(bands_[k])) & GMF_ALL_VALID) != 0;
@@ -103,6 +111,7 @@ class Image {
     options->hSrcDS = from;
     Transformer whole(make_transformer(from));
     if (whole == nullptr) return no_way();
+    if (is_cube()) return read_face(from, whole.get(), window, std::move(options), rgba);
     GDALSetGenImgProjTransformerDstGeoTransform(whole.get(), to_geo);
     Transformer quick(GDALCreateApproxTransformer(GDALGenImgProjTransform, whole.get(), kApproximation));
     if (quick == nullptr) return no_way();
@@ -114,18 +123,146 @@ class Image {
     GdalFile warped(GDALCreateWarpedVRT(from, window.width, window.height, to_geo, options.get()));
     if (warped == nullptr) return unreadable();
     static_cast<void>(quick.release());
-    if (is_palette_) return read_palette(warped.get(), window, rgba);
+    return read_texels(warped.get(), window, rgba);
+  }
+
+ private:
+  // A window of a face, straight through longitudes and latitudes. degrees: pixels of from to them.
+  Error read_face(GDALDatasetH from, void* degrees, const TexelWindow& window,
+                  std::unique_ptr<GDALWarpOptions, DestroyWarp> options, std::vector<std::byte>& rgba) const {
+    double plain[6] = {0, 1, 0, 0, 0, 1};
+    GDALSetGenImgProjTransformerDstGeoTransform(degrees, plain);
+    CubeWay way;
+    if (!open_way(way, degrees, from)) return no_way();
+    const double texel = std::ldexp(1.0, window.size) / kTexelsPerSample;
+    way.face = window.face;
+    way.texel = texel;
+    way.column = static_cast<double>(window.column) * texel;
+    way.row = static_cast<double>(window.row) * texel;
+    set_scale(way, window, *options);
+    options->pfnTransformer = way.head.pfnTransform;
+    options->pTransformerArg = &way;
+    GdalFile warped(GDALCreateWarpedVRT(from, window.width, window.height, plain, options.get()));
+    if (warped == nullptr) return unreadable();
+    return read_texels(warped.get(), window, rgba);
+  }
+
+  // How many pixels a texel is wide and high, for GDAL's filter: it would go by the window's outline, which
+  // has all of an image's width where the window lies across the date line.
+  static void set_scale(const CubeWay& way, const TexelWindow& window, GDALWarpOptions& options) {
+    std::array<std::vector<double>, 2> widths;
+    for (int n = 0; n < 9; ++n) {
+      const double i = way.column + way.texel * window.width * (0.1 + 0.4 * (n % 3)),
+                   k = way.row + way.texel * window.height * (0.1 + 0.4 * (n / 3));
+      double x[3], y[3];
+      bool known = true;
+      for (int to = 0; to < 3; ++to) {
+        known = known && way.pixel_of(way.face, i + (to == 1 ? way.texel : 0), k + (to == 2 ? way.texel : 0),
+                                      x[to], y[to]);
+      }
+      if (!known) continue;
+      const auto across = [&](double from, double there) {
+        double way_px = there - from;
+        if (way.turn_px > 0) way_px = std::remainder(way_px, way.turn_px);
+        return way_px;
+      };
+      widths[0].push_back(std::hypot(across(x[0], x[1]), across(x[0], x[2])));
+      widths[1].push_back(std::hypot(y[1] - y[0], y[2] - y[0]));
+    }
+    if (widths[0].empty()) return;
+    constexpr double kWidest = 64;
+    const char* const names[2] = {"XSCALE", "YSCALE"};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      // In most of it: a pole would make all of its window as dim as itself.
+      const auto middle = widths[axis].begin() + static_cast<std::ptrdiff_t>(widths[axis].size() / 2);
+      std::nth_element(widths[axis].begin(), middle, widths[axis].end());
+      const std::string scale = std::to_string(1 / std::clamp(*middle, 1.0, kWidest));
+      options.papszWarpOptions = CSLSetNameValue(options.papszWarpOptions, names[axis], scale.c_str());
+    }
+  }
+
+  bool is_cube() const { return ground_.face_quads > 0; }
+
+  bool open_way(CubeWay& way, void* degrees, GDALDatasetH from) const {
+    Basis basis;
+    basis.kind = BasisKind::cube;
+    basis.centred = true;
+    basis.face_quads = ground_.face_quads;
+    basis.radius_m = ground_.radius_m;
+    basis.flattening = ground_.flattening;
+    if (!basis.finish().ok()) return false;
+    way.open(basis, degrees, from);
+    return true;
+  }
+
+  // As find_extent(), by face.
+  Error find_faces(ImageFacts& facts) const {
+    const GdalFile source = laid_ ? laid_over() : GdalFile();
+    GDALDatasetH const from = source ? source.get() : file_.get();
+    const Transformer degrees(make_transformer(from));
+    if (degrees == nullptr) return no_way();
+    double plain[6] = {0, 1, 0, 0, 0, 1};
+    GDALSetGenImgProjTransformerDstGeoTransform(degrees.get(), plain);
+    CubeWay way;
+    if (!open_way(way, degrees.get(), from)) return no_way();
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    for (int face = 0; face < kCubeFaces; ++face) {
+      for (int axis = 0; axis < 2; ++axis) {
+        facts.face_low[face][axis] = kFar;
+        facts.face_high[face][axis] = -kFar;
+      }
+    }
+    facts.pixel_samples = kFar;
+    constexpr int kPlaces = 4 * kOutline;
+    double farthest = 0;
+    for (int k = 0; k <= kPlaces; ++k) {
+      for (int i = 0; i <= kPlaces; ++i) {
+        const double column = std::min(static_cast<double>(width()) * i / kPlaces, width() - 1.0);
+        const double row = std::min(static_cast<double>(height()) * k / kPlaces, height() - 1.0);
+        GridPlace here, east, south, next;
+        if (!way.sample_of(column, row, here)) continue;
+        const double at[2] = {here.i, here.k};
+        for (int axis = 0; axis < 2; ++axis) {
+          facts.face_low[here.face][axis] = std::min(facts.face_low[here.face][axis], at[axis]);
+          facts.face_high[here.face][axis] = std::max(facts.face_high[here.face][axis], at[axis]);
+        }
+        if (!way.sample_of(column + 1, row, east) || !way.sample_of(column, row + 1, south)) continue;
+        if (east.face != here.face || south.face != here.face) continue;
+        const double sides[2] = {std::hypot(east.i - here.i, east.k - here.k),
+                                 std::hypot(south.i - here.i, south.k - here.k)};
+        // Beside a pole pixels are narrow without being fine.
+        facts.pixel_samples = std::min(facts.pixel_samples, std::max(sides[0], sides[1]));
+        if (way.sample_of(std::min(column + static_cast<double>(width()) / kPlaces, width() - 1.0),
+                          std::min(row + static_cast<double>(height()) / kPlaces, height() - 1.0), next) &&
+            next.face == here.face)
+          farthest = std::max(farthest, std::hypot(next.i - here.i, next.k - here.k));
+      }
+    }
+    if (!(facts.pixel_samples > 0) || !std::isfinite(facts.pixel_samples))
+      return failure("no place of it has one on the planet");
+    for (int axis = 0; axis < 2; ++axis) facts.low[axis] = 0, facts.high[axis] = 0;
+    for (int face = 0; face < kCubeFaces; ++face) {
+      for (int axis = 0; axis < 2; ++axis) {
+        facts.face_low[face][axis] -= farthest;
+        facts.face_high[face][axis] += farthest;
+        facts.high[axis] = std::max(facts.high[axis], facts.face_high[face][axis]);
+      }
+    }
+    return {};
+  }
+
+  Error read_texels(GDALDatasetH warped, const TexelWindow& window, std::vector<std::byte>& rgba) const {
+    if (is_palette_) return read_palette(warped, window, rgba);
     const int row = 4 * window.width;
     auto* const out = reinterpret_cast<unsigned char*>(rgba.data());
     int from_bands[4] = {1, 2, 3, colours_ + 1};
     if (colours_ == 1) from_bands[1] = from_bands[2] = 1;
-    if (GDALDatasetRasterIO(warped.get(), GF_Read, 0, 0, window.width, window.height, out, window.width,
+    if (GDALDatasetRasterIO(warped, GF_Read, 0, 0, window.width, window.height, out, window.width,
                             window.height, GDT_Byte, 4, from_bands, 4, row, 1) != CE_None)
       return unreadable();
     return {};
   }
 
- private:
   Error failure(const std::string& what) const { return path_ + ": " + what; }
   Error unreadable() const {
     return failure("unreadable image: " +
@@ -293,6 +430,7 @@ class Image {
 
   // Whether all places of the ground lie in it, by many along its sides and across.
   bool covers_all() const {
+    if (is_cube()) return covers_planet();
     const GdalFile source = laid_ ? laid_over() : GdalFile();
     const Transformer way(make_transformer(source ? source.get() : file_.get()));
     if (way == nullptr) return false;
@@ -311,6 +449,24 @@ class Image {
       }
     }
     return true;
+  }
+
+  // Only what goes once around from pole to pole can.
+  bool covers_planet() const {
+    const GdalFile source = laid_ ? laid_over() : GdalFile();
+    GDALDatasetH const from = source ? source.get() : file_.get();
+    const Transformer degrees(make_transformer(from));
+    if (degrees == nullptr) return false;
+    double plain[6] = {0, 1, 0, 0, 0, 1};
+    GDALSetGenImgProjTransformerDstGeoTransform(degrees.get(), plain);
+    CubeWay way;
+    if (!open_way(way, degrees.get(), from) || way.turn_px <= 0) return false;
+    if (way.turn_px > way.width_px + 0.5) return false;
+    double x[2] = {0.5 * way.width_px, 0.5 * way.width_px}, y[2] = {0, static_cast<double>(height())};
+    double z[2] = {};
+    int good[2] = {};
+    return GDALGenImgProjTransform(degrees.get(), FALSE, 2, x, y, z, good) != FALSE && good[0] != 0 &&
+           good[1] != 0 && y[0] >= 90 - 1e-6 && y[1] <= -90 + 1e-6;
   }
 
   void set_options(GDALWarpOptions& options) const {

@@ -71,7 +71,7 @@ struct OneNode {
     NodeRow out;
     out.low = {&low, 1};
     out.high = {&high, 1};
-    out.most = {&most, 1};
+    for (std::span<float>& band : out.most) band = {&most, 1};
     for (std::span<float>& border : out.border) border = {&most, 1};
     out.tall = {&tall, 1};
     out.thresholds = thresholds;

@@ -12,7 +12,9 @@
 //   editor->undo(changed);
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "karst/export.h"
 #include "karst/status.h"
@@ -63,6 +65,12 @@ struct EditResult {
   std::uint64_t version = 0;             // of the world, one more with each change
 };
 
+// Where bytes go, in order. write returns false where it cannot take them.
+struct Sink {
+  void* user = nullptr;
+  bool (*write)(void* user, std::span<const std::byte> bytes) = nullptr;
+};
+
 // One a world. All calls are made by the renderer's thread, or by any where there is none, between frames and
 // while no query of the world is asked.
 class KARST_API Editor {
@@ -85,6 +93,10 @@ class KARST_API Editor {
   std::uint32_t undo_steps() const noexcept;
   std::uint32_t redo_steps() const noexcept;
   std::uint64_t lost_steps() const noexcept;
+
+  // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
+  // limit_reached ("sink").
+  Status save(const Sink& sink) noexcept;
 
  protected:
   Editor() = default;

@@ -25,6 +25,7 @@
 // anywhere.
 #pragma once
 
+#include "karst/edit.h"
 #include "karst/plan.h"
 #include "karst/query.h"
 #include "karst/renderer.h"

@@ -22,9 +22,11 @@ inline constexpr std::uint32_t kMostPictureSide = 16'384;  // pixels
 
 // Defaults suit one view of 1280 x 720. 0 in a field that says so: karst chooses.
 struct Needs {
-  std::uint32_t views = 1;            // most in one frame, 1..kMostViews
-  std::uint32_t level = 6;            // finest level of detail that is drawn, 1..6; cut to the world's
-  std::uint64_t vertex_bytes = 0;     // of GPU memory for vertices; 0: what flights at 4 px of error take
+  std::uint32_t views = 1;  // most in one frame, 1..kMostViews
+  std::uint32_t level = 6;  // finest level of detail that is drawn, 1..6; cut to the world's
+  // Of GPU memory for vertices; 0: what flights at 4 px of error take. Each patch of a ground's regions has
+  // 512 bytes at least, whatever this says: caves are never closed for want of them.
+  std::uint64_t vertex_bytes = 0;
   std::uint64_t image_bytes = 0;      // of GPU memory for imagery, where the world has some; 0: the same
   std::uint32_t queries = 0;          // Query objects at a time, 0..kMostQueries
   std::uint32_t query_level = 3;      // of the surface that queries meet, whatever is drawn, 1..6; cut alike
@@ -34,14 +36,17 @@ struct Needs {
   double shadow_reach_m = 0;          // from the eye, beyond which there are no shadows; 0: 256 voxels
   // The largest view, pixels, both 0 or both 1..16384, whose pixels are shaded once, after all that lies in
   // them is known, at 12 bytes of GPU memory a pixel. 0: while they are drawn, which small triangles do
-  // several times; so are parallel views, larger ones and those under a drape.
+  // several times; so are parallel views, larger ones, those under a drape and imagery on a curved basis.
   std::uint32_t deferred_width = 0;
   std::uint32_t deferred_height = 0;
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
   std::uint32_t drape_height = 0;  // both 0 or both 1..16384
-  // Tiles of a ground, 64 samples a side, that edits may change (karst/edit.h), 0..65536: one at least of each
+  // Tiles of a ground, 64 samples a side, that edits may change (karst/edit.h), 0..65536: one or more of each
   // size at each place. 0: it is not edited.
   std::uint32_t edit_tiles = 0;
+  // Patches that edits may add to those of the file, and that one edit may make anew, 0..2^20; 0: nothing is
+  // edited. All heights are held in memory then.
+  std::uint32_t edit_patches = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };

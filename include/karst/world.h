@@ -58,6 +58,8 @@ KARST_API Status read_world_info(const Source& file, WorldInfo& info) noexcept;
 // Reads all of it and checks every byte against checksums, ranges and counts.
 KARST_API Status check_world(const Source& file, WorldInfo& info) noexcept;
 
+class Editor;
+
 class KARST_API World {
  public:
   World(const World&) = delete;
@@ -79,6 +81,12 @@ class KARST_API World {
   // limit_reached ("queries"). Any thread; give it back with release().
   Status take_query(Query*& out) noexcept;
   void release(Query* query) noexcept;
+
+  // The world's one editor (karst/edit.h). invalid_argument ("edit_patches") where the plan has no room for
+  // edits, limit_reached ("editors") where it is taken. Give it back with release().
+  Status take_editor(Editor*& out) noexcept;
+  void release(Editor* editor) noexcept;
+  void release(std::nullptr_t) noexcept {}
 
   // Between the simulator's frame and the world's own metres.
   Vec3 to_world(Vec3 place) const noexcept;

@@ -129,7 +129,7 @@ Status query_gl_caps(const Gl& gl, bool desktop, GlCaps& caps) {
   for (const char* name : kSoftware) {
     caps.software = caps.software || std::strstr(caps.renderer, name) != nullptr;
   }
-  caps.first_timer_result_is_wrong = std::strncmp(caps.renderer, "llvmpipe", 8) == 0;
+  caps.first_timer_result_is_wrong = caps.culls_unrounded = std::strncmp(caps.renderer, "llvmpipe", 8) == 0;
   return {};
 }
 

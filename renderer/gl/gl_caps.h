@@ -47,6 +47,10 @@ struct GlCaps {
   // llvmpipe of Mesa 22.3: the first timer query of a context in which something is drawn gives the time
   // since the machine's start. A query that nobody looks at takes that result.
   bool first_timer_result_is_wrong = false;
+  // llvmpipe: of a run of triangles some of which are clipped, back faces are dropped by their corners as
+  // they are, and pixels are covered by corners that are rounded to its grid. What faces the eye by those
+  // alone is lost, and no neighbour covers its pixels: a hole of one.
+  bool culls_unrounded = false;
 };
 
 // Needs a current context. unsupported where it is not OpenGL ES 3.0 or later, or, with desktop, not OpenGL

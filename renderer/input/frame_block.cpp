@@ -196,9 +196,9 @@ void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block) {
 
 static_assert(KARST_IMAGE_WINDOW == kImageWindow && KARST_IMAGE_INSIDE == kImageInside &&
               KARST_IMAGE_BORDER == kImageBorder && KARST_MASK(KARST_IMAGE_LAYER_BITS) > kMostImageLayers);
-void set_images(const ImagePlace& place, std::uint32_t view, shader::FrameBlock& block) {
+void set_images(const ImagePlace& place, std::uint32_t view, int places_row, shader::FrameBlock& block) {
   block.image_centre = {place.centre[0], place.centre[1], 0, 0};
-  block.image_sizes = {place.least_size, place.top_size, static_cast<int>(view), 0};
+  block.image_sizes = {place.least_size, place.top_size, static_cast<int>(view), places_row};
   block.image_eye = {place.eye[0], place.eye[1], 0.0f, 0.0f};
   block.image_scale = {place.tiles_a_voxel[0], place.tiles_a_voxel[1], place.texels_a_voxel, 0.0f};
 }

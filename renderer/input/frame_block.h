@@ -69,8 +69,9 @@ float foot_from(const Camera& camera, std::int64_t height);
 
 void set_drape(glm::ivec3 extent, double repeat, shader::FrameBlock& block);
 
-// Where pixels look for image tiles; view: whose table.
-void set_images(const ImagePlace& place, std::uint32_t view, shader::FrameBlock& block);
+// Where pixels look for image tiles; view: whose table. places_row: of the page table, where places of nodes
+// begin.
+void set_images(const ImagePlace& place, std::uint32_t view, int places_row, shader::FrameBlock& block);
 
 // Linear light as the picture shows it: output.glsl without its dither.
 glm::vec3 encode_picture(glm::vec3 light);

@@ -53,7 +53,8 @@ struct RendererSettings {
   bool water = true;    // of the world; false: shaders know none
   bool curved = false;  // its ground lies on a curved basis: up and height are functions of the place
   karst::Shading shading = karst::Shading::automatic;
-  // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, or a drape: there is none. create() sets
+  // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, a drape or imagery on a curved basis: there
+  // is none. create() sets
   // them to 0 where pixels are shaded while they are drawn.
   int deferred_width = 0;
   int deferred_height = 0;
@@ -78,8 +79,10 @@ struct RendererSettings {
   static constexpr int kAutomaticAnisotropy = 4;  // where a GPU renders
 
   std::uint32_t all_pages() const { return vertex_pages + family_pages; }
+  // Rows of the page table: of all pages, and, where imagery lies on a curved basis, of the places of nodes.
+  bool has_node_places() const { return curved && image_layers > 0 && drape_width == 0; }
   std::uint32_t all_rows() const { return morph_rows + family_rows; }
-  bool deferred() const { return deferred_width > 0 && drape_width == 0; }
+  bool deferred() const { return deferred_width > 0 && drape_width == 0 && !has_node_places(); }
   // Whether there is room for a rim: with a drape a world has none.
   bool has_rim() const { return rim && drape_width == 0; }
 

@@ -110,14 +110,15 @@ bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
 Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   std::snprintf(
       defines_, sizeof defines_,
-      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s%s%s",
+      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s%s%s%s",
       settings.materials, settings.detail, settings.anisotropy,
       settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "",
       settings.edges ? "#define KARST_EDGES 1\n" : "",
       settings.share_depth ? "#define KARST_SHARE_DEPTH 1\n" : "",
       settings.water ? "#define KARST_WATER 1\n" : "", settings.curved ? "#define KARST_CURVED 1\n" : "",
       settings.blend_map ? "#define KARST_BLEND_MAP 1\n" : "",
-      settings.imagery ? "#define KARST_IMAGERY 1\n" : "");
+      settings.imagery ? "#define KARST_IMAGERY 1\n" : "",
+      settings.cull_pixels ? "#define KARST_CULL_PIXELS 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     if (!is_needed(static_cast<ShaderVariant>(i), settings)) continue;
     programs_[i] = gl.CreateProgram();

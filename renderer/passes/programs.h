@@ -26,6 +26,7 @@ struct ProgramSettings {
   bool edges = false;        // the screen pass smooths silhouettes
   bool share_depth = false;  // and writes no depth: the G-buffer's is the target's
   bool shadows = false;
+  bool cull_pixels = false;       // back faces are thrown away by pixels (gles_shaders/cull.glsl)
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
   std::uint32_t first_block = 0;  // and to its binding points
   bool label = false;             // with KHR_debug

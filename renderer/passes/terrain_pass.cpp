@@ -7,6 +7,7 @@
 #include "renderer/passes/terrain_variants.h"
 #include "renderer/resources/index_stream.h"
 #include "renderer/resources/object_table.h"
+#include "renderer/resources/vertex_pages.h"
 
 namespace karst::core {
 namespace {
@@ -73,7 +74,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
   const PixelSkips& skips = input.skips;
   block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
-  set_images(input.images, input.image_view, block);
+  set_images(input.images, input.image_view, page_rows(settings.all_pages()), block);
   set_lights(input.camera, input.lights, settings.cascades == 0, block);
   set_screen(input, target, block);
   return block;

@@ -216,7 +216,7 @@ constexpr ObjectRow kRows[] = {
     {"air block 6", Kind::buffer, Consumer::uniforms, air_block<6>, nullptr},
     {"air block 7", Kind::buffer, Consumer::uniforms, air_block<7>, nullptr},
     {"page_table", Kind::texture, Consumer::page_table,
-     [](const Settings& s) { return image(GL_RGBA32UI, kPageRowTexels, page_rows(s.all_pages())); }, nullptr},
+     [](const Settings& s) { return image(GL_RGBA32UI, kPageRowTexels, page_table_rows(s)); }, nullptr},
     {"morph_entries", Kind::texture, Consumer::textures,
      [](const Settings&) { return image(GL_R8UI, kEntryRowTexels, kEntryRows); }, fill_entries},
     {"morph_rows", Kind::texture, Consumer::morph_rows,

@@ -22,9 +22,14 @@ bool is_page_height(int y) {
 
 }  // namespace
 
+int page_table_rows(const RendererSettings& settings) {
+  return page_rows(settings.all_pages()) * (settings.has_node_places() ? 2 : 1);
+}
+
 void VertexPages::create(const RendererSettings& settings) {
   vertex_pages_ = settings.vertex_pages;
   family_pages_ = settings.family_pages;
+  has_node_places_ = settings.has_node_places();
   morph_rows_ = settings.morph_rows;
   all_rows_ = settings.all_rows();
   changed_page_rows_.reset();
@@ -113,6 +118,8 @@ Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, 
   if (!is_page_height(node.origin.y)) return invalid("higher or lower than a page may be", "origin");
   if (node.size < 0 || node.size > kMostPageSize) return invalid("not within 0..20", "size");
   if (node.quadrant < 0 || node.quadrant > 3) return invalid("not within 0..3", "quadrant");
+  if (has_node_places_ && page >= pages.family_places.size())
+    return invalid("not a page of the families' places", "page", page);
   if (node.row >= all_rows_ - morph_rows_) return invalid("not a row of the families", "row", node.row);
   if (node.material > kMostMaterials) return invalid("not a material plus 1", "material", node.material);
   if (const Status status = map(device); !status.ok()) return status;
@@ -125,6 +132,11 @@ Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, 
   pages.family_texels[page] =
       make_page_texel(node.origin, node.size, kFirstGroundPlace + static_cast<std::uint32_t>(node.quadrant),
                       node.row, node.material, node.cave);
+  if (has_node_places_) {
+    pages.family_places[page] = {static_cast<std::uint32_t>(node.key.x),
+                                 static_cast<std::uint32_t>(node.key.z),
+                                 static_cast<std::uint32_t>(node.key.size), 0};
+  }
   changed_page_rows_.set(in_buffer >> KARST_PAGE_ROW_BITS);
   uploaded_bytes_ += vertices.size_bytes();
   return {};
@@ -162,6 +174,8 @@ void VertexPages::upload_page_rows(const GlDevice& device, const PageTable& page
     if (!changed_page_rows_.test(row)) continue;
     upload_texels(device, row, 0, pages.texels);
     upload_texels(device, row, vertex_pages_, pages.family_texels);
+    if (has_node_places_)
+      upload_texels(device, rows + row, rows * kPageRowTexels + vertex_pages_, pages.family_places);
   }
   device.gl.BindTexture(GL_TEXTURE_2D, 0);
   leave_upload(device);

@@ -36,6 +36,8 @@ inline constexpr std::size_t kPageBytes = kPageVertices * sizeof(GpuVertex);
 inline int page_rows(std::uint32_t pages) {
   return static_cast<int>((pages + kPageRowTexels - 1) / kPageRowTexels);
 }
+// Places of nodes follow the pages' texels, from a row of their own on.
+int page_table_rows(const RendererSettings& settings);
 inline int morph_texture_rows(std::uint32_t patches) {
   return static_cast<int>((patches + kPatchesPerRow - 1) / kPatchesPerRow);
 }
@@ -45,6 +47,7 @@ struct NodePage {
   glm::ivec3 origin{0};       // voxels of its size; y within +-kMostPageHeight
   int size = 0;               // 0..kMostPageSize
   int quadrant = 0;           // of its family, 0..3 (NodeKey::quadrant)
+  NodeKey key = {};           // used where the settings' has_node_places()
   std::uint32_t row = 0;      // of its family, from ViewInput::first_family_row on
   std::uint8_t material = 0;  // the one that all of it has plus 1, or 0
   bool cave = false;          // it may be a cave or lit by lamps
@@ -83,6 +86,7 @@ class VertexPages {
 
   std::uint32_t vertex_pages_ = 0;
   std::uint32_t family_pages_ = 0;
+  bool has_node_places_ = false;
   std::uint32_t morph_rows_ = 0;                  // of patches
   std::uint32_t all_rows_ = 0;                    // and of families
   std::bitset<kMostPageRows> changed_page_rows_;  // rows of texels that the texture does not have yet

@@ -68,12 +68,23 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions = views[v].selection().whole_parts;
+    request.regions = views[v].selection().whole_parts | requests[v].skipped_parts;
   }
   all_ = motions.empty();
   complete(0, views.size(), all_, wait);
   for (std::size_t v = 0; v < views.size(); ++v) views[v].keep_parts(parts_drawn(v));
   costs.select_ms += ms_since(start);
+}
+
+std::uint32_t GroundFrame::parts_to_skip(std::size_t view) const {
+  return exists() ? requests_[view].regions & ~parts_drawn(view) : 0;
+}
+
+bool GroundFrame::lacks_skipped(std::span<const ViewRequest> requests) const {
+  for (std::size_t v = 0; v < requests.size(); ++v) {
+    if ((requests[v].skipped_parts & parts_drawn(v)) != 0) return true;
+  }
+  return false;
 }
 
 bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, double texel,
@@ -103,12 +114,14 @@ Status GroundFrame::upload(FrameCosts& costs) {
   Ground& ground = terrain_->ground;
   PageTable pages = terrain_->residency.pages();
   pages.family_texels = ground.texels();
+  pages.family_places = ground.places();
   NodeUpload node;
   while (ground.next_node(node)) {
     NodePage page;
     page.origin = node.origin;
     page.size = node.size;
     page.quadrant = node.quadrant;
+    page.key = node.key;
     page.row = node.row;
     if (const Status status =
             renderer_->upload_node(pages, node.page, page, node.vertices.first<kNodePageVertices>());

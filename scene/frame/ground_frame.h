@@ -28,6 +28,12 @@ class GroundFrame {
   // the reader takes. wait: until nothing is lacking that can be had; needs them empty.
   void select(std::span<ViewState> views, std::span<const ViewRequest> requests,
               std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs);
+  // Of which parts patches need not be chosen for a view: in its last frame the ground stood for them
+  // although their patches were there. Of parts that its request skips, select() takes them to be there
+  // still.
+  std::uint32_t parts_to_skip(std::size_t view) const;
+  // Whether a view draws any that were skipped: then all of it is to be selected again, without.
+  bool lacks_skipped(std::span<const ViewRequest> requests) const;
   // What select() asked for a view.
   const GroundRequest& request(std::size_t view) const { return requests_[view]; }
   // For a shadow map, at the error of a view; the last one's is given up. texel: lattice steps that casters

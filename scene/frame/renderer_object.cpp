@@ -108,6 +108,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     shadows.reach_voxels = std::ldexp(shadows.reach_voxels, finer);
   }
   shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
+  edit_version_ = world.editor.version;
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);
@@ -222,6 +223,7 @@ Status RendererObject::take_views(const FrameInput& input) {
     request.frustum_culling = inspection.skip_frustum;
     request.backface_culling = inspection.skip_backface;
     request.occlusion_culling = inspection.skip_occluded;
+    request.skipped_parts = ground_.parts_to_skip(n);
   }
   return {};
 }
@@ -250,6 +252,19 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   light_.haze_voxels =
       sun.visibility_m == 0 ? standard : sun.visibility_m / world.shown.voxel_size_m / kVisibilityPerHaze;
   if (!light_.validate().ok()) return refuse("beyond its range", "visibility_m");
+  return {};
+}
+
+// What edits have changed since the last frame, all of it: no frame shows a part of an edit.
+Status RendererObject::follow_edits() {
+  if (edit_version_ == world.editor.version) return {};
+  if (world.editor.sky_version > edit_version_) {
+    if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
+      return status;
+  }
+  shadows_.forget();
+  if (const Status status = work_.remake(costs); !status.ok()) return status;
+  edit_version_ = world.editor.version;
   return {};
 }
 
@@ -319,6 +334,10 @@ void RendererObject::count_views() {
     }
     const BuildDrawList::Result& list = view.selection().list;
     costs.patches_drawn += list.drawn;
+    for (std::size_t part = 0; requests_[n].skipped_parts >> part != 0; ++part) {
+      if ((requests_[n].skipped_parts >> part & 1u) != 0)
+        costs.patches_skipped += world.terrain.world.parts()[part].patches();
+    }
     costs.culled_frustum += list.culled_frustum;
     costs.culled_backface += list.culled_backface;
     costs.culled_occluded += list.culled_occluded;
@@ -381,12 +400,17 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   skips.cave = inspection.skip_cave;
   if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
   residency.begin_frame();
+  if (const Status status = follow_edits(); !status.ok()) return status;
   work_.begin_frame(input.work_ms > 0);
   const bool waits = first_frame_ || input.work_ms == 0;
   work_ms_ = input.work_ms;
   // Where memory suffices, what lacks is made before anything is drawn, and need not be cut before.
   const bool cuts = !waits || residency.governor().pool_full;
-  Status status = select(cuts);
+  Status status;
+  // A region is drawn whole or not at all: with a coarse version of all its patches, which stays, an eye that
+  // turns in a cave always sees it.
+  if (first_frame_ && world.terrain.world.ground().region_count > 0) status = work_.make_bases(costs);
+  if (status.ok()) status = select(cuts);
   if (status.ok() && waits) status = complete(cuts);
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
@@ -395,6 +419,13 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
   ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+  if (ground_.lacks_skipped(requests)) {
+    for (ViewRequest& request : requests_) request.skipped_parts = 0;
+    status = select(cuts);
+    if (status.ok() && waits) status = complete(cuts);
+    if (!status.ok()) return status;
+    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+  }
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
   status = imagery_.run(ground_, requests, motions, input.work_ms, waits, costs);
@@ -482,6 +513,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.level = ground_.level(input.camera);
     input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
+    input.pages.family_places = world.terrain.ground.places();
   }
   if (imagery_.exists()) {
     input.images = imagery_.place(n);

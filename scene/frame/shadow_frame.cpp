@@ -249,6 +249,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     pass.foot = ground_->foot();
     if (ground_->is_curved()) pass.level = ground_->level(cascade.eye).view;
     pass.pages.family_texels = terrain_->ground.texels();
+    pass.pages.family_places = terrain_->ground.places();
   }
   HostPass host = host_pass(input.casters, light_space_, cascade);
   if (input.casters.draw != nullptr) {

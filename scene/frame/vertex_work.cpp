@@ -62,6 +62,18 @@ bool VertexWork::generate_next(bool ahead, PatchUpload& next, Status& status) {
   return terrain_->residency.generate_next(ahead, next, status);
 }
 
+Status VertexWork::remake(FrameCosts& costs) {
+  const std::int64_t start = clock_ns();
+  PatchUpload next;
+  Status status;
+  while (status.ok() && terrain_->residency.remake_next(next, status)) {
+    status = upload(next);
+    ++costs.generated;
+  }
+  costs.generate_ms += ms_since(start);
+  return status;
+}
+
 Status VertexWork::make_bases(FrameCosts& costs) {
   const std::int64_t start = clock_ns();
   PatchUpload next;

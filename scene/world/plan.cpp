@@ -69,6 +69,8 @@ Status check_needs(const Needs& needs) {
     if (!inside(needs.drape_width, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_width");
     if (!inside(needs.drape_height, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_height");
   }
+  if (needs.edit_patches > 1u << 20)
+    return refuse("more than 2^20 patches", "edit_patches", needs.edit_patches);
   return {};
 }
 
@@ -117,15 +119,24 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
         std::max<std::uint64_t>(needs.vertex_bytes / (kPageVertices * sizeof(GpuVertex)), 1);
     const std::uint64_t all = std::uint64_t{config.max_patches} * slot_pages(finest);
     config.gpu_vertex_pages = static_cast<std::uint32_t>(std::min<std::uint64_t>({pages, all, kMostPages}));
+    // A cave whose patches lack vertices closes, and who is in it looks through the ground.
+    if (ground.region_count > 0)
+      config.gpu_vertex_pages = std::max(config.gpu_vertex_pages, std::min(config.max_patches, kMostPages));
     config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
     config.max_resident_patches = config.max_draw_items;
   }
 }
 
+// Behind all other limits.
+void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
+  if (needs.edit_patches == 0 || world.ground.exists()) return;
+  World::add_edit_room(needs.edit_patches, config);
+}
+
 // Holds fewer heights where all is more than may be taken; what is missing is read from the file when it is
 // needed.
 void fit_heights(std::uint64_t max_cpu, std::uint64_t taken, Config& config) {
-  if (taken <= max_cpu) return;
+  if (taken <= max_cpu || config.edit_patches > 0) return;
   const std::uint64_t over = taken - max_cpu;
   const std::uint64_t group = std::uint64_t{kHeightGroup} * sizeof(std::int16_t) *
                               static_cast<std::uint64_t>(patch_vertices(static_cast<int>(config.max_level)));
@@ -272,6 +283,7 @@ Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout
   layout = {};
   set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
+  set_edit_limits(world, needs, layout.config);
   return lay_out_config(world, needs, layout);
 }
 
@@ -364,7 +376,7 @@ void fill_plan(const PlanLayout& layout, Plan& plan) {
   add_term(plan, "queries", false, queries);
   add_term(plan, "staging", false, layout.staging_bytes);
   add_term(plan, "reading", false, layout.reading_bytes);
-  add_term(plan, "edits", false, layout.edit_bytes);
+  add_term(plan, "ground_edits", false, layout.edit_bytes);
   for (const ConfigField& field : kConfigFields) {
     if (plan.limit_count == std::size(plan.limits)) break;
     plan.limits[plan.limit_count++] = {

@@ -122,12 +122,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   }
 
   shown = public_info(world.reader());
-  const auto metres = [&](glm::ivec3 lattice) {
-    return from_glm(frame.origin_m +
-                    glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);
-  };
-  shown.low_m = metres(world.box().min);
-  shown.high_m = metres(world.box().max);
+  show_box();
 
   auto* const first = reinterpret_cast<QueryObject*>(objects.data());
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
@@ -141,6 +136,19 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
     }
   }
   return {};
+}
+
+void WorldObject::show_box() {
+  const core::World& world = terrain.world;
+  // An edit may have taken all there was.
+  if (world.free_patches() == world.patch_count() && !world.ground().exists()) return;
+  const WorldFrame& frame = placement.world();
+  const auto metres = [&](glm::ivec3 lattice) {
+    return from_glm(frame.origin_m +
+                    glm::dvec3(lattice) / static_cast<double>(kStepsPerVoxel) * frame.voxel_size_m);
+  };
+  shown.low_m = metres(world.box().min);
+  shown.high_m = metres(world.box().max);
 }
 
 Status WorldObject::open_ground(std::span<std::byte> memory, std::span<std::byte> edits) {
@@ -221,6 +229,21 @@ Status World::take_query(Query*& out) noexcept {
 
 void World::release(Query* query) noexcept {
   if (query != nullptr) static_cast<core::QueryObject*>(query)->taken.store(false);
+}
+
+Status World::take_editor(Editor*& out) noexcept {
+  out = nullptr;
+  core::WorldObject& world = core::self(this);
+  if (world.made_for.needs.edit_patches == 0)
+    return {StatusCode::invalid_argument, "the plan has no room for edits", "edit_patches"};
+  if (world.editor.taken.exchange(true))
+    return {StatusCode::limit_reached, "the world's one editor is taken", "editors", 2};
+  out = &world.editor;
+  return {};
+}
+
+void World::release(Editor* editor) noexcept {
+  if (editor != nullptr) static_cast<core::EditorObject*>(editor)->taken.store(false);
 }
 
 Vec3 World::to_world(Vec3 place) const noexcept {

@@ -2,17 +2,43 @@
 // karst::World: the terrain's parts, its queries and the room for its renderer, in the caller's memory.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
+#include "karst/edit.h"
 #include "karst/world.h"
 #include "scene/world/placement.h"
 #include "scene/world/plan_layout.h"
 #include "scene/world/query_object.h"
 #include "scene/world/tile_reader.h"
+#include "terrain/edit/edit.h"
+#include "terrain/edit/shape/edit_shape.h"
 #include "terrain/world/terrain_parts.h"
 
 namespace karst::core {
+
+struct WorldObject;
+
+// karst::Editor over the core's edits: places of the simulator's frame to voxels, and what follows from an
+// edit beyond the core's world (editor_object.cpp).
+struct EditorObject final : karst::Editor {
+  explicit EditorObject(WorldObject& owner) : world(owner) {}
+  ~EditorObject() = default;
+
+  Status apply(const karst::Edit& edit, EditResult& result);
+  Status save(const Sink& sink);
+
+  WorldObject& world;
+  std::uint64_t version = 0;      // one more with each change
+  std::uint64_t sky_version = 0;  // the last one that changed the sky
+  std::atomic<bool> taken{false};
+
+ private:
+  core::Edit in_voxels(const karst::Edit& edit) const;
+  Status follow(const EditChange& change, EditResult& result);
+};
 
 struct WorldObject final : karst::World {
   WorldObject() = default;
@@ -24,6 +50,7 @@ struct WorldObject final : karst::World {
   TileReading ground_reading() const {
     return ground_edits != nullptr ? ground_edits->overlay().reading() : tiles.reading();
   }
+  void show_box();  // in `shown`, that of the surface
   void say(Severity severity, const char* text) const {
     if (log.line != nullptr) log.line(log.user, severity, text);
   }
@@ -38,6 +65,7 @@ struct WorldObject final : karst::World {
   TileReader tiles;
   EditGround* ground_edits = nullptr;  // null: the ground is not edited
   std::span<QueryObject> queries;
+  EditorObject editor{*this};
   std::span<std::byte> renderer_room;  // of the renderer
   std::span<std::byte> staging;
   bool has_renderer = false;

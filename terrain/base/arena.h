@@ -29,12 +29,13 @@ enum class Consumer : std::uint8_t {
   scratch,
   queries,
   ground,
-  imagery
+  imagery,
+  edits
 };
-inline constexpr std::size_t kConsumerCount = 15;
+inline constexpr std::size_t kConsumerCount = 16;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
     "octets",    "volumes",      "patches",   "heights", "bounds",  "level_errors", "thresholds", "residency",
-    "occlusion", "index_tables", "draw_list", "scratch", "queries", "ground",       "imagery"};
+    "occlusion", "index_tables", "draw_list", "scratch", "queries", "ground",       "imagery",    "edits"};
 
 class Arena {
  public:

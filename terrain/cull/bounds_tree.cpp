@@ -84,8 +84,10 @@ void BoundsTree::refit(const Surface& surface, std::span<const PatchBounds> boun
       LatticeBox box = nothing();
       const std::uint32_t end = std::min((n + 1) * kFanOut, below);
       for (std::uint32_t child = n * kFanOut; child < end; ++child) {
-        box = join(box, row == 0 ? patch_box(surface, bounds, child) : node(row - 1, child));
+        const LatticeBox below_it = row == 0 ? patch_box(surface, bounds, child) : node(row - 1, child);
+        if (!is_nowhere(below_it)) box = join(box, below_it);
       }
+      if (box.min.x > box.max.x) box = {glm::ivec3(kNowhereSteps), glm::ivec3(kNowhereSteps)};
       storage_[begin_[row] + n] = box;
     }
     below = nodes(row);

@@ -22,6 +22,12 @@ inline LatticeBox patch_box(const Surface& surface, std::span<const PatchBounds>
           origin + glm::ivec3(b.max[0], b.max[1], b.max[2])};
 }
 
+// The box of free slots (kFreeVolume).
+inline constexpr std::int32_t kNowhereSteps = std::int32_t{kFreeCorner} << kLatticeBits;
+inline bool is_nowhere(const LatticeBox& box) {
+  return box.min.x == kNowhereSteps;
+}
+
 class BoundsTree {
  public:
   static constexpr int kFanOutLog2 = 3;
@@ -47,7 +53,8 @@ class BoundsTree {
     rows_ = 0;
   }
 
-  // Builds the tree anew. invalid_argument where bounds has not one box a patch; limit_reached, naming
+  // Builds the tree anew. Free slots of the surface are in no box; a node of free ones alone is is_nowhere().
+  // invalid_argument where bounds has not one box a patch; limit_reached, naming
   // max_patches, where storage is less than node_count(patches). The tree is unchanged on failure.
   Status build(const Surface& surface, std::span<const PatchBounds> bounds);
 

@@ -52,6 +52,7 @@ class Walk {
     eight.n = n;
     if (mask != kOutside) {
       unsigned in_view = (1u << tree_.patch_count(0, n)) - 1;
+      in_view &= ~unsigned{stage_.boxes[n].free};
       if (mask != 0) in_view &= ~outside(stage_.boxes[n], mask);
       eight.in_view = static_cast<std::uint8_t>(in_view);
       if (hidden) {

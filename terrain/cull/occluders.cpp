@@ -123,6 +123,7 @@ void Occluders::find_interior(const Surface& surface, std::span<const PatchBound
   interior_.max = extent * kStepsPerVoxel - kStepsPerHalfVoxel;
   interior_.max.y = kBoxReach;
   for (PatchId id = 0; id < surface.patches.size(); ++id) {
+    if (surface.is_free(id)) continue;
     for_each_open_face(surface, id, [&](int face) {
       const LatticeBox box = swept_box(surface, bounds, id);
       const int axis = face / 2;
@@ -163,6 +164,7 @@ void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& su
   const int shift = cell_bits(cell_log2_);
   widest_ = 0;
   for (PatchId id = 0; id < surface.patches.size(); ++id) {
+    if (surface.is_free(id)) continue;
     const LatticeBox swept = swept_box(surface, bounds, id);
     const LatticeBox box = patch_box(surface, bounds, id);
     for (int axis = 0; axis < 3; ++axis) {
@@ -248,7 +250,7 @@ bool Occluders::is_outside(const Octree& octree, const BoundsTree& tree, const S
     if (row == 0) {
       const PatchId first = tree.first_patch(0, n);
       for (PatchId id = first; id < first + tree.patch_count(0, n); ++id) {
-        if (touches(swept_box(surface, bounds, id), low, high)) return false;
+        if (!surface.is_free(id) && touches(swept_box(surface, bounds, id), low, high)) return false;
       }
       continue;
     }

@@ -17,6 +17,7 @@ void fill_patch_boxes(const Surface& surface, std::span<const PatchBounds> bound
       const PatchId id = n * PatchBoxes::kPatches + p;
       if (id >= patches) break;
       const Volume& volume = surface.volume_of(id);
+      if (surface.is_free(id)) boxes.free |= static_cast<std::uint8_t>(1u << p);
       for (int axis = 0; axis < 3; ++axis) {
         boxes.corner[axis][p] = static_cast<std::int16_t>(volume.corner[axis]);
         boxes.min[axis][p] = bounds[id].min[axis];

@@ -26,7 +26,8 @@ struct PatchBoxes {
   std::int16_t min[3][kPatches];     // PatchBounds
   std::int16_t max[3][kPatches];
   std::uint8_t collapsed;  // bit p: Patch::collapsed
-  std::uint8_t reserved[7];
+  std::uint8_t free;       // bit p: there is none in the slot
+  std::uint8_t reserved[6];
 
   glm::ivec3 origin(unsigned p) const {
     return glm::ivec3(corner[0][p], corner[1][p], corner[2][p]) * kStepsPerVoxel;

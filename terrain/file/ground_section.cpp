@@ -363,7 +363,6 @@ Fault check_imagery(const WorldGround& ground) {
   const TilePlace& root = ground.image_root;
   if (!imagery.exists() || static_cast<std::uint32_t>(imagery.format) >= kImageFormats)
     return {"the format is not known", kFormat};
-  if (ground.info.basis.is_curved()) return {"imagery lies over a plane alone", kFormat};
   if (imagery.least_size < 0 || imagery.least_size > ground.info.top_size())
     return {"the least size is not one of the ground's", kLeastSize};
   if (root.bytes != image_tile_bytes(imagery.format) || root.offset > ground.tile_bytes ||

@@ -13,10 +13,16 @@ namespace karst::core {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Of what is kept from size to size, which is rounded up to halves, 2^-10, in each.
 constexpr double kSlack = 1.002;
 constexpr double kKept = 1.0 - kNodeMorphShare;
+constexpr auto kOverKept = static_cast<float>(1.0 / kKept);
 // What sums of floats lose of a deviation at most, and steps that they lose of heights (2^27 steps, 24 bits).
 constexpr double kFloatSums = 1.0 + 1e-5;
+// Where a point is measured from the vertex that is not the nearer one, it is for this factor at least.
+constexpr float kSwitch = 1.03f;
+// A point of the full surface is as far from its reference as that strays; G times that over the least k.
+constexpr float kStrayOverDemand = static_cast<float>(kSteepest / kLeastDemand);
 
 bool is_power_of_two(double value) {
   int exponent = 0;
@@ -36,11 +42,112 @@ struct Span {
   }
 };
 
+double square(double x) {
+  return x * x;
+}
+
+// Which band a point is in whose squared distance is known.
+class Bands {
+ public:
+  explicit Bands(const double (&side)[2]) {
+    for (std::size_t n = 0; n < reach_.size(); ++n)
+      reach_[n] = static_cast<float>(square(kBandReach[n]) * (square(side[0]) + square(side[1])));
+  }
+  void take(std::array<float, kBands>& most, float deviation, float squared) const {
+    std::size_t band = 0;
+    for (const float reach : reach_) band += squared > reach ? 1 : 0;
+    most[band] = std::max(most[band], deviation);
+  }
+
+ private:
+  std::array<float, kBands - 1> reach_;
+};
+
+// The least and the greatest of deviations.
+struct Reach {
+  float low, high;
+  static Reach of(double value) { return {static_cast<float>(value), static_cast<float>(value)}; }
+  void take(const Reach& other) {
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+  }
+  float most(float under, float over) const { return std::max(-(low + under), high + over); }
+};
+
+// A vertex of the reference, or several: the full surface less the size's own, and less the state in which a
+// middle or the centre alone has arrived; squared distances from the middle and the centre; of a vertex also
+// the least and the greatest with a middle alone on its way.
+struct Point {
+  Reach home, middle_alone, centre_alone;
+  float to_middle, to_centre;
+  float low_edge, high_edge;
+
+  void take(const Point& other) {
+    home.take(other.home);
+    middle_alone.take(other.middle_alone);
+    centre_alone.take(other.centre_alone);
+    to_middle = std::max(to_middle, other.to_middle);
+    to_centre = std::max(to_centre, other.to_centre);
+  }
+};
+
+// Where the reference's vertices lie in a quad: the same for all quads of a size.
+class Lattice {
+ public:
+  struct Place {
+    float at_corner, at_middle, at_centre;  // weights in its child triangle
+    float to_middle, to_centre;             // squared, as seen from above
+    std::uint8_t edge;                      // of the middle
+    std::uint8_t beside;                    // on a diagonal the other edge that it lies at, else the same
+    std::uint8_t corner;                    // 2 edge, and 1 for the edge's second corner
+  };
+
+  Lattice(int along, const double (&side)[2]) : quads_(along) {
+    const double scale = 2.0 / along;
+    for (int k = 0; k <= along; ++k) {
+      const double v = k * scale - 1.0;
+      for (int i = 0; i <= along; ++i) {
+        const double u = i * scale - 1.0;
+        const bool to_side = std::abs(u) >= std::abs(v);
+        const int edge = to_side ? (u < 0 ? 0 : 2) : (v > 0 ? 1 : 3);
+        const double out = to_side ? std::abs(u) : std::abs(v);
+        const double along_edge = to_side ? (edge == 0 ? v : -v) : (edge == 1 ? u : -u);
+        const double at_corner = std::abs(along_edge);
+        const auto to_middle = [&](int e) {
+          return square((std::abs(u) - (e % 2 == 0 ? 1.0 : 0.0)) * side[0]) +
+                 square((std::abs(v) - (e % 2 == 0 ? 0.0 : 1.0)) * side[1]);
+        };
+        const int beside = out > at_corner ? edge : v > 0 ? 1 : 3;
+        places_[static_cast<std::size_t>(k * (kMostReferenceRows + 1) + i)] = {
+            static_cast<float>(at_corner),
+            static_cast<float>(out - at_corner),
+            static_cast<float>(1.0 - out),
+            static_cast<float>(std::max(to_middle(edge), to_middle(beside))),
+            static_cast<float>(square(u * side[0]) + square(v * side[1])),
+            static_cast<std::uint8_t>(edge),
+            static_cast<std::uint8_t>(beside),
+            static_cast<std::uint8_t>(2 * edge + (along_edge < 0 ? 0 : 1))};
+      }
+    }
+  }
+  int quads() const { return quads_; }
+  const Place* row(int k) const { return places_.data() + k * (kMostReferenceRows + 1); }
+
+ private:
+  int quads_;
+  std::array<Place, (kMostReferenceRows + 1) * (kMostReferenceRows + 1)> places_;
+};
+
 // A quad of a size within the rows of its reference grid.
 class QuadMeasure {
  public:
-  QuadMeasure(const MeasureQuads& job, std::int64_t x)
-      : job_(job), x_(x), quads_(1 << (job.size - reference_size(job.size))), first_(x * quads_) {}
+  QuadMeasure(const MeasureQuads& job, const Lattice& lattice, const Bands& bands, std::int64_t x)
+      : job_(job),
+        lattice_(lattice),
+        bands_(bands),
+        x_(x),
+        quads_(1 << (job.size - reference_size(job.size))),
+        first_(x * quads_) {}
 
   void run() const {
     const auto at = static_cast<std::size_t>(x_);
@@ -112,7 +219,7 @@ class QuadMeasure {
     const auto value = static_cast<float>(between);
     job_.out.below[at] = -value;
     job_.out.above[at] = value;
-    job_.out.most[at] = value;
+    for (const std::span<float> row : job_.out.most) row[at] = value;
     for (const std::span<float> row : job_.out.border) row[at] = value;
     job_.out.tall[at] = 2.0f * (static_cast<float>(job_.out.high[at]) - static_cast<float>(job_.out.low[at]));
   }
@@ -138,67 +245,97 @@ class QuadMeasure {
       back[edge] = middle[edge] - target[edge];
     }
     const double centre_back = centre - centre_target;
-    float most = 0, least_home = 0, greatest_home = 0;
+    // Whose middle is one of the node's border.
+    const std::int64_t last[2] = {quads_along(*job_.info, 0, job_.size) - 1,
+                                  quads_along(*job_.info, 1, job_.size) - 1};
+    const bool outer[4] = {x_ % kNodeQuads == 0, job_.k % kNodeQuads == kNodeQuads - 1 || job_.k == last[1],
+                           x_ % kNodeQuads == kNodeQuads - 1 || x_ == last[0], job_.k % kNodeQuads == 0};
+    float least_home = 0, greatest_home = 0;
+    std::array<float, kBands> most{};
     float border[4] = {};
-    const int n = quads_;
-    const double scale = 2.0 / n;
-    // Of the two vertex rows that a row of the reference's quads lies between: least and greatest of the full
-    // surface less the size's own, less any state, and less those in which an edge's middle alone is away.
-    struct Point {
-      float home, low, high, low_edge, high_edge;
-      int edge;
-    };
+    // Of a quad of size 1 the full surface is that of its children: halves of a triangle lie between points
+    // that the reference has not.
+    const bool exact = quads_ == 2;
+    const int n = lattice_.quads();
     Point rows[2][kMostReferenceRows + 1];
     for (int k = 0; k <= n; ++k) {
       Point* const row = rows[k & 1];
       const Point* const before = rows[(k + 1) & 1];
-      const double v = k * scale - 1.0;
+      const Lattice::Place* const places = lattice_.row(k);
       for (int i = 0; i <= n; ++i) {
-        const double u = i * scale - 1.0;
-        const bool to_side = std::abs(u) >= std::abs(v);
-        const int edge = to_side ? (u < 0 ? 0 : 2) : (v > 0 ? 1 : 3);
-        const double out = to_side ? std::abs(u) : std::abs(v);
-        const double along = to_side ? (edge == 0 ? v : -v) : (edge == 1 ? u : -u);
-        const double at_corner = std::abs(along);
-        const double at_middle = out - at_corner;
-        const double at_centre = 1.0 - out;
-        const double own =
-            at_corner * corner[edge][along < 0 ? 0 : 1] + at_middle * middle[edge] + at_centre * centre;
-        const double d = height(i, k) - own;
-        const double b = at_middle * back[edge];
+        const Lattice::Place& place = places[i];
+        const double at_middle = double{place.at_middle}, at_centre = double{place.at_centre};
+        const double own = double{place.at_corner} * corner[place.corner / 2][place.corner % 2] +
+                           at_middle * middle[place.edge] + at_centre * centre;
+        const double full = exact ? own : height(i, k);
+        const double d = full - own;
+        const double b = at_middle * back[place.edge];
         const double c = at_centre * centre_back;
         Point& p = row[i];
         // At the size itself both are at their targets.
-        p.home = static_cast<float>(d + b + c);
-        p.low = static_cast<float>(d + std::min(0.0, b) + std::min(0.0, c));
-        p.high = static_cast<float>(d + std::max(0.0, b) + std::max(0.0, c));
+        p.home = Reach::of(d + b + c);
+        p.middle_alone = Reach::of(d + b);
+        p.centre_alone = Reach::of(d + c);
         p.low_edge = static_cast<float>(d + std::min(0.0, b));
         p.high_edge = static_cast<float>(d + std::max(0.0, b));
-        // Where an edge's middle counts nothing other edges' triangles may be, too.
-        p.edge = at_middle > 0.0 ? edge : -1;
+        p.to_centre = place.to_centre + static_cast<float>(square(full - centre));
+        p.to_middle = place.to_middle + static_cast<float>(std::max(square(full - middle[place.edge]),
+                                                                    square(full - middle[place.beside])));
       }
-      for (int i = 0; k > 0 && i < n; ++i) {
-        const Point* const corners[4] = {&before[i], &before[i + 1], &row[i], &row[i + 1]};
-        const float under = below(i, k - 1);
-        const float over = above(i, k - 1);
-        for (const Point* p : corners) {
-          least_home = std::min(least_home, p->home + under);
-          greatest_home = std::max(greatest_home, p->home + over);
-          most = std::max(most, std::max(-(p->low + under), p->high + over));
-        }
-        // The child triangles of an edge that the quad lies in.
-        for (const Point* p : corners) {
-          const float value = std::max(-(p->low_edge + under), p->high_edge + over);
-          for (int edge = 0; edge < 4; ++edge) {
-            if (p->edge == edge || p->edge < 0) border[edge] = std::max(border[edge], value);
+      if (k == 0) continue;
+      Point left = before[0];
+      left.take(row[0]);
+      // In quads of the reference from the quad's middle, the further side.
+      const int far_row = std::max(n / 2 - k + 1, k - n / 2);
+      for (int i = 0; i < n; ++i) {
+        Point right = before[i + 1];
+        right.take(row[i + 1]);
+        Point all = left;
+        all.take(right);
+        left = right;
+        const float under = exact ? below(i / 2, (k - 1) / 2) : below(i, k - 1);
+        const float over = exact ? above(i / 2, (k - 1) / 2) : above(i, k - 1);
+        least_home = std::min(least_home, all.home.low + under);
+        greatest_home = std::max(greatest_home, all.home.high + over);
+        const float both = all.home.most(under, over);
+        const float middle_alone = all.middle_alone.most(under, over);
+        const float centre_alone = all.centre_alone.most(under, over);
+        // With the nearer one arrived, and at home: by the middle, by the centre.
+        const float arrived[2] = {std::max(both, middle_alone), std::max(both, centre_alone)};
+        const float at_home[2] = {kOverKept * centre_alone, kOverKept * middle_alone};
+        const float way[2] = {all.to_middle, all.to_centre};
+        // The edges in whose child triangles it lies: two on a diagonal.
+        const int far_column = std::max(n / 2 - i, i + 1 - n / 2);
+        const int beside = 2 * i < n ? 0 : 2, above_or_below = 2 * (k - 1) < n ? 3 : 1;
+        const bool is_outer =
+            (far_column >= far_row && outer[beside]) || (far_row >= far_column && outer[above_or_below]);
+        std::size_t by = std::max(far_column, far_row) <= n / 4 ? 1 : 0;
+        // The other one where that saves more than the way to it costs.
+        if (kSwitch * std::max(arrived[1 - by], at_home[1 - by]) < std::max(arrived[by], at_home[by]))
+          by = 1 - by;
+        if (is_outer) by = 1;
+        const float stray = kStrayOverDemand * std::max(-under, over);
+        bands_.take(most, arrived[by] + stray, way[by]);
+        bands_.take(most, at_home[by] + stray, std::max(way[0], way[1]) * (kOverKept * kOverKept));
+        if (!is_outer) continue;
+        // On a diagonal, where an edge's middle counts nothing, other edges' triangles may be, too.
+        const auto take = [&](const Point& p, const Lattice::Place& place) {
+          const float value = std::max(-(p.low_edge + under), p.high_edge + over);
+          for (std::size_t edge = 0; edge < 4; ++edge) {
+            if (outer[edge] && (place.edge == edge || !(place.at_middle > 0)))
+              border[edge] = std::max(border[edge], value);
           }
+        };
+        for (int corner_i = i; corner_i <= i + 1; ++corner_i) {
+          take(before[corner_i], lattice_.row(k - 1)[corner_i]);
+          take(row[corner_i], places[corner_i]);
         }
       }
     }
     const auto keep = [](float value) { return static_cast<float>(double{value} * kFloatSums); };
     job_.out.below[at] = keep(least_home);
     job_.out.above[at] = keep(greatest_home);
-    job_.out.most[at] = keep(most);
+    for (std::size_t band = 0; band < kBands; ++band) job_.out.most[band][at] = keep(most[band]);
     for (std::size_t edge = 0; edge < 4; ++edge) job_.out.border[edge][at] = keep(border[edge]);
     // Of a child: two middles and the centre with their targets, and a corner.
     double tall = 0;
@@ -215,6 +352,8 @@ class QuadMeasure {
   }
 
   const MeasureQuads& job_;
+  const Lattice& lattice_;
+  const Bands& bands_;
   std::int64_t x_;
   int quads_;
   std::int64_t first_;
@@ -240,20 +379,25 @@ void measure_quads(std::span<const std::int32_t> north, std::span<const std::int
     out.low[x] = std::min(std::min(north[x], north[x + 1]), std::min(south[x], south[x + 1]));
     out.high[x] = std::max(std::max(north[x], north[x + 1]), std::max(south[x], south[x + 1]));
   }
-  for (const std::span<float> row : {out.below, out.above, out.most, out.tall}) {
-    std::fill(row.begin(), row.end(), 0.0f);
-  }
+  for (const std::span<float> row : {out.below, out.above, out.tall}) std::fill(row.begin(), row.end(), 0.0f);
+  for (const std::span<float> row : out.most) std::fill(row.begin(), row.end(), 0.0f);
   for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
 }
 
 void MeasureQuads::run(std::int64_t first, std::int64_t last) const {
   const std::int64_t wide = quads_along(*info, 0, size);
-  for (std::int64_t x = first; x < std::min(wide, last); ++x) QuadMeasure(*this, x).run();
+  const double unit = std::ldexp(0.5, size);
+  const double side[2] = {unit * info->steps[0], unit * info->steps[1]};
+  const int quads = 1 << (size - reference_size(size));
+  const Lattice lattice(std::max(quads, 4), side);
+  const Bands bands(side);
+  for (std::int64_t x = first; x < std::min(wide, last); ++x) QuadMeasure(*this, lattice, bands, x).run();
   for (std::int64_t x = std::max(wide, first); x < last; ++x) {
     const auto at = static_cast<std::size_t>(x);
     // Nodes do not look at them.
     out.low[at] = out.high[at] = 0;
-    out.below[at] = out.above[at] = out.most[at] = out.tall[at] = 0;
+    out.below[at] = out.above[at] = out.tall[at] = 0;
+    for (const std::span<float> row : out.most) row[at] = 0;
     for (const std::span<float> row : out.border) row[at] = 0;
   }
 }
@@ -266,7 +410,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
   if (first_row) {
     std::fill(out.low.begin(), out.low.end(), std::numeric_limits<std::int32_t>::max());
     std::fill(out.high.begin(), out.high.end(), std::numeric_limits<std::int32_t>::min());
-    std::fill(out.most.begin(), out.most.end(), 0.0f);
+    for (const std::span<float> band : out.most) std::fill(band.begin(), band.end(), 0.0f);
     for (const std::span<float> row : out.border) std::fill(row.begin(), row.end(), 0.0f);
     std::fill(out.tall.begin(), out.tall.end(), 0.0f);
   }
@@ -278,7 +422,7 @@ void gather_nodes(const GroundInfo& info, int size, std::int64_t k, const QuadRo
       out.low[node] = std::min(out.low[node], quads.low[x]);
       out.high[node] = std::max(out.high[node], quads.high[x]);
       if (size == 0) continue;
-      raise(out.most[node], quads.most[x]);
+      for (std::size_t band = 0; band < kBands; ++band) raise(out.most[band][node], quads.most[band][x]);
       if (last_row) raise(out.border[1][node], quads.border[1][x]);
       if (first_row) raise(out.border[3][node], quads.border[3][x]);
       raise(out.tall[node], quads.tall[x]);
@@ -306,31 +450,36 @@ void MeasureNodes::run() const {
   const double quad[2] = {quads * info->steps[0], quads * info->steps[1]};
   const std::size_t nodes = own->low.size();
   for (std::size_t x = 0; x < nodes; ++x) {
-    double error = double{own->most[x]};
-    for (const std::span<float> border : own->border) error = std::max(error, double{border[x]} / kKept);
+    std::array<double, kBands> most;
+    for (std::size_t band = 0; band < kBands; ++band) most[band] = double{own->most[band][x]};
+    double border = 0, others = 0;  // deviations along it, and from its other side
+    for (const std::span<float> edge : own->border) border = std::max(border, double{edge[x]});
+    double tall = double{own->tall[x]};
     const auto other_side = [&](const NodeRow* row, std::size_t at, std::size_t edge) {
-      if (row != nullptr && at < nodes) error = std::max(error, double{row->border[edge][at]});
+      if (row == nullptr || at >= nodes) return;
+      others = std::max(others, double{row->border[edge][at]});
+      tall = std::max(tall, double{row->tall[at]});
     };
     const bool closes = info->closes();
     if (x > 0 || closes) other_side(own, x > 0 ? x - 1 : nodes - 1, 2);
     other_side(own, closes && x + 1 == nodes ? 0 : x + 1, 0);
     other_side(north, x, 1);
     other_side(south, x, 3);
-    double tall = double{own->tall[x]};
     std::int32_t low = own->low[x], high = own->high[x];
     if (x == 0 && has_seam_inside(*info, {size, last_column(*info, size), 0})) {
       // By its threshold all of what lies to the west goes.
       for (const NodeRow* row : {own, north, south}) {
         if (row == nullptr) continue;
-        error = std::max(error, double{row->most.back()});
-        for (const std::span<float> border : row->border)
-          error = std::max(error, double{border.back()} / kKept);
+        for (std::size_t band = 0; band < kBands; ++band)
+          most[band] = std::max(most[band], double{row->most[band].back()});
+        for (const std::span<float> edge : row->border) border = std::max(border, double{edge.back()});
         tall = std::max(tall, double{row->tall.back()});
         low = std::min(low, row->low.back());
         high = std::max(high, row->high.back());
       }
     }
-    error += rounding;
+    // Beside each of those.
+    double error = rounding;
     double stretch = 1, pad = 8 * unit;
     if (curved) {
       stretch = height_stretch(*info, low, high);
@@ -339,10 +488,18 @@ void MeasureNodes::run() const {
       error += curved_error(*info, size, low, high, stretch) * steps_per_m / kKept;
     }
     const double reach = length(quad[0] * stretch, tall, quad[1] * stretch) + pad;
-    const double least = kSteepest * reach / kKept;
+    const double diagonal = length(quad[0], 0, quad[1]) * stretch;
     const std::span<std::uint16_t> out = own->thresholds.subspan(x * kDemands, kDemands);
     double steps[kDemands];
-    for (int n = 0; n < kDemands; ++n) steps[n] = demand(n) * error + least;
+    for (int n = 0; n < kDemands; ++n) {
+      const double k = demand(n);
+      steps[n] = (k * (border + error) + kSteepest * reach) / kKept;
+      steps[n] = std::max(steps[n], k * (others + error) + kSteepest * reach);
+      for (std::size_t band = 0; band < kBands; ++band) {
+        const double within = band + 1 < kBands ? kBandReach[band] * diagonal + pad : reach / kKept;
+        steps[n] = std::max(steps[n], k * (most[band] + error) + kSteepest * within);
+      }
+    }
     const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
     for (std::size_t k = 0; k < regions.size(); ++k) {
       const RegionMeasure& region = regions[k];

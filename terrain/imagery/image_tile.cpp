@@ -21,7 +21,7 @@ Status check_image_tile(const GroundInfo& ground, const ImageryInfo& imagery, No
     const TilePlace& child = read.places[quadrant];
     if (child == TilePlace()) continue;
     if (key.size <= imagery.least_size) return corrupt("has a child of a size that there is none of");
-    if (!node_exists(ground, key.child(quadrant))) return corrupt("a child lies outside of the ground");
+    if (!image_tile_exists(ground, key.child(quadrant))) return corrupt("a child lies outside of the ground");
     if (child.bytes != length) return corrupt("a child is of another length than all are");
     if (child.offset > place.offset || place.offset - child.offset < child.bytes)
       return corrupt("a child does not end before its parent");

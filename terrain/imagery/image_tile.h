@@ -68,6 +68,21 @@ constexpr std::size_t image_tile_bytes(ImageFormat format) {
   return kImageHeadBytes + image_texel_bytes(format);
 }
 
+// Of the tile that all others descend from: the ground's top_size(), or, of a cube, that of a node over all
+// cells of its grid, since a cube has six roots. Tiles of such sizes are not looked up.
+inline int image_top_size(const GroundInfo& ground) {
+  int size = ground.top_size();
+  for (int cells = 1; ground.is_cube() && cells < kCubeCells[0]; cells *= 2) ++size;
+  return size;
+}
+// Whether a tile may cover some of the ground.
+inline bool image_tile_exists(const GroundInfo& ground, NodeKey key) {
+  const int above = key.size - ground.top_size();
+  if (above <= 0) return node_exists(ground, key);
+  return key.x >= 0 && key.z >= 0 && key.x << above < kCubeCells[0] && key.z << above < kCubeCells[1];
+}
+static_assert(kCubeCells[0] >= kCubeCells[1]);
+
 // Where a tile's children lie.
 struct ImageChildren {
   TilePlace places[4];

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/basis/basis.h"
 #include "terrain/ground/ground_box.h"
 
 namespace karst::core {
@@ -29,6 +30,17 @@ bool needs(const ImageRequest& request, const NodeBox& box, NodeKey key, double 
   if (!request.forecast->sees(ball)) return false;
   // It is because its parent's texels are too large.
   return 2 * texel > pixel_voxels(box, request.forecast->eye(), request.camera->parallel, request.pixel);
+}
+
+// Pixels that a texel covers where nothing but the ground's own colours would be drawn.
+constexpr float kMostUrgent = 1e6f;
+
+// The node that lies where a tile of the top size does; -1: the view did not look at it.
+std::int32_t root_of(std::span<const GroundView::Node> nodes, NodeKey key) {
+  for (std::size_t n = 0; n < nodes.size() && nodes[n].key.size >= key.size; ++n) {
+    if (nodes[n].key == key) return static_cast<std::int32_t>(n);
+  }
+  return -1;
 }
 
 std::size_t entry_of(int x, int z) {
@@ -61,7 +73,19 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
   place_ = {};
   place_.least_size = imagery.least_size;
   place_.top_size = info.top_size();
-  for (int axis = 0; axis < 2; ++axis) {
+  place_.root_size = image_top_size(info);
+  if (info.basis.is_curved()) {
+    place_.centre[0] = place_.centre[1] = 0;
+    GridPlace at;
+    if (grid_of(info.basis, eye * (info.basis.height_unit_m / kVertexStep), at)) {
+      for (int axis = 0; axis < 2; ++axis) {
+        const double last = std::ceil(static_cast<double>(info.samples[axis] - 1) / kNodeQuads) - 1;
+        const double node = std::floor((axis == 0 ? at.i : at.k) / kNodeQuads);
+        place_.centre[axis] = static_cast<std::int32_t>(std::clamp(node, 0.0, last));
+      }
+    }
+  }
+  for (int axis = 0; axis < 2 && !info.basis.is_curved(); ++axis) {
     const double tile_steps = info.steps[axis] * kNodeQuads;
     const auto corner = static_cast<double>(info.corner[axis] * kVertexStep);
     const double at = (eye[2 * axis] - corner) / tile_steps;
@@ -76,7 +100,8 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
   const std::span<const GroundView::Node> nodes = ground.nodes();
   std::array<Visit, 4 * kImageSizes> stack;
   std::size_t depth = 0;
-  stack[depth++] = {cache.root(), nodes.empty() ? -1 : 0, info.low, info.high, cache.root_place()};
+  stack[depth++] = {cache.root(), nodes.empty() || info.is_cube() ? -1 : 0, info.low, info.high,
+                    cache.root_place()};
   while (depth > 0) {
     Visit visit = stack[--depth];
     if (visit.node >= 0) {
@@ -89,6 +114,24 @@ void ImageView::select(const GroundInfo& info, const ImageryInfo& imagery, const
       }
     }
     ++result_.visited;
+    if (visit.key.size > info.top_size()) {
+      // On the way to the roots of a cube.
+      const std::int32_t layer = cache.find(visit.key);
+      if (layer < 0) {
+        ++result_.lacking;
+        cache.want(visit.key, visit.place, kMostUrgent);
+        result_.coarsest_px = std::max(result_.coarsest_px, kMostUrgent);
+        continue;
+      }
+      for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        const TilePlace& place = cache.children(layer).places[quadrant];
+        if (!place.exists() || visit.key.size <= imagery.least_size) continue;
+        const NodeKey key = visit.key.child(quadrant);
+        KARST_ASSERT(depth < stack.size());
+        stack[depth++] = {key, root_of(nodes, key), visit.low, visit.high, place};
+      }
+      continue;
+    }
     NodeMeasure measure;
     measure.low = visit.low;
     measure.high = visit.high;
@@ -130,12 +173,12 @@ void ImageView::make_table(const ImageCache& cache) {
   std::copy(std::begin(place_.centre), std::end(place_.centre), made_centre_);
   constexpr int kHalf = kImageWindow / 2;
   std::array<std::uint16_t, kImageWindowTiles> part{};
-  for (int size = place_.top_size; size >= place_.least_size; --size) {
+  for (int size = place_.root_size; size >= place_.least_size; --size) {
     const int first_x = (place_.centre[0] >> size) - kHalf;
     const int first_z = (place_.centre[1] >> size) - kHalf;
     const auto own =
         storage_.table.subspan(static_cast<std::size_t>(size) * kImageWindowTiles, kImageWindowTiles);
-    if (size == place_.top_size) {
+    if (size == place_.root_size) {
       part.fill(0);
     } else {
       // As the size above has it, one size coarser.

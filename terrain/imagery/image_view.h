@@ -6,6 +6,8 @@
 // the eye is over, and in each place the layer that has the tile, or the nearest coarser one that there is:
 //   bits 0..9   layer + 1; 0: no image is there
 //   bits 10..15 how many sizes coarser its tile is
+// On a plane a pixel's place among tiles follows from its place from the eye; on a curved basis from those of
+// its triangle's samples, which the page table has (gles_shaders/terrain_vertex.glsl).
 // Size s is looked up where a texel of it is at most a pixel, and one of s + 1 more; so a pixel of size s is
 // within 2^s / (240 pixel) tiles' sides of the eye, which is inside of the window but for telescopes.
 #pragma once
@@ -37,11 +39,13 @@ struct ImageRequest {
 // Where a view's pixels begin to look.
 struct ImagePlace {
   std::int32_t centre[2] = {};  // the tile of size 0 that the windows lie around
+  // Of a plane alone.
   float eye[2] = {};            // from its corner, in tiles of size 0
   float tiles_a_voxel[2] = {};  // of size 0
   float texels_a_voxel = 0;     // of size 0, along the axis that has fewer
   std::int32_t least_size = 0;
   std::int32_t top_size = 0;
+  std::int32_t root_size = 0;  // image_top_size(): where the table begins
 };
 
 // Of a texel of a size, voxels along the axis that has more.

@@ -18,7 +18,7 @@ void Imagery::attach(const GroundInfo& ground, const ImageryInfo& imagery, const
   KARST_ASSERT(ground.exists() && imagery.exists());
   ground_ = ground;
   info_ = imagery;
-  cache_.reset(source, {ground.top_size(), 0, 0}, root);
+  cache_.reset(source, {image_top_size(ground), 0, 0}, root);
   forget();
 }
 

@@ -19,6 +19,21 @@ struct Visit {
   bool wants_image = false;  // that of its parent is there, and too coarse
 };
 
+// Where the image tile over a root lies: of a cube, as far as what is above it is there.
+TilePlace place_of_root(ImageCache& images, NodeKey key) {
+  NodeKey at = images.root();
+  TilePlace place = images.root_place();
+  while (at.size > key.size && place.exists()) {
+    const std::int32_t layer = images.find_ahead(at);
+    if (layer < 0) return {};
+    const int below = at.size - 1 - key.size;
+    const int quadrant = (key.x >> below & 1) | (key.z >> below & 1) << 1;
+    place = images.children(layer).places[quadrant];
+    at = at.child(quadrant);
+  }
+  return place;
+}
+
 }  // namespace
 
 LookAhead::Result LookAhead::run() const {
@@ -34,9 +49,9 @@ LookAhead::Result LookAhead::run() const {
       if (!node_exists(info, key)) continue;
       Visit& root = stack[depth++];
       root = {key, tiles->find_ahead(tile_of(key)), info.low, info.high, {}, false};
-      if (images == nullptr || !(key == images->root())) continue;
-      root.image = images->root_place();
-      root.wants_image = true;
+      if (images == nullptr) continue;
+      root.image = place_of_root(*images, key);
+      root.wants_image = root.image.exists();
     }
   }
   while (depth > 0 && result.visited < most_visits) {

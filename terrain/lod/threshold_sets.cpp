@@ -6,6 +6,12 @@
 #include "terrain/base/check.h"
 
 namespace karst::core {
+namespace {
+
+// No threshold: in rows that the GPU does not have.
+constexpr std::uint16_t kNoHalf = 0xffff;
+
+}  // namespace
 
 Status ThresholdSets::create(const Config& config, Arena& arena) {
   count_ = static_cast<int>(config.max_views);
@@ -22,6 +28,11 @@ void ThresholdSets::reset() {
 
 void ThresholdSets::forget_rows() {
   for (Set& set : sets_) set.dirty_begin = set.dirty_end = 0;
+  std::fill(blocks_.rows.begin(), blocks_.rows.end(), kNoHalf);
+}
+
+void ThresholdSets::outdate() {
+  for (Set& set : sets_) set.version = 0;
 }
 
 int ThresholdSets::find(const Key& key) const {
@@ -121,8 +132,11 @@ void ThresholdSets::touch_row(int index, const Surface& surface, PatchId first, 
   KARST_ASSERT(row < rows_a_set_);
   Set& set = sets_[static_cast<std::size_t>(index)];
   const std::size_t at = (std::size_t{first_row(index)} + row) * kMorphRow;
-  make_morph_row(surface, all_lods(index).subspan(first, surface.patches.size()), patch - first,
-                 std::span<std::uint16_t, kMorphRow>(blocks_.rows.data() + at, kMorphRow));
+  std::array<std::uint16_t, kMorphRow> made;
+  make_morph_row(surface, all_lods(index).subspan(first, surface.patches.size()), patch - first, made);
+  const auto held = blocks_.rows.subspan(at, kMorphRow);
+  if (std::equal(made.begin(), made.end(), held.begin())) return;
+  std::copy(made.begin(), made.end(), held.begin());
   if (set.dirty_begin == set.dirty_end) set.dirty_begin = set.dirty_end = row;
   set.dirty_begin = std::min(set.dirty_begin, row);
   set.dirty_end = std::max(set.dirty_end, row + 1);

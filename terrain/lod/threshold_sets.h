@@ -43,6 +43,8 @@ class ThresholdSets {
   void reset();
   // Forgets what the GPU has, keeps thresholds: resident patches have to be touched again.
   void forget_rows();
+  // Makes all thresholds anew in the next fill(): what they depend on has changed. The GPU keeps its rows.
+  void outdate();
 
   // Which set each view uses in a frame. sets: in, those of the last frame, or -1; out, as many as keys, at
   // most Config::max_views. A set that holds a view's thresholds already is taken first, then its old one.

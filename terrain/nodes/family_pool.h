@@ -29,14 +29,17 @@ class FamilyPool {
 
   struct Storage {
     std::span<Family> families;
-    std::span<std::uint32_t> chains;  // as many
-    std::span<PageTexel> texels;      // by page, for the renderer
+    std::span<std::uint32_t> chains;   // as many
+    std::span<PageTexel> texels;       // by page, for the renderer
+    std::span<PageTexel> places = {};  // the same, where there is imagery
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       visit(Consumer::ground, config.ground_families, families);
       visit(Consumer::ground, config.ground_families, chains);
-      visit(Consumer::ground, 4 * std::size_t{config.ground_families}, texels);
+      const std::size_t pages = 4 * std::size_t{config.ground_families};
+      visit(Consumer::ground, pages, texels);
+      visit(Consumer::imagery, config.image_layers == 0 ? 0 : pages, places);
     }
   };
   void create(const Storage& storage) { storage_ = storage; }
@@ -52,6 +55,7 @@ class FamilyPool {
 
   // Lent to the renderer, which alone writes and reads them.
   std::span<PageTexel> texels() const { return storage_.texels; }
+  std::span<PageTexel> places() const { return storage_.places; }
   std::uint32_t count() const { return static_cast<std::uint32_t>(storage_.families.size()); }
   bool is_filled(std::uint32_t family, int quadrant) const {
     return (storage_.families[family].filled >> quadrant & 1) != 0;

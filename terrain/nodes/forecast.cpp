@@ -15,8 +15,6 @@ namespace karst::core {
 namespace {
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
-// What halves and floats lose of a threshold and of distances: a factor a size.
-constexpr double kThresholdRounding = 1.0 + 0x1p-9;
 // Of a box's corner, what a plane of float coefficients and the GPU may be off by (frustum.cpp).
 constexpr double kPlaneRounding = 0x1p-19;
 
@@ -25,12 +23,16 @@ constexpr double kPlaneRounding = 0x1p-19;
 NodeThresholds::NodeThresholds(const GroundInfo& info, const GroundRequest& request)
     : morphing(request.morphing) {
   const float least_cos2 = request.scale.least_cos2;
-  const double rounding = kThresholdRounding * (least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2});
+  // What floats lose of distances, a factor a size; what halves do is in what was measured.
+  const double rounding = least_cos2 < 0.0f ? 1.0 : 1.0 + 0x1p-16 / double{least_cos2};
   unit[0] = std::ldexp(1.0, info.lattice_size);
   for (std::size_t size = 1; size < unit.size(); ++size) unit[size] = unit[size - 1] * 2 * rounding;
   const bool by_error = request.sides_away <= 0;
   is_finite = !by_error || request.scale.steps_per_step < kInfinite;
-  demand = place_of_demand(by_error && is_finite ? double{request.scale.steps_per_step} : 1.0);
+  // Distances of deviations are those of the full surface's points (measure_ground.h). A point in the picture
+  // whose full one is beyond the picture's corner is nearer than that by least_cos2 of the deviation at most.
+  demand = place_of_demand(
+      by_error && is_finite ? double{request.scale.steps_per_step} + std::max(0.0, double{least_cos2}) : 1.0);
   steps_away =
       std::max(request.sides_away, 0.0) * kNodeQuads * std::max(info.steps[0], info.steps[1]) / unit[0];
 }

@@ -133,6 +133,7 @@ struct GroundView::Looks {
   glm::vec3 forward;
   std::uint32_t regions;  // that there are and that are asked for
   int top = 0;
+  unsigned walls = 15;  // that may face the eye, by edge
   Horizon horizon{};
   const Forecast* forecast = nullptr;  // of when what is asked for will have come; null: nothing moves
 
@@ -152,6 +153,25 @@ struct GroundView::Looks {
   std::array<Found, 4> found_{};
 };
 
+// Walls stand upright where the ground ends: those of an end that the eye is within are seen from behind, if
+// at all. slack: what their places are rounded by, steps.
+unsigned GroundView::facing_walls(const Looks& looks, double slack) {
+  const GroundRequest& request = looks.request;
+  const bool any = looks.info.basis.is_curved() || !request.culls || request.frustum != nullptr ||
+                   request.camera->parallel;
+  if (any) return 15;
+  const glm::dvec3 eye = looks.corner + looks.fine;
+  const auto place = [&](int axis, std::int64_t sample) {
+    return static_cast<double>(sample_place(looks.info, axis, sample) * kVertexStep);
+  };
+  const auto within = [&](int axis, unsigned low, unsigned high) {
+    const double at = eye[2 * axis];
+    return (at < place(axis, 0) + slack ? low : 0u) |
+           (at > place(axis, looks.info.samples[axis] - 1) - slack ? high : 0u);
+  };
+  return within(0, 1, 4) | within(1, 8, 2);
+}
+
 void GroundView::select(const GroundInfo& info, const GroundRequest& request, TileCache& tiles,
                         FamilyPool& pool) {
   KARST_ASSERT(info.exists() && request.camera != nullptr);
@@ -166,6 +186,7 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   }
   Looks looks(info, request, tiles);
   looks.top = info.top_size();
+  looks.walls = facing_walls(looks, std::ldexp(4.0, info.page_size(looks.top)));
   std::optional<Forecast> forecast;
   if (request.motion != glm::dvec3(0.0))
     looks.forecast = &forecast.emplace(info, request, request.motion * (kOfUse * tiles.frames_to_come()));
@@ -189,6 +210,8 @@ void GroundView::select(const GroundInfo& info, const GroundRequest& request, Ti
   }
   result_.visited = node_count_;
   result_.regions = left_regions(looks);
+  for (std::uint32_t rest = looks.regions & ~result_.regions; rest != 0; rest &= rest - 1)
+    add_bound_of_closed(looks, rest & ~(rest - 1));
   list(looks);
 }
 
@@ -256,21 +279,38 @@ void GroundView::look_at_ball(const Looks& looks, Node& node) {
     }
     if (node.in_view && looks.horizon.hides(measure, ball)) node.in_view = false;
   }
-  node.least_apparent = least_apparent(looks, centre, ball.radius);
+  node.least_apparent = least_apparent(looks, centre, ball.radius, nullptr);
   set_threshold(looks, node);
 }
 
 // As least_apparent_distance(), in double but for what the GPU computes in float. centre: from the camera's
-// voxel.
-float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius) {
+// voxel. half: of a box, or a ball's radius. At distance r, ahead z and with u = z / r, rho is the greater of
+// two functions, each of which is bounded from the centre. least_cos2 r is convex: it is not below its
+// tangent. z^2 / r has the gradient 2 u forward - u^2 way and curves down by 1 / r at most: eigenvalues of r
+// times its second derivatives are 0, 2 - 3 u^2 and -u^2. So within a radius R it is below its tangent by R^2
+// / (2 (r - R)) at most, as long as all is in front of the eye.
+float GroundView::least_apparent(const Looks& looks, const glm::dvec3& centre, double radius,
+                                 const glm::dvec3* half) {
   const float least_cos2 = looks.request.scale.least_cos2;
   if (least_cos2 < 0.0f) return -least_cos2;
   const glm::dvec3 d = centre - looks.fine;
-  const double reach = kSteepest * radius;
   const double r = glm::length(d);
-  const double ahead = std::max(0.0, glm::dot(d, glm::dvec3(looks.forward)));
-  const double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0);
-  return static_cast<float>(seen - r * 0x1p-17 - (reach + 2.0));
+  const glm::dvec3 forward(looks.forward);
+  const double ahead = std::max(0.0, glm::dot(d, forward));
+  double seen = std::max(ahead * ahead, double{least_cos2} * r * r) / std::max(r, 1.0) - kSteepest * radius;
+  if (r > 2 * radius) {
+    const glm::dvec3 way = d / r;
+    const auto falls_by = [&](const glm::dvec3& gradient) {
+      return half != nullptr ? glm::dot(glm::abs(gradient), *half) : glm::length(gradient) * radius;
+    };
+    seen = std::max(seen, double{least_cos2} * (r - falls_by(way)));
+    if (ahead > radius) {
+      const double u = ahead / r;
+      seen = std::max(
+          seen, u * ahead - falls_by(u * (2.0 * forward - u * way)) - 0.5 * radius * radius / (r - radius));
+    }
+  }
+  return static_cast<float>(seen - r * 0x1p-17 - 2.0);
 }
 
 // Of regions that touch its parent, those that touch a node.
@@ -298,7 +338,7 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
       high.y = std::max(high.y, static_cast<double>(region.belt_high) - looks.corner.y);
     }
     // Walls are not in its box.
-    if (node.walls != 0) {
+    if ((node.walls & looks.walls) != 0) {
       low.y = std::min(low.y, double(std::int64_t{looks.info.low} * kVertexStep) - looks.corner.y);
     }
     const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
@@ -325,7 +365,8 @@ void GroundView::look_at(const Looks& looks, const NodeBox& box, Node& node) {
   }
   low.y = lowest;
   high.y = highest;
-  node.least_apparent = least_apparent(looks, 0.5 * (low + high), 0.5 * glm::length(high - low));
+  const glm::dvec3 half = 0.5 * (high - low);
+  node.least_apparent = least_apparent(looks, low + half, glm::length(half), &half);
   set_threshold(looks, node);
 }
 
@@ -578,6 +619,31 @@ std::uint32_t GroundView::left_regions(const Looks& looks) const {
   return left;
 }
 
+// Of a region that the ground stands for. Where a node that has it in part is not to be split, (3) holds for
+// all of it. Else it is closed for want of data, and however near: what a node there is off by and the
+// region's own error, which such nodes' errors are not below.
+void GroundView::add_bound_of_closed(const Looks& looks, std::uint32_t bit) {
+  const GroundRegion& region = looks.info.regions()[static_cast<std::size_t>(std::countr_zero(bit))];
+  const auto error_of = [&](const Node& node) {
+    return node.key.size == 0
+               ? 0.0f
+               : most_error(looks.info, node.tile->nodes[node_in_tile(node.key)], node.key.size);
+  };
+  float error = kInfinite;
+  for (const Node& node : nodes()) {
+    if ((node.touches & bit) == 0 || !node.in_view || in_region(region, node.key) != InRegion::part) continue;
+    if (!node.is_split() && !node.refused) return;
+    error = std::min(error, error_of(node));
+  }
+  for (const Node& node : nodes()) {
+    if ((node.touches & bit) == 0 || !node.in_view || node.is_split()) continue;
+    if (in_region(region, node.key) == InRegion::none) continue;
+    const float off = error + error_of(node), left = node.least_apparent - off;
+    const float px = left > 0.0f ? looks.request.scale.pixels * off / left : kInfinite;
+    result_.bound_px = std::max(result_.bound_px, px);
+  }
+}
+
 // Whether a region that is drawn has all of a node.
 bool GroundView::is_left_out(const Looks& looks, const Node& node) const {
   for (std::uint32_t rest = node.touches & result_.regions; rest != 0; rest &= rest - 1) {
@@ -606,7 +672,8 @@ void GroundView::list(const Looks& looks) {
         if (node.around[edge] == Node::kNotThere) item.lower_edges |= static_cast<std::uint8_t>(1 << edge);
       }
       // Where a function says, what is below is not known.
-      item.walls = looks.info.basis.kind == BasisKind::function ? std::uint8_t{0} : node.walls;
+      const unsigned walls = looks.info.basis.kind == BasisKind::function ? 0u : node.walls & looks.walls;
+      item.walls = static_cast<std::uint8_t>(walls);
       storage_.item_nodes[result_.drawn] = at;
       storage_.items[result_.drawn++] = item;
       result_.triangles +=

@@ -6,11 +6,11 @@
 // error scale S / error_px.
 //
 // Thresholds. A node p of size s >= 1 has one threshold, a function of k = S / error_px + 1 that is measured
-// when the ground is made (NodeMeasure, demand.h, measure_ground.h), times f^s, f being a little above 1, for
-// rounding. The vertices of p's family, even ones too, go from home to their targets, which are places of p's
-// own vertices and midpoints between them, over the last sigma before D(p); on p's border before the least
-// threshold of all nodes of p's size that share the vertex. p is split where its least rho is below D(p).
-// With R(q) the most that rho changes in q's box,
+// when the ground is made (NodeMeasure, demand.h, measure_ground.h), times f^s, f being 1 and what floats
+// lose of distances. The vertices of p's family, even ones too, go from home to their targets, which are
+// places of p's own vertices and midpoints between them, over the last sigma before D(p); on p's border
+// before the least threshold of all nodes of p's size that share the vertex. p is split where its least rho
+// is below D(p). With R(q) the most that rho changes in q's box,
 //   (1)  D(p) >= k error + G reach / (1 - sigma)
 //   (2)  (1 - sigma) D(p) >= D(q) + R(q)      for every q of size s - 1 that touches p
 //
@@ -38,9 +38,10 @@
 // diagonal of a box of both. So where any point of the region has rho < k error, every such p is split: then
 // the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
 // that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
-// closed, and the region is not: it is within the bound of the ground, or the node counts as refused. Each
-// region is drawn or not whatever becomes of the others. A node at a border counts as in view where its piece
-// of the belt may be, which reaches from its edge up or down to the region's rim.
+// closed, and the region is not: the ground of size 0 is within error_px of it, to which comes what the drawn
+// ground is off by; or such a node was refused, and bound_px counts both. Each region is drawn or not
+// whatever becomes of the others. A node at a border counts as in view where its piece of the belt may be,
+// which reaches from its edge up or down to the region's rim.
 //
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the
@@ -78,7 +79,7 @@ struct GroundRequest {
   // distance / (width * detail * (1 + error)), but that the least demand's threshold is added for the error).
   // A sum of two thresholds that keep (2) below keeps it. Nothing is promised of the error then.
   double sides_away = 0;
-  bool culls = true;  // what is out of the frustum is not listed
+  bool culls = true;  // what is out of the frustum is not listed, nor walls that face away
   // Null: the camera's. Else planes from the ground's corner; the camera is then only what distances are
   // from.
   const Frustum* frustum = nullptr;
@@ -184,6 +185,7 @@ class GroundView {
  private:
   struct Looks;
 
+  static unsigned facing_walls(const Looks& looks, double slack);
   bool add_roots(const Looks& looks, FamilyPool& pool);
   void add_children(const Looks& looks, std::int32_t parent);
   void link_children(const Looks& looks, std::int32_t parent);
@@ -191,12 +193,14 @@ class GroundView {
                                      std::span<const std::int32_t> first);
   static void look_at_ball(const Looks& looks, Node& node);
   static void set_threshold(const Looks& looks, Node& node);
-  static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius);
+  static float least_apparent(const Looks& looks, const glm::dvec3& centre, double radius,
+                              const glm::dvec3* half);
   static void look_at(const Looks& looks, const NodeBox& box, Node& node);
   void decide(Looks& looks, FamilyPool& pool, Node& node);
   void make_row(const Looks& looks, const Node& node);
   void store_row(std::uint32_t row, std::span<const std::uint16_t, kMorphRow> halves);
   std::uint32_t left_regions(const Looks& looks) const;
+  void add_bound_of_closed(const Looks& looks, std::uint32_t bit);
   bool is_left_out(const Looks& looks, const Node& node) const;
   static std::uint16_t touched(const Looks& looks, std::uint32_t of_parent, NodeKey key);
   void list(const Looks& looks);

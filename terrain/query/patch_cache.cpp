@@ -13,6 +13,8 @@ namespace {
 
 using simd::Int4;
 
+constexpr PatchId kNoPatch = 0xffffffffu;
+
 // Vertices of a patch lie within half a voxel of its origin before they are displaced.
 constexpr std::int32_t kUndisplacedReach = kStepsPerHalfVoxel;
 
@@ -194,6 +196,20 @@ std::uint32_t QueryPatches::take_slot(PatchId patch) {
   head(patch) = slot;
   use(slot);
   return slot;
+}
+
+// A slot that is forgotten holds a patch that there is none of, until it is taken again as the oldest.
+void QueryPatches::forget(std::span<const PatchId> patches) {
+  for (const PatchId patch : patches) {
+    const std::uint32_t slot = find(patch);
+    if (slot == kNowhere) continue;
+    std::uint32_t* at = &head(patch);
+    while (*at != slot) at = &blocks_.links[*at].next;
+    *at = blocks_.links[slot].next;
+    blocks_.links[slot].patch = kNoPatch;
+    blocks_.links[slot].next = head(kNoPatch);
+    head(kNoPatch) = slot;
+  }
 }
 
 // False: they are not in memory, and may not or can't be read.

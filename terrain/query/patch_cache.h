@@ -77,6 +77,9 @@ class QueryPatches {
   Status create(const Limits& limits, Arena& arena);
   Status set_world(const QueryWorld& world);
 
+  // Forgets patches that have changed.
+  void forget(std::span<const PatchId> patches);
+
   const QueryWorld& world() const { return world_; }
   int level() const { return level_; }
   std::uint32_t capacity() const { return static_cast<std::uint32_t>(blocks_.links.size()); }

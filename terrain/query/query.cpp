@@ -118,7 +118,7 @@ std::uint32_t patches_near(const QueryPart& world, glm::dvec3 place, double dist
       passed = true;
     }
     if (passed) continue;
-    if (near(patch_box(world.surface, world.bounds, id))) {
+    if (!world.surface.is_free(id) && near(patch_box(world.surface, world.bounds, id))) {
       ++count;
       visit(id);
     }

@@ -111,6 +111,8 @@ class Query {
   // Of the ground, after an edit.
   void set_ground_heights(std::int32_t low, std::int32_t high) { ground_.set_heights(low, high); }
   void forget_tile(NodeKey tile) { ground_.forget(tile); }
+  // Of a world that was edited: patches that have changed.
+  void forget(std::span<const PatchId> patches) { patches_.forget(patches); }
 
   // The level that answers are of: that of the limits, or the world's where it is less.
   int level() const { return patches_.level(); }

@@ -146,7 +146,7 @@ void walk_patches(const QueryPart& world, const SlabTest& node_test, const SlabT
     const WalkEntry at = stack[--depth];
     if (at.near > limit()) continue;
     if (at.row < 0) {
-      visit(at.index);
+      if (!world.surface.is_free(at.index)) visit(at.index);
       continue;
     }
     const std::uint32_t first = at.index * BoundsTree::kFanOut;

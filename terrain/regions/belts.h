@@ -7,8 +7,7 @@
 //
 // Triangles face as the rim does: outwards where the region stands above the ground, inwards where below.
 // Where the two rims all but meet, or the eye is within a few steps of a side's plane, they are thinner than
-// rasterisers place corners; the depth of such slivers is anything to some, and single pixels between the
-// rims may stay empty.
+// rasterisers place corners, and face as their rounded corners do.
 #pragma once
 
 #include <cstdint>

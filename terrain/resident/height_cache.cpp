@@ -81,4 +81,19 @@ Heights HeightCache::heights() const {
           storage_.slot_of_group.first(groups_)};
 }
 
+void HeightCache::hold_rest() {
+  for (std::uint32_t group = 0; group < groups_; ++group) {
+    if (storage_.slot_of_group[group] != kNowhere) continue;
+    storage_.group_of_slot[filled_] = group;
+    storage_.used[filled_] = now_;
+    storage_.slot_of_group[group] = filled_++;
+  }
+}
+
+std::span<std::int16_t> HeightCache::block(std::uint32_t index) {
+  const auto count = static_cast<std::size_t>(patch_vertices(level_));
+  const std::size_t place = storage_.slot_of_group[index / kHeightGroup];
+  return storage_.samples.subspan((place * kHeightGroup + index % kHeightGroup) * count, count);
+}
+
 }  // namespace karst::core

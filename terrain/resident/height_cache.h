@@ -62,6 +62,13 @@ class HeightCache {
   Status hold(std::uint32_t block, const HeightSource& source);
 
   Heights heights() const;
+
+  // Makes room for the groups that were never held, where there is room for all; none is read.
+  // Precondition: has_room_for_all().
+  void hold_rest();
+  // To be written. Precondition: its group is held.
+  std::span<std::int16_t> block(std::uint32_t index);
+
   std::uint64_t groups_read() const { return groups_read_; }  // since create()
 
  private:

@@ -71,6 +71,8 @@ struct PageTable {
   std::span<PageTexel> texels;
   // The same of the pages of families, which lie behind them: by page's number among those.
   std::span<PageTexel> family_texels = {};
+  // Where those pages lie among images: x, z: the node's, y_size: its size. By the same number, or empty.
+  std::span<PageTexel> family_places = {};
 };
 
 }  // namespace karst::core

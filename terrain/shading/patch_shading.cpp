@@ -51,6 +51,10 @@ Status FindPatchShading::validate() const {
 void FindPatchShading::run() const {
   KARST_ASSERT(validate().ok());
   for (PatchId p = 0; p < out.size(); ++p) {
+    if (surface.is_free(p)) {
+      out[p] = {};
+      continue;
+    }
     const bool cave = may_be_cave(p);
     unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
     const std::uint8_t given = overrides.empty() ? std::uint8_t{0} : overrides[p];

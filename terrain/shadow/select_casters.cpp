@@ -78,6 +78,7 @@ class Collector {
     const PatchId first = tree.first_patch(row, n);
     const PatchId last = first + tree.patch_count(row, n);
     for (PatchId id = first; id < last; ++id) {
+      if (stage_.surface.is_free(id)) continue;
       if (mask != 0 &&
           classify(stage_.cascade->frustum, patch_box(stage_.surface, stage_.bounds, id), mask) == kOutside) {
         continue;

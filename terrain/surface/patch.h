@@ -59,11 +59,19 @@ struct Patch {
 inline constexpr std::uint32_t kNoHeights = 0xffffffffu;
 inline constexpr std::uint32_t kNoVolume = 0xffffffffu;
 
+// Where a free slot's patch would lie, voxels: beyond everything.
+inline constexpr std::uint16_t kFreeCorner = 1u << 13;
+inline constexpr Volume kFreeVolume{{kFreeCorner, kFreeCorner, kFreeCorner}, 0, 0, {}};
+
 struct Surface {
   std::span<const Volume> volumes;
   std::span<const Patch> patches;
 
-  const Volume& volume_of(PatchId id) const { return volumes[patches[id].volume]; }
+  bool is_free(PatchId id) const { return patches[id].volume == kNoVolume; }
+  // kFreeVolume of a free slot.
+  const Volume& volume_of(PatchId id) const {
+    return is_free(id) ? kFreeVolume : volumes[patches[id].volume];
+  }
 };
 
 // A patch's origin on the lattice, in steps: the centre of its intersection volume.

@@ -78,6 +78,7 @@ bool Ground::next_node(NodeUpload& upload) {
       upload.row = is_root ? 0 : node.parent_family + 1;
       upload.size = info_.page_size(node.key.size);
       upload.quadrant = quadrant;
+      upload.key = node.key;
       upload.origin = node_origin(info_, node.tile->nodes[node_in_tile(node.key)], node.key);
       upload.vertices = vertices_;
       return true;

@@ -31,6 +31,7 @@ struct NodeUpload {
   std::uint32_t row = 0;   // of thresholds, among the families' rows
   int size = 0;            // of the page
   int quadrant = 0;
+  NodeKey key;
   glm::ivec3 origin{0};                 // voxels of the page's size
   std::span<const GpuVertex> vertices;  // kNodePageVertices
 };
@@ -103,6 +104,7 @@ class Ground {
   std::size_t shadow_view() const { return view_count_ - 1; }
   MorphRows take_rows(std::size_t view) { return views_[view].take_rows(); }
   std::span<PageTexel> texels() const { return pool_.texels(); }
+  std::span<PageTexel> places() const { return pool_.places(); }
   // Of a view, and of all: on the GPU.
   std::uint32_t row_count() const { return pool_.count() + 1; }
   const TileCache::Counts& counts() const { return tiles_.counts(); }

@@ -2,6 +2,7 @@
 #include "terrain/world/residency.h"
 
 #include <algorithm>
+#include <bit>
 #include <new>
 
 #include "terrain/base/check.h"
@@ -55,7 +56,49 @@ void Residency::forget() {
   pool_.reset(world_->patch_count(), world_->base_level());
   for (ViewState& view : views_) view.clear_lacking();
   turns_.ahead_left = 0;
+  turns_.stale = blocks_.stale.size();
+  std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
   thresholds_.forget_rows();
+}
+
+// Shading is carried by pages, too: where it is another, vertices are uploaded again with it.
+Status Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
+  KARST_ASSERT(!blocks_.stale.empty());
+  const std::span<const PatchShading> now = shading();
+  const auto bits = [](PatchShading s) { return std::uint32_t{s.needs} << 8 | s.material; };
+  const std::span<std::uint32_t> old = lend_list();
+  for (PatchId p = 0; p < now.size(); ++p) old[p] = bits(now[p]);
+  if (const Status status = find_shading(); !status.ok()) return status;
+  for (const PatchId patch : vanished) pool_.lower(patch, 0);
+  const auto set_stale = [&](PatchId patch) {
+    if (pool_.level(patch) > 0) blocks_.stale[patch / 64] |= std::uint64_t{1} << patch % 64;
+  };
+  for (const PatchId patch : touched) set_stale(patch);
+  for (PatchId p = 0; p < now.size(); ++p) {
+    if (bits(now[p]) != old[p]) set_stale(p);
+  }
+  turns_.stale = 0;
+  thresholds_.outdate();
+  for (ViewState& view : views_) view.clear_lacking();
+  return {};
+}
+
+bool Residency::remake_next(PatchUpload& upload, Status& status) {
+  status = {};
+  for (; turns_.stale < blocks_.stale.size(); ++turns_.stale) {
+    while (blocks_.stale[turns_.stale] != 0) {
+      const int bit = std::countr_zero(blocks_.stale[turns_.stale]);
+      blocks_.stale[turns_.stale] &= blocks_.stale[turns_.stale] - 1;
+      const auto patch = static_cast<PatchId>(turns_.stale * 64 + static_cast<std::size_t>(bit));
+      const int held = pool_.level(patch);
+      pool_.lower(patch, 0);
+      for (int level = held; level > 0; --level) {
+        if (make_resident(patch, level, upload, status)) return true;
+        if (!status.ok()) return false;
+      }
+    }
+  }
+  return false;
 }
 
 Status Residency::set_shading_skips(const ShadingSkips& skips) {
@@ -202,6 +245,7 @@ bool Residency::generate_ahead(PatchUpload& upload, Status& status) {
   for (; turns_.ahead_left > 0; --turns_.ahead_left) {
     if (turns_.ahead >= world_->patch_count()) turns_.ahead = 0;
     const PatchId patch = turns_.ahead++;
+    if (world_->is_free(patch)) continue;
     const int wanted = wanted_ahead(patch);
     const int held = pool_.level(patch);
     if (wanted <= held) continue;
@@ -221,11 +265,12 @@ bool Residency::generate_ahead(PatchUpload& upload, Status& status) {
 bool Residency::generate_base(PatchUpload& upload, Status& status) {
   status = {};
   const std::uint32_t patches = world_->patch_count();
-  if (!pool_.keeps_base() || pool_.resident() == patches) return false;
+  if (!pool_.keeps_base() || pool_.resident() == patches - world_->free_patches()) return false;
   for (std::uint32_t looked = 0; looked < patches; ++looked) {
     if (turns_.base >= patches) turns_.base = 0;
     const PatchId patch = turns_.base++;
-    if (pool_.level(patch) == 0) return make_resident(patch, world_->base_level(), upload, status);
+    if (pool_.level(patch) == 0 && !world_->is_free(patch))
+      return make_resident(patch, world_->base_level(), upload, status);
   }
   return false;
 }
@@ -399,7 +444,7 @@ void Residency::govern() {
   std::uint32_t seen = 0;
   load.pages = count_pages(seen);
   // One page a patch is taken whatever the error is.
-  load.base = pool_.keeps_base() ? world_->patch_count() : seen;
+  load.base = pool_.keeps_base() ? world_->patch_count() - world_->free_patches() : seen;
   load.pages += load.base - std::min(load.base, seen);
   load.page_count = pool_.page_count();
   load.still = stand_still();

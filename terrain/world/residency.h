@@ -54,6 +54,16 @@ class Residency {
   // Forgets what is on the GPU: after its buffers were lost or made anew.
   void forget();
 
+  // The world was edited. touched: patches that are to be made anew where they are resident, which
+  // remake_next() does; vanished: slots that are free now. Both ascending.
+  Status follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
+  // be drawn still; where there is no room at coarser levels, or not at all. False: nothing is left. status:
+  // errors of reading heights.
+  bool remake_next(PatchUpload& upload, Status& status);
+  // Working memory between frames, one value a patch.
+  std::span<std::uint32_t> lend_list() { return blocks_.list_scratch.first(world_->patch_count()); }
+
   // What a patch's shading needs, which its vertices' pages carry. Where skips differ from the last ones, all
   // is found anew and forget() is called.
   Status set_shading_skips(const ShadingSkips& skips);
@@ -118,6 +128,7 @@ class Residency {
     std::span<PatchShading> shading;        // by patch
     std::span<std::uint32_t> list_scratch;  // one value a patch
     std::span<GpuVertex> vertices;          // of one patch
+    std::span<std::uint64_t> stale;         // a bit a patch, where worlds are edited
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -126,6 +137,8 @@ class Residency {
       visit(Consumer::draw_list, config.max_patches, list_scratch);
       visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
             vertices);
+      visit(Consumer::edits, config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0,
+            stale);
     }
   };
   // Where looking for patches goes on.
@@ -133,6 +146,7 @@ class Residency {
     PatchId ahead = 0;
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
+    std::size_t stale = 0;         // words before it are 0
   };
   // What the last select() of all views looked at, to tell whether anything moved.
   struct Seen {

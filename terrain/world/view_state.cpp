@@ -142,6 +142,7 @@ Status ViewState::choose_part(const World& world, std::size_t n, std::span<const
   const WorldPart& part = world.parts()[n];
   const Camera camera = part.seen_from(*request_.camera);
   eyes_[n] = make_lod_eye(camera, lod_.scale.least_cos2);
+  if ((request_.skipped_parts >> n & 1u) != 0) return {};
   const Frustum frustum = make_frustum(camera);
   const std::span<std::uint8_t> levels = part.of(blocks_.levels.first(patches_));
   CullView cull;

@@ -35,6 +35,8 @@ struct ViewRequest {
   bool backface_culling = true;
   bool occlusion_culling = true;
   std::uint32_t occlusion_searches = 128;  // boxes a frame for which hiding rock is searched, 0.3 us each
+  // Bit n: of part n nothing is chosen or listed, as if it were out of view.
+  std::uint32_t skipped_parts = 0;
 };
 
 class ViewState {

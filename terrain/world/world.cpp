@@ -19,6 +19,9 @@ namespace {
 // Of worlds that would take more: 1 MiB. Their cells are larger than voxels.
 constexpr std::size_t kMostOccluderWords = 131'072;
 
+// Of an edit's new octree, beside the old one, along the ways to a few voxels.
+constexpr std::uint32_t kEditPathOctets = 64;
+
 // The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
 // boxes.
 void measure_belt(const WorldPart& part, GroundRegion& region) {
@@ -75,6 +78,21 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
   return config;
 }
 
+void World::add_edit_room(std::uint32_t patches, Config& config) {
+  const auto add = [](std::uint32_t& limit, std::uint64_t more, std::uint32_t most) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit + more, most));
+  };
+  add(config.max_octets, std::uint64_t{4} * patches + kEditPathOctets, kFullTreeOctets);
+  add(config.max_volumes, patches, kMostPatches);
+  add(config.max_patches, patches, kMostPatches);
+  config.max_height_blocks = config.max_patches;
+  add(config.max_draw_items, patches, kMostPages);
+  config.max_resident_patches = config.max_draw_items;
+  add(config.gpu_vertex_pages, patches, kMostPages);
+  config.stream_indices = std::max(config.stream_indices, config.max_draw_items * kLeastIndicesPerPatch);
+  config.edit_patches = patches;
+}
+
 // Loading needs the octree's bytes, the table of volumes and the mask; whom it is lent to afterwards a
 // PatchScratch. Never two at once.
 std::size_t World::scratch_size(const Config& config) {
@@ -109,8 +127,8 @@ Status World::create(const Config& config, Arena& arena) {
   return build_index_tables(index_table_level(config), blocks_.index_table);
 }
 
-std::size_t World::level_error_count() const {
-  return info_.level == 0 ? 0 : info_.patches * level_error_values(info_.level);
+std::size_t World::level_error_count(std::uint32_t patches) const {
+  return info_.level == 0 ? 0 : patches * level_error_values(info_.level);
 }
 
 LatticeBox World::box() const {
@@ -135,7 +153,11 @@ HeightSource World::height_source() const {
   return {this, [](const void* context, std::uint32_t group, std::span<std::int16_t> out) {
             const auto* self = static_cast<const World*>(context);
             if (!self->heights_are_read_) {
-              return self->reader_.read_heights(group, self->blocks_.height_crcs[group], out);
+              // Of the file's last group, what is there: a world with free slots has room behind it.
+              const std::uint32_t blocks =
+                  std::min(kHeightGroup, self->info_.height_blocks - group * kHeightGroup);
+              const std::size_t values = blocks * static_cast<std::size_t>(patch_vertices(self->info_.level));
+              return self->reader_.read_heights(group, self->blocks_.height_crcs[group], out.first(values));
             }
             const std::int16_t* const held = self->cache_.heights().block(group * kHeightGroup);
             std::memcpy(out.data(), held, out.size_bytes());
@@ -159,7 +181,8 @@ Status World::load(const ByteSource& source) {
 
 Status World::load(const WorldReader& opened) {
   info_ = {};
-  heights_are_read_ = false;
+  patch_slots_ = 0;
+  is_editable_ = heights_are_read_ = false;
   reader_ = opened;
   Status status = check_limits(reader_.info());
   if (status.ok()) {
@@ -173,6 +196,8 @@ Status World::load(const WorldReader& opened) {
 void World::unload() {
   slots_.adopt(0, 0);
   info_ = {};
+  patch_slots_ = 0;
+  is_editable_ = false;
   reader_ = {};
   ground_ = {};
   parts_ = {};
@@ -249,12 +274,14 @@ Status World::load_parts() {
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
+  patch_slots_ = info_.patches;
+  if (config_.edit_patches > 0 && part_count_ == 1 && !ground_.exists() && info_.level > 0) open_slots();
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
-    part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(info_.patches)));
-    part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(info_.patches)));
-    part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(info_.patches)));
+    part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(patch_slots_)));
+    part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(patch_slots_)));
+    part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(patch_slots_)));
     const std::size_t values = info_.level == 0 ? 0 : level_error_values(info_.level);
     part.level_errors = {info_.level,
                          all_level_errors().values.subspan(part.first * values, part.patches() * values)};
@@ -355,7 +382,7 @@ Status World::load_patches() {
 }
 
 Status World::load_measures() {
-  Status status = reader_.read_level_errors(blocks_.level_errors.first(level_error_count()));
+  Status status = reader_.read_level_errors(blocks_.level_errors.first(level_error_count(info_.patches)));
   if (status.ok()) status = reader_.read_bounds(blocks_.bounds.first(info_.patches));
   if (status.ok()) status = reader_.read_cones(blocks_.cones.first(info_.patches));
   if (status.ok()) status = reader_.read_shading_cones(blocks_.shading_cones.first(info_.patches));
@@ -366,13 +393,74 @@ Status World::load_heights() {
   const std::uint32_t groups = height_groups(info_.height_blocks);
   if (const Status status = reader_.read_height_crcs(blocks_.height_crcs.first(groups)); !status.ok())
     return status;
-  if (const Status status = cache_.reset(info_.level, info_.height_blocks); !status.ok()) return status;
+  const std::uint32_t blocks = is_editable_ ? patch_slots_ : info_.height_blocks;
+  if (const Status status = cache_.reset(info_.level, blocks); !status.ok()) return status;
+  if (is_editable_ && !holds_all_heights()) {
+    return {StatusCode::limit_reached, "too few for a world that is edited", "max_height_blocks", blocks};
+  }
   if (!holds_all_heights()) return {};
   for (std::uint32_t block = 0; block < info_.height_blocks; block += kHeightGroup) {
     if (const Status status = cache_.hold(block, height_source()); !status.ok()) return status;
   }
   heights_are_read_ = true;
+  if (is_editable_) spread_heights();
   return check_shared_heights();
+}
+
+// Free slots behind those of the file, as many as there is memory for.
+void World::open_slots() {
+  is_editable_ = true;
+  patch_slots_ = config_.max_patches;
+  WorldPart& part = parts_[0];
+  const auto rest = [](auto block, std::size_t used) { return block.subspan(used); };
+  Patch free;
+  free = {};
+  free.volume = kNoVolume;
+  free.height_block = kNoHeights;
+  std::ranges::fill(rest(blocks_.patches, info_.patches), free);
+  std::ranges::fill(rest(blocks_.volumes, info_.volumes), Volume{});
+  std::ranges::fill(rest(blocks_.bounds, info_.patches), PatchBounds{});
+  std::ranges::fill(rest(blocks_.cones, info_.patches), NormalCone{});
+  std::ranges::fill(rest(blocks_.shading_cones, info_.patches), NormalCone{});
+  std::ranges::fill(rest(blocks_.overrides, info_.patches), std::uint8_t{0});
+  std::ranges::fill(rest(blocks_.level_errors, level_error_count(info_.patches)), std::uint16_t{0});
+  part.surface = {blocks_.volumes, blocks_.patches};
+  part.boxes = blocks_.patch_boxes;
+}
+
+// To each patch's slot the block of its number. The last ones first: no block has a higher number than its
+// patch.
+void World::spread_heights() {
+  cache_.hold_rest();
+  for (PatchId p = info_.patches; p-- > 0;) {
+    std::uint32_t& block = blocks_.patches[p].height_block;
+    if (block == kNoHeights || block == p) continue;
+    const std::span<const std::int16_t> from = cache_.block(block);
+    std::copy(from.begin(), from.end(), cache_.block(p).begin());
+    block = p;
+  }
+}
+
+World::Editable World::edit() {
+  KARST_ASSERT(is_editable_);
+  Editable all;
+  all.extent = parts_[0].extent;
+  all.octree = &octrees_[0];
+  all.slots = &slots_;
+  all.heights = &cache_;
+  all.surface = parts_[0].surface;
+  all.patches = blocks_.patches;
+  all.bounds = blocks_.bounds;
+  all.cones = blocks_.cones;
+  all.shading_cones = blocks_.shading_cones;
+  all.level_errors = blocks_.level_errors.first(level_error_count(patch_slots_));
+  all.overrides = blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
+  all.boxes = blocks_.patch_boxes;
+  all.tree = &trees_[0];
+  all.occluders = &occluders_[0];
+  all.sky = &skies_[0];
+  all.room = &blocks_.edit;
+  return all;
 }
 
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at

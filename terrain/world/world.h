@@ -29,10 +29,13 @@
 #include "terrain/measure/level_error.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
+#include "terrain/patch/generate_vertices.h"
+#include "terrain/patch/gpu_vertex.h"
 #include "terrain/patch/heights.h"
 #include "terrain/regions/region_rim.h"
 #include "terrain/resident/height_cache.h"
 #include "terrain/shading/materials.h"
+#include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/surface/bezier/update_surface.h"
 #include "terrain/surface/patch.h"
 #include "terrain/surface/patch_table.h"
@@ -86,6 +89,9 @@ class World {
   static Config config_for(const WorldInfo& info, int finest, const GroundInfo& ground = {}) {
     return config_for(info, finest, default_detail_pages(info.patches), ground);
   }
+  // Room for so many patches more than the file has, and for edits that make as many anew; all heights are
+  // held then.
+  static void add_edit_room(std::uint32_t patches, Config& config);
   // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
   // much again. At least 1.3 MiB.
   static std::uint32_t default_detail_pages(std::uint32_t patches) {
@@ -118,7 +124,10 @@ class World {
   }
   // That a patch is of.
   const WorldPart& part_of(PatchId patch) const { return parts_[part_number(patch)]; }
-  std::uint32_t patch_count() const { return info_.patches; }
+  // Slots of patches, of which some are free where the world can be edited (Surface::is_free).
+  std::uint32_t patch_count() const { return patch_slots_; }
+  bool is_free(PatchId slot) const { return is_editable() && parts_[0].surface.is_free(slot); }
+  std::uint32_t free_patches() const { return is_editable() ? patch_slots_ - table_.size() : 0; }
 
   // --- Of the first part, which is all of a world without several
   const Octree& octree() const { return octrees_[0]; }
@@ -145,7 +154,7 @@ class World {
     ground_.high = high;
   }
   LevelErrors all_level_errors() const {
-    return {info_.level, blocks_.level_errors.first(level_error_count())};
+    return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }
   // Where octrees lie, and their sky.
   static std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground,
@@ -167,7 +176,7 @@ class World {
   // Of patches: 0, or one more than the number of the material that all of it has, or kPaintedByMap. Empty
   // where none has one.
   std::span<const std::uint8_t> material_overrides() const {
-    return blocks_.overrides.first(reader_.has_overrides() ? info_.patches : 0);
+    return blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
   }
   // Layers [first, first + count) of a level of an array, from the source. out: count x
   // texture_image_bytes(). Errors as of WorldReader::read_textures. Precondition: they are there.
@@ -196,6 +205,61 @@ class World {
   };
   Lent lend();
 
+  // --- Edits (terrain/edit)
+
+  // Working memory of an edit; sizes follow from Config::edit_patches.
+  struct EditRoom {
+    std::span<Volume> volumes;  // of the corners that an edit touches, as their patches
+    std::span<Patch> patches;
+    std::span<std::uint32_t> table;
+    std::span<PatchChange> changes;
+    std::span<PatchId> changed;
+    std::span<PatchId> touched;
+    std::span<BorderErrors> borders;
+    std::span<GpuVertex> vertices;
+    std::span<std::byte> scratch;
+
+    template <class Visit>
+    void each_block(const Config& config, Visit&& visit) {
+      const std::size_t most = config.edit_patches;
+      visit(Consumer::edits, most, volumes);
+      visit(Consumer::edits, most, patches);
+      visit(Consumer::edits, most > 0 ? ExtractSurface::scratch_size(most) : 0, table);
+      visit(Consumer::edits, 2 * most, changes);
+      visit(Consumer::edits, 2 * most, changed);
+      visit(Consumer::edits, kTouched * most, touched);
+      visit(Consumer::edits, kTouched * most, borders);
+      const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
+      visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
+      visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
+    }
+    static constexpr std::size_t kTouched = 3;
+  };
+  // Everything that follows from voxels and heights, to be kept together by whoever changes a part of it.
+  // Spans are by patch, of all slots; those of free ones are 0. Borrowed until the next load().
+  struct Editable {
+    glm::ivec3 extent{0};
+    Octree* octree = nullptr;
+    SurfaceSlots* slots = nullptr;
+    HeightCache* heights = nullptr;  // block n is of slot n, where the patch has one
+    Surface surface;
+    std::span<Patch> patches;  // the surface's
+    std::span<PatchBounds> bounds;
+    std::span<NormalCone> cones;
+    std::span<NormalCone> shading_cones;
+    std::span<std::uint16_t> level_errors;
+    std::span<std::uint8_t> overrides;
+    std::span<PatchBoxes> boxes;
+    BoundsTree* tree = nullptr;
+    Occluders* occluders = nullptr;
+    SkyVisibility* sky = nullptr;
+    const EditRoom* room = nullptr;
+  };
+  // Where Config::edit_patches is not 0 and a world of one part without a ground is loaded.
+  bool is_editable() const { return is_editable_; }
+  // Precondition: is_editable().
+  Editable edit();
+
  private:
   struct Blocks {
     std::span<Octree::Octet> octets;
@@ -216,6 +280,7 @@ class World {
     std::span<std::uint64_t> sky;
     std::span<std::uint16_t> index_table;
     std::span<std::byte> scratch;
+    EditRoom edit;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -240,6 +305,7 @@ class World {
       visit(Consumer::occlusion, config.sky_words, sky);
       visit(Consumer::index_tables, index_table_size(config), index_table);
       visit(Consumer::scratch, scratch_size(config), scratch);
+      edit.each_block(config, visit);
     }
   };
 
@@ -248,7 +314,7 @@ class World {
   static int index_table_level(const Config& config);
   static std::size_t index_table_size(const Config& config);
   static std::size_t scratch_size(const Config& config);
-  std::size_t level_error_count() const;
+  std::size_t level_error_count(std::uint32_t patches) const;
   Status check_limits(const WorldInfo& info) const;
   void unload();
   Status load_parts();
@@ -257,6 +323,8 @@ class World {
   void place_parts();
   Status load_patches();
   Status load_measures();
+  void open_slots();
+  void spread_heights();
   Status load_heights();
   Status check_shared_heights() const;
   Status check_shared_heights(const Surface& surface) const;
@@ -268,6 +336,7 @@ class World {
   GroundInfo ground_;
   std::array<WorldPart, kMostRegions> parts_{};
   std::size_t part_count_ = 1;
+  std::uint32_t patch_slots_ = 0;
   std::array<Octree, kMostRegions> octrees_;
   PatchTable table_;
   SurfaceSlots slots_;  // of table_
@@ -277,6 +346,7 @@ class World {
   std::array<Occluders, kMostRegions> occluders_;
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
+  bool is_editable_ = false;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };
 

@@ -117,7 +117,7 @@ struct World {
     ASSERT_TRUE(status.ok()) << status.what();
     ASSERT_TRUE(reader.verify().ok());
     ASSERT_TRUE(reader.imagery().exists());
-    walk({reader.ground().top_size(), 0, 0}, reader.root_image());
+    walk({image_top_size(reader.ground()), 0, 0}, reader.root_image());
   }
   void walk(NodeKey key, const TilePlace& place) {
     std::vector<std::byte> bytes(place.bytes);
@@ -224,6 +224,102 @@ TEST_F(ImageryOfAWorld, HasEachTexelWhereTheImageHasIt) {
   int covered = 0;
   EXPECT_LE(most_off(world, waves, covered), 3.0);
   EXPECT_GT(covered, 3 * kWide * 3 * kDeep);
+}
+
+// By longitude and latitude, all around: no texel beside the date line is left out, on either side of it.
+TEST_F(ImageryOfAWorld, GoesOnceAroundAPlanet) {
+  constexpr int kAround = 72;  // samples of 5 degrees
+  constexpr double kStepDeg = 5;
+  GDALDatasetH dem = GDALCreate(GDALGetDriverByName("GTiff"), folder_.path("dem.tif").c_str(), kAround,
+                                kAround / 2, 1, GDT_Int16, nullptr);
+  double place[6] = {-180, kStepDeg, 0, 90, 0, -kStepDeg};
+  GDALSetGeoTransform(dem, place);
+  OGRSpatialReferenceH srs = system_of(kDegrees);
+  GDALSetSpatialRef(dem, srs);
+  GDALClose(dem);
+  // 4 pixels a sample.
+  constexpr int kPixels = 4 * kAround;
+  const auto picture = [](double longitude, double latitude) -> Colour {
+    const double turn = longitude * 0.017453292519943295;
+    return {128 + 100 * std::sin(turn), 128 + 100 * std::cos(turn), 128 + latitude};
+  };
+  GDALDatasetH image = GDALCreate(GDALGetDriverByName("GTiff"), folder_.path("i.tif").c_str(), kPixels,
+                                  kPixels / 2, 3, GDT_Byte, nullptr);
+  double image_place[6] = {-180, kStepDeg / 4, 0, 90, 0, -kStepDeg / 4};
+  GDALSetGeoTransform(image, image_place);
+  GDALSetSpatialRef(image, srs);
+  OSRRelease(srs);
+  std::vector<std::uint8_t> row(3 * kPixels);
+  for (int k = 0; k < kPixels / 2; ++k) {
+    for (int i = 0; i < kPixels; ++i) {
+      const Colour colour = picture(-180 + (i + 0.5) * kStepDeg / 4, 90 - (k + 0.5) * kStepDeg / 4);
+      for (std::size_t c = 0; c < 3; ++c)
+        row[static_cast<std::size_t>(3 * i) + c] = static_cast<std::uint8_t>(std::lround(colour[c]));
+    }
+    EXPECT_EQ(GDALDatasetRasterIO(image, GF_Write, 0, k, kPixels, 1, row.data(), kPixels, 1, GDT_Byte, 3,
+                                  nullptr, 3, 3 * kPixels, 1),
+              CE_None);
+  }
+  GDALClose(image);
+
+  World world;
+  made(world, folder_.path("i.tif"), {"--basis", "geographic", "--image-format", "rgba8"});
+  ASSERT_TRUE(world.reader.ground().closes());
+  const int size = world.reader.imagery().least_size;
+  const double texel_samples = std::ldexp(1.0, size) / kTexelsPerSample;
+  int compared = 0;
+  for (const auto& [key, tile] : world.tiles) {
+    if (std::get<0>(key) != size) continue;
+    for (int y = 0; y < kImageSide; ++y) {
+      for (int x = 0; x < kImageSide; ++x) {
+        const double i = (std::get<1>(key) * kImageInside + x - kImageBorder + 0.5) * texel_samples;
+        const double k = (std::get<2>(key) * kImageInside + y - kImageBorder + 0.5) * texel_samples;
+        // All that is drawn, and a border: columns 0 to 72, of which the last lies on the first.
+        if (i < -0.1 || i > kAround + 0.1 || k < 0 || k > kAround / 2 - 1) continue;
+        ASSERT_EQ(texel(tile.texels, kImageSide, x, y, 3), 255) << i << " " << k;
+        const Colour expected = picture(-180 + (i + 0.5) * kStepDeg, 90 - (k + 0.5) * kStepDeg);
+        for (int c = 0; c < 3; ++c)
+          ASSERT_NEAR(texel(tile.texels, kImageSide, x, y, c), expected[static_cast<std::size_t>(c)], 3)
+              << i << " " << k;
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 3 * kAround * 3 * kAround / 2);
+
+  // On a cube every face has it, and at its edges nothing is left out either.
+  World cube;
+  made(cube, folder_.path("i.tif"), {"--basis", "cube", "--image-format", "rgba8"});
+  const GroundInfo& info = cube.reader.ground();
+  ASSERT_TRUE(info.is_cube());
+  const int finest = cube.reader.imagery().least_size;
+  const double side = std::ldexp(1.0, finest) / kTexelsPerSample;
+  std::array<int, kCubeFaces> faces{};
+  for (const auto& [key, tile] : cube.tiles) {
+    const auto [tile_size, tile_x, tile_z] = key;
+    const int below = info.top_size() - tile_size;
+    if (below < 0) continue;
+    const int face = cube_face(tile_x >> below, tile_z >> below);
+    ASSERT_GE(face, 0);
+    for (int y = 0; y < kImageSide; ++y) {
+      for (int x = 0; x < kImageSide; ++x) {
+        ASSERT_EQ(texel(tile.texels, kImageSide, x, y, 3), 255) << tile_size << " " << x << " " << y;
+        if (tile_size != finest) continue;
+        const double i = (tile_x * kImageInside + x - kImageBorder + 0.5) * side;
+        const double k = (tile_z * kImageInside + y - kImageBorder + 0.5) * side;
+        Geodetic at;
+        ASSERT_TRUE(geodetic_of(info.basis, place_m(info.basis, {i, k, 0, face}), at));
+        // Beside the poles a texel has many longitudes.
+        if (std::abs(at.latitude_deg) > 75) continue;
+        const Colour expected = picture(at.longitude_deg, at.latitude_deg);
+        for (int c = 0; c < 3; ++c)
+          ASSERT_NEAR(texel(tile.texels, kImageSide, x, y, c), expected[static_cast<std::size_t>(c)], 4)
+              << at.longitude_deg << " " << at.latitude_deg;
+        ++faces[static_cast<std::size_t>(face)];
+      }
+    }
+  }
+  for (const int count : faces) EXPECT_GT(count, 1'000);
 }
 
 TEST_F(ImageryOfAWorld, IsWarpedFromOtherSystemsOfCoordinates) {
@@ -427,9 +523,10 @@ TEST_F(ImageryOfAWorld, RefusesWhatItCannotLay) {
   refused(folder_.path("i.tif"), "not an image that karst-bake reads");
   refused(folder_.path("none.tif"), "none.tif");
   const test::ProcessResult result = test::run_process(
-      KARST_BAKE_PATH, {folder_.path("dem.tif"), "--imagery", "i.tif", "-o", folder_.path("w")});
+      KARST_BAKE_PATH,
+      {folder_.path("dem.tif"), "--imagery", "i.tif", "--accept-fit", "-o", folder_.path("w")});
   EXPECT_EQ(result.code, 2);
-  EXPECT_NE(result.err.find("give --ground too"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("--accept-fit: only for a world of voxels"), std::string::npos) << result.err;
 }
 
 TEST_F(ImageryOfAWorld, DamagedTilesAreRefused) {

@@ -2,9 +2,7 @@
 // Inside closed terrain every pixel shows terrain, whatever the camera, the levels, the states of morphs and
 // of the pool: a pixel with the background's depth has looked through a crack.
 //
-// Heights are smooth, as baked ones are: they do not fold the surface over. In folds of less than a subpixel
-// llvmpipe loses a pixel in some ten million, because it culls triangles by their places before they are
-// moved to its subpixel grid and fills them by those after it.
+// Heights are smooth, as baked ones are: they do not fold the surface over.
 #include <algorithm>
 #include <cstdlib>
 #include <memory>

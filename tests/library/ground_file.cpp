@@ -31,7 +31,7 @@ TilePlace write_images(const MemoryGround& ground, const GroundImages& images, s
       const double side = std::ldexp(double{kNodeQuads}, child.size);
       const bool is_there = !images.is_fine || child.size >= images.least_size + 2 ||
                             images.is_fine((child.x + 0.5) * side, (child.z + 0.5) * side);
-      if (is_there && node_exists(ground.info(), child)) children.places[quadrant] = write(child);
+      if (is_there && image_tile_exists(ground.info(), child)) children.places[quadrant] = write(child);
     }
     std::vector<std::byte> bytes(image_tile_bytes(ImageFormat::rgba8));
     std::memcpy(bytes.data(), children.places, sizeof children.places);
@@ -52,7 +52,7 @@ TilePlace write_images(const MemoryGround& ground, const GroundImages& images, s
     all.insert(all.end(), bytes.begin(), bytes.end());
     return place;
   };
-  return write(ground.root());
+  return write({image_top_size(ground.info()), 0, 0});
 }
 
 // world: without ground; of its ground, whose region is placed, all but the tiles.

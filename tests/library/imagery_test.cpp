@@ -6,13 +6,16 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include "terrain/file/world_reader.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/host.h"
+#include "tests/support/curved_ground.h"
 
 namespace karst {
 namespace {
@@ -139,6 +142,89 @@ TEST_F(Images, APixelShowsWhatLiesWhereItIs) {
   }
 }
 
+// On a curved basis, straight below the eye: at the equator, at 45 degrees, beside a pole and around the
+// earth, where it closes, inside and outside of a cylinder.
+TEST_F(Images, OnACurvedBasisTheyLieWhereSamplesDo) {
+  struct Shape {
+    const char* name;
+    core::GroundInfo info;
+  };
+  const Shape shapes[] = {{"equator", test::region(100, 80, 12, 0.4, 0.01)},
+                          {"45", test::region(100, 80, -170, 45.4, 0.01)},
+                          {"pole", test::region(100, 80, 20, 89.99, 0.001)},
+                          {"earth", test::region(361, 181, -180, 90, 1)},
+                          {"cube", test::planet(64, 300'000)},
+                          {"tube", test::tube(100, 80, 3'000, 10)},
+                          {"inside", test::tube(100, 80, -3'000, 10)}};
+  test::Random random{4};
+  for (const Shape& shape : shapes) {
+    const core::GroundInfo& info = shape.info;
+    const test::MemoryGround ground(info, [](std::int64_t, std::int64_t) { return 0; });
+    const double spacing_m = info.basis.height_unit_m / core::kVertexStep * info.steps[0];
+    std::array<std::vector<std::byte>, 3> files;
+    files[0] = test::ground_file(ground, spacing_m, {checker, 2});
+    files[1] = test::ground_file(ground, spacing_m, {[](double, double) { return kSand; }, 2});
+    files[2] = test::ground_file(ground, spacing_m, {[](double, double) { return kWood; }, 2});
+    struct Place {
+      int face;
+      double column, row, height_m;
+    };
+    std::vector<Place> places;
+    for (int n = 0; n < 24; ++n) {
+      // A square of a face, or of all there is.
+      const int face = info.is_cube() ? n % core::kCubeFaces : 0;
+      int cell[2] = {};
+      if (info.is_cube()) core::cube_cell(face, cell[0], cell[1]);
+      const auto middle = [&](int axis) {
+        const double side = info.is_cube() ? info.basis.face_quads : double(info.samples[axis] - 1);
+        const int first = static_cast<int>(std::ceil(cell[axis] * side / kSquare));
+        return (first + random.below(static_cast<int>(side / kSquare) - 1) + 0.5) * kSquare;
+      };
+      const double column = middle(0), row = middle(1);
+      // A square covers some pixels, the narrow way too.
+      const auto place = [&](double i, double k) { return core::place_m(info.basis, {i, k, 0, face}); };
+      const double metres = std::min(glm::distance(place(column, row), place(column + 1, row)),
+                                     glm::distance(place(column, row), place(column, row + 1)));
+      places.push_back({face, column, row, metres * std::exp2(random.unit() * 6 - 1)});
+    }
+    std::array<std::vector<std::array<int, 3>>, 3> shown;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+      open({}, {}, {}, files[f]);
+      for (const Place& place : places) {
+        const core::GridPlace below{place.column, place.row, 0, place.face};
+        const core::GridPlace above{place.column, place.row, place.height_m, place.face};
+        ViewState view;
+        view.width_px = kWidth;
+        view.height_px = kHeight;
+        const auto world = [&](glm::dvec3 m) { return host_->world->from_world({m.x, m.y, m.z}); };
+        view.eye = world(core::place_m(info.basis, above));
+        const LocalAxes axes = host_->world->axes_at(view.eye);
+        ASSERT_TRUE(look_at(view, world(core::place_m(info.basis, below)), axes.north));
+        set_perspective(view, 20, 0.05 * place.height_m, 1e8);
+        view.error_px = 1;
+        const FrameResult result = test::draw_frame(*renderer_, picture_, {view}, 0);
+        EXPECT_TRUE(result.complete);
+        const std::uint8_t* const pixel = picture_.read().at(kWidth / 2, kHeight / 2);
+        shown[f].push_back({pixel[0], pixel[1], pixel[2]});
+      }
+      close();
+    }
+    int sands = 0;
+    for (std::size_t n = 0; n < places.size(); ++n) {
+      if (shown[1][n][0] < 100) continue;  // night
+      const bool is = is_sand(places[n].column, places[n].row);
+      sands += is;
+      for (int c = 0; c < 3; ++c) {
+        const auto channel = static_cast<std::size_t>(c);
+        EXPECT_NEAR(shown[0][n][channel], shown[is ? 1 : 2][n][channel], 4)
+            << shape.name << " " << places[n].column << " " << places[n].row << " " << places[n].height_m;
+      }
+      EXPECT_GT(shown[1][n][0], shown[2][n][0] + 20) << shape.name;
+    }
+    EXPECT_GT(sands, 3) << shape.name;
+  }
+}
+
 // Where images do not cover, and in worlds without them, materials are as they were.
 TEST_F(Images, WhereNothingCoversMaterialsShow) {
   const std::vector<std::byte> none = flat_file({});
@@ -176,6 +262,54 @@ TEST_F(Images, SeveralResolutionsShowOnePicture) {
     const Pixels of_fine = drawn(fine, {}, look[0], look[1]), of_mixed = drawn(mixed, {}, look[0], look[1]);
     EXPECT_LE(test::largest_difference(of_fine, of_mixed), 3) << look[0].y;
   }
+}
+
+// A colour map of one texel a sample, about, whose coarser sizes are quite different: while the eye rises and
+// nodes and tiles grow, colours go over into those of larger ones, a little in each frame. (S has colours at
+// vertices that morph with them.)
+TEST_F(Images, ColoursOfSamplesComeAndGoSlowly) {
+  constexpr int kSide = 513;
+  constexpr int kTexelOfASample = 6;  // 60 texels a sample at size 0
+  const double texel = std::ldexp(1.0, kTexelOfASample) / core::kTexelsPerSample;  // samples
+  ASSERT_NEAR(texel, 1, 0.1);
+  const auto noisy = [&](double column, double row) {
+    const auto i = static_cast<std::uint32_t>(std::floor(column / texel)),
+               k = static_cast<std::uint32_t>(std::floor(row / texel));
+    const auto up = static_cast<std::uint8_t>((i + k) % 2 == 0 ? 60 : 0);
+    return Colour{static_cast<std::uint8_t>(100 + up), static_cast<std::uint8_t>(120 + up / 2), 90, 255};
+  };
+  const test::MemoryGround ground(kSide, kSide, 2048, 2048, [](std::int64_t, std::int64_t) { return 0; });
+  open({}, {}, {}, test::ground_file(ground, 10, {noisy, kTexelOfASample}));
+  const double middle = 10.0 * (kSide - 1) / 2;
+  // Of pixels around the middle, which stay where they are.
+  constexpr int kAround = 8;
+  const auto difference = [&](const Pixels& a, const Pixels& b) {
+    int largest = 0;
+    for (int y = kHeight / 2 - kAround; y < kHeight / 2 + kAround; ++y) {
+      for (int x = kWidth / 2 - kAround; x < kWidth / 2 + kAround; ++x) {
+        for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(a.at(x, y)[c] - b.at(x, y)[c]));
+      }
+    }
+    return largest;
+  };
+  Pixels first, before;
+  int largest = 0;
+  for (int n = 0; n <= 240; ++n) {
+    // From 1.3 pixels a texel to less than a half.
+    const double height = 890 * std::exp2(1.5 * n / 240);
+    const FrameResult result = test::draw_frame(
+        *renderer_, picture_, {view({middle, height, middle}, {middle + 0.01, 0, middle})}, 0);
+    ASSERT_TRUE(result.complete);
+    const Pixels now = picture_.read();
+    if (n == 0) first = before = now;
+    largest = std::max(largest, difference(now, before));
+    before = now;
+  }
+  const int whole = difference(before, first);
+  std::printf("FIGURE colours change by %d of 255 from frame to frame at most, by %d in all\n", largest,
+              whole);
+  EXPECT_GT(whole, 25);
+  EXPECT_LE(largest, 8);
 }
 
 // A region of voxels under images of two resolutions, with tiles for all or for too few layers, by frames

@@ -1,30 +1,27 @@
 // SPDX-License-Identifier: MIT
 // Worlds of a ground with a region of voxels in it: closed from outside, from inside of a cave and across the
 // region's sides, whatever is missing; queries meet the cave and the ground; shadows are cast by both.
+#include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
 #include "tests/library/ground_file.h"
-#include "tests/library/host.h"
+#include "tests/library/region_frames.h"
 
 namespace karst {
 namespace {
 
 using test::Pixels;
 
-constexpr int kWidth = 160;
-constexpr int kHeight = 120;
 // Voxels are a metre, nodes of size 0 two.
 constexpr glm::ivec3 kExtent{41, 24, 37};
 constexpr int kFirst[2] = {12, 9};
 constexpr int kSamples[2] = {189, 165};
 // A chamber, and a shaft from it up into the open.
-constexpr Vec3 kChamber{20, 6, 18};
+constexpr glm::dvec3 kChamber{20, 6, 18};
 constexpr double kChamberRadius = 4.5;
 constexpr double kShaftRadius = 1.8;
 constexpr double kShaftX = 23;
@@ -34,7 +31,7 @@ double ground_height(double x, double z) {
 }
 
 bool in_cave(glm::dvec3 p) {
-  const glm::dvec3 from = p - glm::dvec3(kChamber.x, kChamber.y, kChamber.z);
+  const glm::dvec3 from = p - kChamber;
   if (glm::length(from) < kChamberRadius) return true;
   return std::hypot(p.x - kShaftX, p.z - kChamber.z) < kShaftRadius && p.y > kChamber.y;
 }
@@ -62,20 +59,13 @@ std::vector<std::byte> region_file() {
   return test::ground_file(ground, voxels);
 }
 
-class Regions : public test::HostTest {
+class Regions : public test::RegionHostTest {
  protected:
-  Regions() : HostTest(kWidth, kHeight) {}
-
   static const std::vector<std::byte>& file() {
     static const std::vector<std::byte> bytes = region_file();
     return bytes;
   }
   void open_region(Needs needs = {}, GlOptions options = {}) { open(needs, {}, options, file()); }
-  ViewState view(Vec3 eye, Vec3 target, double fov = 60) const {
-    ViewState shown = test::looking(*host_->world, eye, target, kWidth, kHeight);
-    set_perspective(shown, fov, 0.1, 2000);
-    return shown;
-  }
 };
 
 TEST_F(Regions, TheWorldSaysWhereItsVoxelsAre) {
@@ -121,56 +111,13 @@ TEST_F(Regions, QueriesMeetTheCaveInsideAndTheGroundOutside) {
 }
 
 TEST_F(Regions, NoPixelLooksThroughWhateverIsMissing) {
-  const char* const wanted = std::getenv("KARST_FRAMES");
-  const int frames = wanted != nullptr ? std::atoi(wanted) / 4 : 150;
-  for (const bool deferred : {false, true}) {
-    for (const std::uint64_t vertex_bytes : {std::uint64_t{0}, std::uint64_t{3} << 19}) {
-      Needs needs;
-      needs.vertex_bytes = vertex_bytes;
-      if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
-      GlOptions options;
-      options.shading = deferred ? Shading::deferred : Shading::forward;
-      open_region(needs, options);
-      std::mt19937 random(11);
-      const auto between = [&](double a, double b) {
-        return std::uniform_real_distribution<double>(a, b)(random);
-      };
-      int with_patches = 0;
-      for (int frame = 0; frame < frames; ++frame) {
-        Vec3 eye{between(2, 39), 0, between(2, 35)};
-        Vec3 target;
-        const int kind = frame % 3;
-        const double turn = between(0, 6.28);
-        if (kind == 0) {
-          // In the chamber, away from the shaft.
-          eye = {kChamber.x - 1 + between(-1, 1), kChamber.y - 1 + between(-1, 1),
-                 kChamber.z + between(-1, 1)};
-          target = {eye.x - 4, eye.y - between(0, 3), eye.z + between(-3, 3)};
-        } else if (kind == 1) {
-          // Over the region's sides.
-          const bool west = random() % 2 == 0;
-          eye = {(west ? 0.5 : 40.5) + between(-1, 1), 0, between(2, 35)};
-          eye.y = ground_height(eye.x, eye.z) + std::exp2(between(0, 3));
-          target = {eye.x + between(-1, 1), eye.y - 2, eye.z + between(-1, 1)};
-        } else {
-          // Above all of it, and not far enough for corners to look beyond the ground.
-          eye.y = 19 + std::exp2(between(-1, 4));
-          target = {eye.x + std::cos(turn), eye.y - between(2.5, 4), eye.z + std::sin(turn)};
-        }
-        ViewState shown = view(eye, target, kind == 2 ? 30 : 60);
-        shown.error_px = std::exp2(between(-1, 5));
-        FrameResult result;
-        const double work_ms = frame % 2 == 0 ? 0 : 0.01;
-        ASSERT_EQ(holes(shown, work_ms, result), 0u)
-            << frame << ' ' << deferred << ' ' << vertex_bytes << ": " << eye.x << ' ' << eye.y << ' '
-            << eye.z << " to " << target.x << ' ' << target.y << ' ' << target.z;
-        with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
-      }
-      EXPECT_GT(with_patches, frames / 2);
-      EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
-      close();
-    }
+  const test::RegionSite site = {glm::dvec3(0.0), glm::dvec3(kExtent), kChamber};
+  test::RegionScene scene = {{&site, 1}, ground_height, 12, 19};
+  for (int axis = 0; axis < 2; ++axis) {
+    scene.low[axis] = 1 - 2 * kFirst[axis];
+    scene.high[axis] = 0.5 * kSamples[axis] - 1 - 2 * kFirst[axis];
   }
+  look_for_holes(file(), scene, std::array<std::uint64_t, 2>{0, std::uint64_t{3} << 19}, 11, 600);
 }
 
 // Far away the ground stands for the region, and no patch is drawn.
@@ -186,6 +133,34 @@ TEST_F(Regions, FarAwayTheGroundStandsForIt) {
   };
   EXPECT_GT(patches(100), 0u);
   EXPECT_EQ(patches(20000), 0u);
+}
+
+// Its patches are then not looked at, until it is drawn again: in the frame that it is near, as it always is.
+TEST_F(Regions, FarAwayItsPatchesAreNotLookedAt) {
+  const glm::dvec3 near_by(-60, 60, 18), far_off(-20000, 4000, 18);
+  const auto picture = [&](glm::dvec3 eye, double work_ms) {
+    ViewState shown = view(eye, {20, 0, 18}, 60);
+    set_perspective(shown, 60, 1, 1e6);
+    test::draw_frame(*renderer_, picture_, {shown}, work_ms);
+    return picture_.read();
+  };
+  open_region();
+  const Pixels close = picture(near_by, 0);
+  const std::uint32_t drawn = costs(*renderer_).patches_drawn;
+  EXPECT_GT(drawn, 0u);
+  picture(far_off, 0);
+  EXPECT_EQ(costs(*renderer_).patches_drawn, 0u);
+  EXPECT_EQ(costs(*renderer_).patches_skipped, 0u);
+  for (const double work_ms : {0.0, 1e-3}) {
+    const Pixels far_away = picture(far_off, work_ms);
+    EXPECT_EQ(costs(*renderer_).patches_skipped, host_->world->info().patches);
+    EXPECT_EQ(test::largest_difference(picture(far_off, 0), far_away), 0);
+    EXPECT_EQ(test::largest_difference(picture(near_by, work_ms), close), 0);
+    EXPECT_EQ(costs(*renderer_).patches_drawn, drawn);
+    EXPECT_EQ(costs(*renderer_).patches_skipped, 0u);
+    // Once it was asked for, the ground stands for it anew.
+    picture(far_off, 0);
+  }
 }
 
 // Under a low sun there are shadows in the region and on the ground around it.

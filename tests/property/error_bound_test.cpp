@@ -12,85 +12,11 @@
 
 #include <glm/geometric.hpp>
 
-#include "terrain/draw/index_batches.h"
 #include "tests/support/any_camera.h"
 #include "tests/support/morph_scene.h"
 
 namespace karst::core {
 namespace {
-
-struct Deviation {
-  double most_px = 0;
-  double of_bound = 0;  // the largest share of its frame's bound
-  std::size_t samples = 0;
-  std::size_t moving = 0;  // vertices between home and target
-};
-
-// A place inside each triangle of a level.
-struct SurfaceSample {
-  std::uint16_t vertex[3];  // in slot order
-  double weight[3];
-};
-
-const std::vector<SurfaceSample>& samples_inside(int level) {
-  static std::array<std::vector<SurfaceSample>, kMaxLevel + 1> all;
-  std::vector<SurfaceSample>& samples = all[static_cast<std::size_t>(level)];
-  if (!samples.empty()) return samples;
-  std::vector<std::uint16_t> table(index_count(kMaxLevel));
-  EXPECT_TRUE(build_index_tables(kMaxLevel, table).ok());
-  IndexRange ranges[kMaxIndexRanges];
-  EXPECT_EQ(index_ranges(level, 0, 0, ranges), 1);
-  Random random{109};
-  for (std::uint32_t t = 0; t < ranges[0].count; t += 3) {
-    const std::uint16_t* const index = table.data() + ranges[0].first + t;
-    const double a = random.unit();
-    const double b = (1 - a) * random.unit();
-    samples.push_back({{index[0], index[1], index[2]}, {a, b, 1 - a - b}});
-  }
-  return samples;
-}
-
-// Of what is seen: one of the points at equal (u, v) is in the picture, the other one at least not behind the
-// near plane.
-void measure(const Scene& scene, const Camera& camera, glm::ivec2 size_px, double bound_px, Deviation& most) {
-  const Frustum frustum = make_frustum(camera);
-  const Projection projection(camera, size_px);
-  const double near = camera.near_voxels * kStepsPerVoxel;
-  std::vector<glm::dvec3> points;
-  std::vector<glm::dvec3> full;
-  const std::vector<SurfaceSample>& inner = samples_inside(scene.drawn.level());
-  for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
-    if (scene.levels[p] == 0 || classify(frustum, scene.box(p), kAllPlanes) == kOutside) continue;
-    const std::vector<glm::vec3> moved = scene.moved(p, scene.levels[p], camera);
-    scene.drawn.points(p, scene.levels[p], scene.lower_edges(p, scene.levels), moved, points);
-    scene.drawn.full_points(p, camera, full);
-    const auto look_at_point = [&](glm::dvec3 drawn, glm::dvec3 there) {
-      if (drawn == there) return;
-      if (projection.depth(drawn) < near || projection.depth(there) < near) return;
-      if (!projection.inside(drawn) && !projection.inside(there)) return;
-      const double px = glm::distance(projection.pixels(drawn), projection.pixels(there));
-      most.most_px = std::max(most.most_px, px);
-      most.of_bound = std::max(most.of_bound, px / bound_px);
-      ++most.samples;
-    };
-    for (std::size_t v = 0; v < points.size(); ++v) look_at_point(points[v], full[v]);
-    // Both surfaces are linear over the triangles of the full level; inside those, at random places.
-    for (std::size_t n = p % 8; n < inner.size(); n += 8) {
-      const SurfaceSample& s = inner[n];
-      const auto at = [&](const std::vector<glm::dvec3>& of) {
-        return s.weight[0] * of[s.vertex[0]] + s.weight[1] * of[s.vertex[1]] + s.weight[2] * of[s.vertex[2]];
-      };
-      look_at_point(at(points), at(full));
-    }
-    for (std::size_t v = 0; v < moved.size(); ++v) {
-      const GpuVertex& g = scene.drawn.vertices(p)[v];
-      const glm::dvec3 home = full[v];
-      const glm::dvec3 target = home + glm::dvec3(g.morph[0] - g.position[0], g.morph[1] - g.position[1],
-                                                  g.morph[2] - g.position[2]);
-      if (glm::dvec3(moved[v]) != home && glm::dvec3(moved[v]) != target) ++most.moving;
-    }
-  }
-}
 
 // KARST_POSES sets how many poses a world of the next test is looked at from.
 int poses_wanted() {
@@ -112,7 +38,7 @@ TEST(ErrorBound, TheStatedBoundHolds) {
         const SelectLod::Result selected =
             scene.select(camera, pose.size_px, pose.error_px, scene.drawn.level());
         ASSERT_EQ(selected.bound_px, static_cast<float>(pose.error_px));
-        measure(scene, camera, pose.size_px, selected.bound_px, most);
+        measure_deviation(scene, camera, pose.size_px, selected.bound_px, most);
         ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
       }
     }
@@ -154,7 +80,7 @@ TEST(ErrorBound, TheStatedBoundHoldsForAnyProjection) {
         const double error_px = std::exp2(between(random, -2, 6));
         const SelectLod::Result selected = scene.select(camera, size_px, error_px, scene.drawn.level());
         ASSERT_EQ(selected.bound_px, static_cast<float>(error_px));
-        measure(scene, camera, size_px, selected.bound_px, most);
+        measure_deviation(scene, camera, size_px, selected.bound_px, most);
         ASSERT_LE(most.of_bound, 1.0) << "camera " << n << " of round " << round;
 
         LodSettings settings;
@@ -162,8 +88,8 @@ TEST(ErrorBound, TheStatedBoundHoldsForAnyProjection) {
         settings.max_level = 1 + random.below(scene.drawn.level());
         settings.distance_voxels = std::exp2(between(random, 0, 6));
         const Frustum frustum = make_frustum(camera);
-        measure(scene, camera, size_px, scene.select_still(settings, camera, size_px, &frustum).bound_px,
-                most_still);
+        measure_deviation(scene, camera, size_px,
+                          scene.select_still(settings, camera, size_px, &frustum).bound_px, most_still);
         ASSERT_LE(most_still.of_bound, 1.0) << "camera " << n << " of round " << round;
       }
     }
@@ -195,7 +121,7 @@ TEST(ErrorBound, TheBoundHoldsWithoutTheFinestLevels) {
       ASSERT_GE(selected.bound_px, static_cast<float>(pose.error_px));
       if (selected.bound_px > static_cast<float>(pose.error_px)) ++risen;
       for (const int level : scene.levels) ASSERT_LE(level, top);
-      measure(scene, camera, pose.size_px, selected.bound_px, most);
+      measure_deviation(scene, camera, pose.size_px, selected.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
     }
   }
@@ -218,7 +144,7 @@ TEST(ErrorBound, DistanceAndFullStateTheirBoundsToo) {
       settings.distance_voxels = std::exp2(between(random, 0, 6));
       const SelectLod::Result selected = scene.select_still(settings, camera, pose.size_px, &frustum);
       const std::size_t before = most.samples;
-      measure(scene, camera, pose.size_px, selected.bound_px, most);
+      measure_deviation(scene, camera, pose.size_px, selected.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
       if (settings.mode == LodMode::full && settings.max_level == 4) {
         ASSERT_EQ(selected.bound_px, 0.0f);
@@ -309,7 +235,7 @@ TEST(ErrorBound, TheBoundHoldsForWhatIsHeld) {
       capped += cut;
       lowered += result.lowered;
       risen += result.bound_px > free.bound_px ? 1u : 0u;
-      measure(scene, camera, pose.size_px, result.bound_px, most);
+      measure_deviation(scene, camera, pose.size_px, result.bound_px, most);
       ASSERT_LE(most.of_bound, 1.0) << "pose " << n << " of round " << round;
     }
   }

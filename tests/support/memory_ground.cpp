@@ -197,7 +197,7 @@ struct AllQuads {
         deep(static_cast<std::size_t>(nodes_along(info, 1, size)) * kNodeQuads),
         low(wide * deep),
         high(wide * deep),
-        floats(8 * wide * deep) {}
+        floats((7 + kBands) * wide * deep) {}
   QuadRow row(std::size_t k) {
     QuadRow out;
     out.low = std::span(low).subspan(k * wide, wide);
@@ -206,7 +206,7 @@ struct AllQuads {
     const auto next = [&] { return std::span(floats).subspan((n++ * deep + k) * wide, wide); };
     out.below = next();
     out.above = next();
-    out.most = next();
+    for (auto& span : out.most) span = next();
     for (auto& span : out.border) span = next();
     out.tall = next();
     return out;
@@ -222,7 +222,7 @@ struct AllNodes {
         deep(static_cast<std::size_t>(nodes_along(info, 1, size))),
         low(wide * deep),
         high(wide * deep),
-        floats(6 * wide * deep),
+        floats((5 + kBands) * wide * deep),
         halves(kDemands * wide * deep),
         rows(deep) {
     for (std::size_t z = 0; z < deep; ++z) {
@@ -231,7 +231,7 @@ struct AllNodes {
       out.high = std::span(high).subspan(z * wide, wide);
       std::size_t n = 0;
       const auto next = [&] { return std::span(floats).subspan((n++ * deep + z) * wide, wide); };
-      out.most = next();
+      for (auto& span : out.most) span = next();
       for (auto& span : out.border) span = next();
       out.tall = next();
       out.thresholds = std::span(halves).subspan(kDemands * z * wide, kDemands * wide);

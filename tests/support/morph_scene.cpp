@@ -2,9 +2,12 @@
 #include "tests/support/morph_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <glm/geometric.hpp>
+
+#include "terrain/draw/index_batches.h"
 
 namespace karst::core {
 
@@ -114,6 +117,75 @@ std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double
     held[p] = random.unit() < missing ? 0 : static_cast<std::uint8_t>(std::min(level, scene.drawn.level()));
   }
   return held;
+}
+
+namespace {
+
+// A place inside each triangle of a level.
+struct SurfaceSample {
+  std::uint16_t vertex[3];  // in slot order
+  double weight[3];
+};
+
+const std::vector<SurfaceSample>& samples_inside(int level) {
+  static std::array<std::vector<SurfaceSample>, kMaxLevel + 1> all;
+  std::vector<SurfaceSample>& samples = all[static_cast<std::size_t>(level)];
+  if (!samples.empty()) return samples;
+  std::vector<std::uint16_t> table(index_count(kMaxLevel));
+  EXPECT_TRUE(build_index_tables(kMaxLevel, table).ok());
+  IndexRange ranges[kMaxIndexRanges];
+  EXPECT_EQ(index_ranges(level, 0, 0, ranges), 1);
+  Random random{109};
+  for (std::uint32_t t = 0; t < ranges[0].count; t += 3) {
+    const std::uint16_t* const index = table.data() + ranges[0].first + t;
+    const double a = random.unit();
+    const double b = (1 - a) * random.unit();
+    samples.push_back({{index[0], index[1], index[2]}, {a, b, 1 - a - b}});
+  }
+  return samples;
+}
+
+}  // namespace
+
+void measure_deviation(const Scene& scene, const Camera& camera, glm::ivec2 size_px, double bound_px,
+                       Deviation& most) {
+  const Frustum frustum = make_frustum(camera);
+  const Projection projection(camera, size_px);
+  const double near = camera.near_voxels * kStepsPerVoxel;
+  std::vector<glm::dvec3> points;
+  std::vector<glm::dvec3> full;
+  const std::vector<SurfaceSample>& inner = samples_inside(scene.drawn.level());
+  for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
+    if (scene.levels[p] == 0 || classify(frustum, scene.box(p), kAllPlanes) == kOutside) continue;
+    const std::vector<glm::vec3> moved = scene.moved(p, scene.levels[p], camera);
+    scene.drawn.points(p, scene.levels[p], scene.lower_edges(p, scene.levels), moved, points);
+    scene.drawn.full_points(p, camera, full);
+    const auto look_at_point = [&](glm::dvec3 drawn, glm::dvec3 there) {
+      if (drawn == there) return;
+      if (projection.depth(drawn) < near || projection.depth(there) < near) return;
+      if (!projection.inside(drawn) && !projection.inside(there)) return;
+      const double px = glm::distance(projection.pixels(drawn), projection.pixels(there));
+      most.most_px = std::max(most.most_px, px);
+      most.of_bound = std::max(most.of_bound, px / bound_px);
+      ++most.samples;
+    };
+    for (std::size_t v = 0; v < points.size(); ++v) look_at_point(points[v], full[v]);
+    // Both surfaces are linear over the triangles of the full level; inside those, at random places.
+    for (std::size_t n = p % 8; n < inner.size(); n += 8) {
+      const SurfaceSample& s = inner[n];
+      const auto at = [&](const std::vector<glm::dvec3>& of) {
+        return s.weight[0] * of[s.vertex[0]] + s.weight[1] * of[s.vertex[1]] + s.weight[2] * of[s.vertex[2]];
+      };
+      look_at_point(at(points), at(full));
+    }
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const GpuVertex& g = scene.drawn.vertices(p)[v];
+      const glm::dvec3 home = full[v];
+      const glm::dvec3 target = home + glm::dvec3(g.morph[0] - g.position[0], g.morph[1] - g.position[1],
+                                                  g.morph[2] - g.position[2]);
+      if (glm::dvec3(moved[v]) != home && glm::dvec3(moved[v]) != target) ++most.moving;
+    }
+  }
 }
 
 }  // namespace karst::core

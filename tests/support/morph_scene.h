@@ -152,6 +152,18 @@ struct Pose {
 Pose random_pose(Random& random, Scene& scene);
 Camera camera_of(const CameraSettings& settings);
 
+// How far what is drawn is from the full surface.
+struct Deviation {
+  double most_px = 0;
+  double of_bound = 0;  // the largest share of its frame's bound
+  std::size_t samples = 0;
+  std::size_t moving = 0;  // vertices between home and target
+};
+// Of what is seen: one of the points at equal (u, v) is in the picture, the other one at least not behind the
+// near plane.
+void measure_deviation(const Scene& scene, const Camera& camera, glm::ivec2 size_px, double bound_px,
+                       Deviation& most);
+
 // What is held of a world: most patches as fine as they may ever be wanted, some coarser in patches or at
 // random, some not at all.
 std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double missing);

@@ -119,7 +119,7 @@ TEST(FamilyPool, KeepsWhatTheLastFramesSaw) {
   std::vector<std::uint32_t> chains(3);
   std::vector<PageTexel> texels(12);
   FamilyPool pool;
-  pool.create({families, chains, texels});
+  pool.create({families, chains, texels, {}});
   pool.reset();
   pool.begin_frame();
   const std::uint32_t a = pool.see({1, 0, 0});

@@ -10,6 +10,7 @@
 
 #include "terrain/base/arena.h"
 #include "terrain/base/config.h"
+#include "terrain/ground/measure_ground.h"
 #include "terrain/ground/tile.h"
 #include "terrain/paging/tile_slots.h"
 #include "terrain/paging/tile_source.h"
@@ -19,7 +20,7 @@ namespace karst::core {
 
 // Of a node, what its own samples give of its threshold and its neighbours' (NodeRow).
 struct NodeParts {
-  float most = 0;
+  float most[kBands] = {};
   float border[4] = {};
   float tall = 0;
 };

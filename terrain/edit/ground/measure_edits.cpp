@@ -72,7 +72,7 @@ NodeRow MeasureEdits::Scratch::Row<kNodes>::first(std::size_t count) {
   NodeRow row;
   row.low = std::span(low).first(count);
   row.high = std::span(high).first(count);
-  row.most = std::span(most).first(count);
+  for (std::size_t n = 0; n < kBands; ++n) row.most[n] = std::span(most[n]).first(count);
   for (std::size_t edge = 0; edge < 4; ++edge) row.border[edge] = std::span(border[edge]).first(count);
   row.tall = std::span(tall).first(count);
   row.thresholds = std::span(thresholds).first(count * kDemands);
@@ -218,20 +218,20 @@ bool MeasureEdits::make_parts(NodeKey node, NodeParts& out) {
   std::array<std::span<const std::int32_t>, kMostReferenceRows + 1> heights;
   std::array<QuadRow, kMostReferenceRows> finer;
   std::array<std::int32_t, kNodeQuads> low, high;
-  std::array<std::array<float, kNodeQuads>, 8> values;
+  std::array<std::array<float, kNodeQuads>, 7 + kBands> values;
   QuadRow quads;
   quads.low = low;
   quads.high = high;
   quads.below = values[0];
   quads.above = values[1];
-  quads.most = values[2];
+  quads.tall = values[2];
   quads.border = {values[3], values[4], values[5], values[6]};
-  quads.tall = values[7];
+  for (std::size_t band = 0; band < kBands; ++band) quads.most[band] = values[7 + band];
   std::int32_t node_low, node_high;
   NodeRow row;
   row.low = {&node_low, 1};
   row.high = {&node_high, 1};
-  row.most = {&out.most, 1};
+  for (std::size_t band = 0; band < kBands; ++band) row.most[band] = {&out.most[band], 1};
   for (std::size_t edge = 0; edge < 4; ++edge) row.border[edge] = {&out.border[edge], 1};
   row.tall = {&out.tall, 1};
   for (std::int64_t k = 0; k < quads_along(info, 1, node.size); ++k) {
@@ -270,7 +270,7 @@ NodeParts MeasureEdits::parts(NodeKey node) {
   if (tile != nullptr && tile->knows(at)) return tile->parts[at];
   NodeParts made;
   if (!make_parts(node, made)) {
-    made.most = std::numeric_limits<float>::infinity();
+    made.most[0] = std::numeric_limits<float>::infinity();
     return made;
   }
   if (tile != nullptr) {
@@ -290,7 +290,7 @@ void MeasureEdits::fill(const NodeRow& row, int size, std::int64_t first, std::i
     std::copy(std::begin(own.thresholds), std::end(own.thresholds),
               row.thresholds.begin() + static_cast<std::ptrdiff_t>(n * kDemands));
     const NodeParts of = with_parts ? parts(node) : NodeParts{};
-    row.most[n] = of.most;
+    for (std::size_t band = 0; band < kBands; ++band) row.most[band][n] = of.most[band];
     for (std::size_t edge = 0; edge < 4; ++edge) row.border[edge][n] = of.border[edge];
     row.tall[n] = of.tall;
   }

@@ -44,7 +44,7 @@ class MeasureEdits {
     template <std::size_t kNodes>
     struct Row {
       std::int32_t low[kNodes], high[kNodes];
-      float most[kNodes], border[4][kNodes], tall[kNodes];
+      float most[kBands][kNodes], border[4][kNodes], tall[kNodes];
       std::uint16_t thresholds[kNodes * kDemands];
 
       NodeRow first(std::size_t count);

@@ -150,6 +150,7 @@ void UpdateSurface::put_patches(Result& result) const {
     const bool is_new = old == PatchTable::kNone;
     const std::uint32_t slot = is_new ? slots->take_volume() : slots->patches_[old].volume;
     const bool alike = !is_new && looks_alike(slots->volumes_[slot], volume);
+    const bool reshaped = !is_new && slots->volumes_[slot].configuration != volume.configuration;
     slots->volumes_[slot] = volume;
     for (std::uint32_t c = 0; c < volume.patch_count; ++c, ++next) {
       PatchId id = slots->table_->find(key_of(volume, c));
@@ -166,7 +167,9 @@ void UpdateSurface::put_patches(Result& result) const {
       result.appeared += appears ? 1u : 0u;
       result.kept += appears ? 0u : 1u;
       if (appears || !alike) {
-        changes[result.changes++] = {id, appears ? PatchChange::appeared : PatchChange::changed};
+        changes[result.changes++] = {id, appears    ? PatchChange::appeared
+                                         : reshaped ? PatchChange::reshaped
+                                                    : PatchChange::changed};
       }
     }
   }

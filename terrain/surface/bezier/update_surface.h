@@ -67,7 +67,8 @@ struct PatchChange {
   enum Kind : std::uint8_t {
     appeared,  // its slot is new, and has no heights
     vanished,  // its slot is free
-    changed    // it is still there, but its volume's voxels or gradients are others
+    changed,   // it is still there, but its volume's gradients are others
+    reshaped   // one of its key is still there, but its volume's voxels are others: so is its border
   };
   PatchId slot = 0;
   Kind kind = appeared;
@@ -82,11 +83,12 @@ struct UpdateSurface {
   // Brought up to date. Edges of patches around the box are linked anew.
   SurfaceSlots* slots = nullptr;
 
-  // Output, borrowed: vanished ones first. Room for all patches in the box, before and after, is enough.
+  // Output, borrowed: vanished ones first, the others by key. Room for all patches in the box, before and
+  // after, is enough.
   std::span<PatchChange> changes;
 
   struct Result {
-    std::uint32_t changes = 0;  // of the three kinds together
+    std::uint32_t changes = 0;  // of all kinds together
     std::uint32_t appeared = 0;
     std::uint32_t vanished = 0;
     std::uint32_t kept = 0;  // patches in the box that are still there, changed or not

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+// The new octree is made beside the old one, its surface around the edit is extracted into working memory,
+// and all is counted; only then anything is put in place, and from there on nothing fails.
+#include "terrain/edit/shape/edit_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+
+#include "terrain/base/check.h"
+#include "terrain/base/checksum.h"
+#include "terrain/edit/shape/edit_octree.h"
+#include "terrain/edit/shape/new_heights.h"
+#include "terrain/measure/measure_patches.h"
+#include "terrain/surface/bezier/extract_surface.h"
+#include "terrain/surface/bezier/update_surface.h"
+
+namespace karst::core {
+namespace {
+
+constexpr double kMostVoxels = 0x1p20;  // of lengths and places, so that all sums are finite
+
+Status refuse(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+bool is_near(glm::dvec3 v) {
+  return std::abs(v.x) <= kMostVoxels && std::abs(v.y) <= kMostVoxels && std::abs(v.z) <= kMostVoxels;
+}
+bool inside(double v, double least, double most) {
+  return v >= least && v <= most;
+}
+
+class ShapeEdit {
+ public:
+  ShapeEdit(World& world, const Edit& edit)
+      : all_(world.edit()), room_(*all_.room), edit_(edit), level_(world.info().level) {}
+
+  Status run(EditChange& change) {
+    Octree& octree = *all_.octree;
+    // The surface has no top above the highest voxels in use.
+    const glm::ivec3 high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
+    const VoxelShape shape(edit_, octree.depth(), glm::ivec3(0), high);
+    const EditOctree make{&octree, &shape, edit_.tool == EditTool::fill};
+    EditOctree::Result made;
+    const Octree::Node old_root = octree.root();
+    if (const Status status = make.run(made); !status.ok()) return status;
+    if (made.root == old_root) return {};
+    octree.set_root(made.root);
+    UpdateSurface::Result updated;
+    if (const Status status = extract(made, updated); !status.ok()) {
+      octree.set_root(old_root);
+      EditOctree::release(octree, made.root, old_root);
+      return status;
+    }
+    EditOctree::release(octree, old_root, made.root);
+    change.changed = true;
+    change.box = {made.low * kStepsPerVoxel, (made.high + 1) * kStepsPerVoxel};
+    follow(updated, change);
+    return {};
+  }
+
+ private:
+  // Counts first; nothing of the world but its octree has changed where it fails.
+  Status extract(const EditOctree::Result& made, UpdateSurface::Result& updated) {
+    const CornerBox box = corners_touched(made.low, made.high);
+    ExtractSurface extract;
+    extract.octree = all_.octree;
+    extract.extent = all_.extent;
+    extract.low = box.low;
+    extract.high = box.high;
+    ExtractSurface::Result count;
+    if (const Status status = extract.count(count); !status.ok()) return status;
+    if (count.patches > room_.patches.size()) return too_small(count.patches);
+    // All that shares a corner with them lies a corner further at most.
+    ExtractSurface around = extract;
+    around.low -= 1;
+    around.high += 1;
+    ExtractSurface::Result all;
+    if (const Status status = around.count(all); !status.ok()) return status;
+    if (all.patches >= room_.touched.size()) return too_small(all.patches / World::EditRoom::kTouched + 1);
+    extract.volumes = room_.volumes;
+    extract.patches = room_.patches;
+    extract.scratch = room_.table;
+    ExtractSurface::Result fresh;
+    if (const Status status = extract.run(fresh); !status.ok()) return too_small(count.patches);
+    UpdateSurface update;
+    update.fresh = {room_.volumes.first(fresh.volumes), room_.patches.first(fresh.patches)};
+    update.box = box;
+    update.slots = all_.slots;
+    update.changes = room_.changes;
+    const Status status = update.run(updated);
+    return status.ok() ? status : too_small(status.value());
+  }
+
+  static Status too_small(std::uint64_t patches) {
+    return {StatusCode::limit_reached, "the edit changes more patches than there is room for", "edit_patches",
+            patches};
+  }
+
+  void follow(const UpdateSurface::Result& updated, EditChange& change) {
+    const std::span<const PatchChange> changes = room_.changes.first(updated.changes);
+    NewHeights heights;
+    heights.surface = all_.surface;
+    heights.changes = changes;
+    heights.level = level_;
+    heights.patches = all_.patches;
+    heights.heights = all_.heights;
+    heights.run();
+    std::size_t vanished = 0, changed = updated.vanished;
+    for (const PatchChange& one : changes) {
+      if (one.kind == PatchChange::vanished) {
+        join(change.box, box_before(one.slot));
+        forget(one.slot);
+        if (all_.surface.is_free(one.slot)) room_.changed[vanished++] = one.slot;
+      } else {
+        room_.changed[changed++] = one.slot;
+        if (one.kind == PatchChange::appeared && !all_.overrides.empty()) all_.overrides[one.slot] = 0;
+      }
+    }
+    std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
+    change.vanished = room_.changed.first(vanished);
+    const Status status =
+        find_touched(all_.surface, room_.changed.subspan(updated.vanished, changed - updated.vanished),
+                     room_.touched, change.touched);
+    KARST_ASSERT(status.ok());  // counted before
+    static_cast<void>(status);
+    measure(change);
+    derive(change);
+  }
+
+  // What culling reads is still that of before.
+  LatticeBox box_before(PatchId slot) const {
+    return all_.boxes[slot / PatchBoxes::kPatches].box(slot % PatchBoxes::kPatches);
+  }
+
+  static void join(LatticeBox& box, const LatticeBox& other) {
+    if (is_nowhere(other)) return;
+    box = {glm::min(box.min, other.min), glm::max(box.max, other.max)};
+  }
+
+  void forget(PatchId slot) {
+    if (!all_.surface.is_free(slot)) return;  // it is taken again
+    all_.bounds[slot] = {};
+    all_.cones[slot] = all_.shading_cones[slot] = {};
+    const std::size_t values = level_error_values(level_);
+    std::ranges::fill(all_.level_errors.subspan(slot * values, values), std::uint16_t{0});
+    if (!all_.overrides.empty()) all_.overrides[slot] = 0;
+  }
+
+  void measure(EditChange& change) {
+    if (change.touched.empty()) return;
+    MeasurePatches measure;
+    measure.surface = all_.surface;
+    measure.heights = all_.heights->heights();
+    measure.list = change.touched;
+    measure.borders = room_.borders.first(change.touched.size());
+    measure.out = {all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
+    KARST_ASSERT(measure.validate().ok());
+    const MeasurePatches::Room room{make_patch_scratch(room_.scratch), room_.vertices};
+    for (const PatchId patch : change.touched) join(change.box, box_before(patch));
+    measure.measure(0, measure.count(), room);
+    measure.join(0, measure.count());
+    for (const PatchId patch : change.touched) join(change.box, patch_box(all_.surface, all_.bounds, patch));
+  }
+
+  void derive(EditChange& change) {
+    for (const std::span<const PatchId> list : {change.vanished, change.touched}) {
+      for (const PatchId patch : list) {
+        fill_patch_boxes(all_.surface, all_.bounds, patch, patch + 1, all_.boxes);
+        const Status status = all_.tree->update(all_.surface, all_.bounds, patch, 1);
+        KARST_ASSERT(status.ok());
+        static_cast<void>(status);
+      }
+    }
+    all_.occluders->build(*all_.octree, all_.extent, all_.surface, all_.bounds);
+    const std::uint32_t sky = crc32c(std::as_bytes(all_.sky->cells()));
+    all_.sky->build(*all_.octree, all_.extent);
+    change.sky_changed = crc32c(std::as_bytes(all_.sky->cells())) != sky;
+  }
+
+  World::Editable all_;
+  const World::EditRoom& room_;
+  const Edit& edit_;
+  int level_;
+};
+
+}  // namespace
+
+Status check_edit(const Edit& edit, const World& world) {
+  if (!world.is_editable())
+    return refuse("it was planned without room for edits, or is one that cannot be edited", "world");
+  if (static_cast<int>(edit.tool) >= kEditTools) return refuse("not a tool", "tool");
+  if (static_cast<int>(edit.shape) >= kBrushShapes) return refuse("not a shape", "shape");
+  if (edits_voxels(edit.tool) && edit.shape == BrushShape::cylinder)
+    return refuse("cylinders are for heights alone", "shape");
+  if (edit.octree_level > world.octree().depth()) return refuse("finer than the octree", "octree_level");
+  if (!is_near(edit.place)) return refuse("not finite, or too far away", "place");
+  if (!is_near(edit.to)) return refuse("not finite, or too far away", "to");
+  if (!is_near(edit.half) || !(edit.half.x >= 0 && edit.half.y >= 0 && edit.half.z >= 0))
+    return refuse("not lengths, or too large", "half_m");
+  if (!inside(edit.radius, 0, kMostVoxels)) return refuse("not a length, or too large", "radius_m");
+  if (!inside(edit.strength, -kMostVoxels, kMostVoxels))
+    return refuse("not finite, or too large", "strength_m");
+  if (!inside(edit.amount, 0, 1)) return refuse("not within 0..1", "amount");
+  if (!inside(edit.hardness, 0, 1)) return refuse("not within 0..1", "hardness");
+  if (!inside(edit.wave, 0x1p-10, kMostVoxels)) return refuse("not a length, or too large", "wave_m");
+  if (!is_near(edit.up)) return refuse("not finite, or too large", "up");
+  return {};
+}
+
+Status edit_shape(World& world, const Edit& edit, EditChange& change) {
+  change = {};
+  if (const Status status = check_edit(edit, world); !status.ok()) return status;
+  KARST_ASSERT(edits_voxels(edit.tool));
+  return ShapeEdit(world, edit).run(change);
+}
+
+}  // namespace karst::core

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// While it runs, a patch is new whose height_block is kUnmade; its block holds what is known so far.
+#include "terrain/edit/shape/new_heights.h"
+
+#include <algorithm>
+
+#include "terrain/base/check.h"
+#include "terrain/patch/corner_fan.h"
+#include "terrain/patch/displacement.h"
+
+namespace karst::core {
+namespace {
+
+constexpr std::uint32_t kUnmade = kNoHeights - 1;
+
+// Rounds over the corners between new patches.
+constexpr int kRounds = 8;
+
+struct GridPlace {
+  int i, j;
+};
+
+GridPlace corner_place(int corner, int n) {
+  return {corner == 1 || corner == 2 ? n : 0, corner >= 2 ? n : 0};
+}
+
+// To the nearest integer, halves away from 0. count > 0.
+std::int32_t divide(std::int64_t sum, std::int64_t count) {
+  const std::int64_t half = count / 2;
+  return static_cast<std::int32_t>((sum < 0 ? sum - half : sum + half) / count);
+}
+
+}  // namespace
+
+template <class Visit>
+void NewHeights::for_each_new(const Visit& visit) const {
+  for (const PatchChange& change : changes) {
+    if (is_new(change)) visit(change.slot);
+  }
+}
+
+std::int16_t NewHeights::at(PatchId patch, int i, int j) const {
+  if (patches[patch].height_block == kNoHeights) return 0;
+  return heights->block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)];
+}
+
+void NewHeights::set(PatchId patch, int i, int j, std::int32_t height) const {
+  heights->block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)] =
+      static_cast<std::int16_t>(std::clamp(height, -kMaxHeight, kMaxHeight));
+}
+
+void NewHeights::run() const {
+  for_each_new([&](PatchId patch) {
+    patches[patch].height_block = kUnmade;
+    std::ranges::fill(heights->block(patch), std::int16_t{0});
+  });
+  find_corners();
+  for_each_new([&](PatchId patch) { fill_borders(patch); });
+  for_each_new([&](PatchId patch) { fill_inside(patch); });
+  for_each_new([&](PatchId patch) {
+    const std::span<const std::int16_t> block = heights->block(patch);
+    const bool flat = std::ranges::all_of(block, [](std::int16_t h) { return h == 0; });
+    patches[patch].height_block = flat ? kNoHeights : patch;
+  });
+}
+
+// What old patches have there first; then the others, again and again.
+void NewHeights::find_corners() const {
+  const int n = patch_cells(level);
+  for_each_new([&](PatchId patch) {
+    for (int corner = 0; corner < 4; ++corner) {
+      PatchCorner fan[kMaxCornerFan];
+      const int count = corner_fan(patches, {patch, corner}, fan);
+      for (int f = 0; f < count; ++f) {
+        if (patches[fan[f].patch].height_block == kUnmade) continue;
+        const GridPlace theirs = corner_place(fan[f].corner, n), own = corner_place(corner, n);
+        set(patch, own.i, own.j, at(fan[f].patch, theirs.i, theirs.j));
+        break;
+      }
+    }
+  });
+  for (int round = 0; round < kRounds; ++round) {
+    for_each_new([&](PatchId patch) {
+      for (int corner = 0; corner < (patches[patch].collapsed != 0 ? 3 : 4); ++corner)
+        smooth_corner(patch, corner);
+    });
+  }
+}
+
+void NewHeights::smooth_corner(PatchId patch, int corner) const {
+  const int n = patch_cells(level);
+  PatchCorner fan[kMaxCornerFan];
+  const int count = corner_fan(patches, {patch, corner}, fan);
+  std::int64_t sum = 0;
+  for (int f = 0; f < count; ++f) {
+    if (patches[fan[f].patch].height_block != kUnmade) return;  // it is given
+    // The corners beside it; of one patch that two edges lead to, twice.
+    const bool three = patches[fan[f].patch].collapsed != 0;
+    const int before = three && fan[f].corner == 0 ? 2 : (fan[f].corner + 3) & 3;
+    for (const int beside : {(fan[f].corner + 1) & 3, before}) {
+      const GridPlace place = corner_place(beside, n);
+      sum += at(fan[f].patch, place.i, place.j);
+    }
+  }
+  const std::int32_t mean = divide(sum, 2 * count);
+  for (int f = 0; f < count; ++f) {
+    const GridPlace place = corner_place(fan[f].corner, n);
+    set(fan[f].patch, place.i, place.j, mean);
+    if (patches[fan[f].patch].collapsed != 0 && fan[f].corner == 0) set(fan[f].patch, 0, n, mean);
+  }
+}
+
+void NewHeights::fill_borders(PatchId patch) const {
+  const int n = patch_cells(level);
+  const Patch& own = patches[patch];
+  for (int e = 0; e < 4; ++e) {
+    const GridLine mine = GridLine::along_edge(e, 0, level, false);
+    const PatchEdge other = own.neighbour[e];
+    const bool is_given = other.exists() && patches[other.patch()].height_block != kUnmade;
+    const GridLine theirs =
+        other.exists() ? GridLine::along_edge(other.edge(), 0, level, true) : GridLine{0, 0, 0, 0};
+    const std::int32_t first = at(patch, mine.i0, mine.j0);
+    const std::int32_t last = at(patch, mine.i0 + n * mine.di, mine.j0 + n * mine.dj);
+    for (int t = 1; t < n; ++t) {
+      const std::int32_t height =
+          is_given ? at(other.patch(), theirs.i0 + t * theirs.di, theirs.j0 + t * theirs.dj)
+                   : divide(std::int64_t{first} * (n - t) + std::int64_t{last} * t, n);
+      set(patch, mine.i0 + t * mine.di, mine.j0 + t * mine.dj, height);
+    }
+  }
+}
+
+void NewHeights::fill_inside(PatchId patch) const {
+  const int n = patch_cells(level);
+  const std::int32_t c00 = at(patch, 0, 0), c10 = at(patch, n, 0), c01 = at(patch, 0, n),
+                     c11 = at(patch, n, n);
+  for (int j = 1; j < n; ++j) {
+    for (int i = 1; i < n; ++i) {
+      // n^2 times the sum of both ruled surfaces less the bilinear one.
+      const std::int64_t across = std::int64_t{n} * (at(patch, 0, j) * (n - i) + at(patch, n, j) * i);
+      const std::int64_t along = std::int64_t{n} * (at(patch, i, 0) * (n - j) + at(patch, i, n) * j);
+      const std::int64_t corners = std::int64_t{c00} * (n - i) * (n - j) + std::int64_t{c10} * i * (n - j) +
+                                   std::int64_t{c01} * (n - i) * j + std::int64_t{c11} * i * j;
+      set(patch, i, j, divide(across + along - corners, std::int64_t{n} * n));
+    }
+  }
+}
+
+}  // namespace karst::core

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// Edits of voxels in a loaded world: all that follows is what a file of the edited world loads.
+#include "terrain/edit/shape/edit_shape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/support/edited_world.h"
+#include "tests/support/heap_count.h"
+
+namespace karst::core {
+namespace {
+
+using test::LoadedWorld;
+using test::TestWorld;
+
+constexpr std::uint32_t kRoom = 2'000;
+
+TestWorld rough_world(std::uint64_t seed) {
+  TestWorld world = TestWorld::noise(seed, {14, 11, 13}, 0.45, 5.0, false);
+  world.roughen(2, seed + 7, 1500);
+  return world;
+}
+
+TEST(EditShape, AThousandEditsAreWhatAFileLoads) {
+  test::Random random{11};
+  std::uint32_t changed = 0;
+  for (std::uint64_t round = 0; round < 20; ++round) {
+    LoadedWorld live(rough_world(round).file(), kRoom);
+    World& world = live.world;
+    test::expect_as_loaded(live);
+    for (int edit = 0; edit < 50; ++edit) {
+      EditChange change;
+      const Edit made = test::random_voxel_edit(random, world.info().extent, world.octree().depth());
+      const std::size_t before = test::heap_calls();
+      const Status status = edit_shape(world, made, change);
+      EXPECT_EQ(test::heap_calls(), before);
+      ASSERT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
+      changed += change.changed ? 1u : 0u;
+      if (change.changed) test::expect_as_loaded(live);
+      if (testing::Test::HasFatalFailure()) FAIL() << "round " << round << " edit " << edit;
+    }
+  }
+  EXPECT_GT(changed, 500u);
+}
+
+// The voxels are those whose centres are in the shape, no others.
+TEST(EditShape, ShapesAreWhatTheySay) {
+  test::Random random{3};
+  for (int n = 0; n < 40; ++n) {
+    LoadedWorld live(rough_world(1).file(), kRoom);
+    World& world = live.world;
+    const glm::ivec3 extent = world.info().extent;
+    const Edit edit = test::random_voxel_edit(random, extent, world.octree().depth());
+    std::vector<bool> before;
+    const auto read = [&](std::vector<bool>& out) {
+      for (int z = 0; z < extent.z; ++z) {
+        for (int y = 0; y < extent.y; ++y) {
+          for (int x = 0; x < extent.x; ++x) out.push_back(world.octree().filled({x, y, z}));
+        }
+      }
+    };
+    read(before);
+    EditChange change;
+    ASSERT_TRUE(edit_shape(world, edit, change).ok());
+    std::vector<bool> after;
+    read(after);
+    std::size_t at = 0;
+    for (int z = 0; z < extent.z; ++z) {
+      for (int y = 0; y < extent.y; ++y) {
+        for (int x = 0; x < extent.x; ++x, ++at) {
+          const glm::dvec3 c = glm::dvec3(x, y, z) + 0.5;
+          bool in = false;
+          if (edit.shape == BrushShape::voxel) {
+            const double side = std::ldexp(1.0, world.octree().depth() - edit.octree_level);
+            in = glm::floor(c / side) == glm::floor(edit.place / side);
+          } else if (edit.shape == BrushShape::box) {
+            const glm::dvec3 away = glm::abs(c - edit.place);
+            in = away.x <= edit.half.x && away.y <= edit.half.y && away.z <= edit.half.z;
+          } else {
+            const glm::dvec3 way = edit.shape == BrushShape::capsule ? edit.to - edit.place : glm::dvec3(0);
+            const double l2 = glm::dot(way, way);
+            const double t = l2 > 0 ? glm::clamp(glm::dot(c - edit.place, way) / l2, 0.0, 1.0) : 0.0;
+            in = glm::length(c - edit.place - t * way) <= edit.radius;
+          }
+          const bool fill = edit.tool == EditTool::fill;
+          const bool wanted = in && !(fill && y == extent.y - 1) ? fill : before[at];
+          ASSERT_EQ(after[at], wanted) << x << " " << y << " " << z << " shape " << int(edit.shape);
+        }
+      }
+    }
+  }
+}
+
+// What finds no room or is nonsense changes nothing, to the bit.
+TEST(EditShape, FailuresChangeNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Edit dig;
+  dig.place = {7, 5, 6};
+  dig.radius = 4;
+  for (const std::uint32_t room : {60u, 200u}) {
+    LoadedWorld live(rough_world(2).file(), room);
+    const std::vector<std::byte> before = live.save();
+    EditChange change;
+    const Status status = edit_shape(live.world, dig, change);
+    ASSERT_EQ(status.code(), StatusCode::limit_reached);
+    EXPECT_STREQ(status.field(), "edit_patches");
+    EXPECT_GT(status.value(), room);
+    EXPECT_FALSE(change.changed);
+    EXPECT_TRUE(live.save() == before);
+    test::expect_as_loaded(live);
+  }
+  LoadedWorld live(rough_world(2).file(), kRoom);
+  const std::vector<std::byte> before = live.save();
+  const struct {
+    const char* field;
+    void (*spoil)(Edit& edit, double nan);
+  } spoilt[] = {
+      {"place", [](Edit& e, double n) { e.place.y = n; }},
+      {"place", [](Edit& e, double) { e.place.x = 1e300; }},
+      {"to", [](Edit& e, double n) { e.to.x = n; }},
+      {"half_m", [](Edit& e, double) { e.half.z = -1; }},
+      {"radius_m", [](Edit& e, double n) { e.radius = n; }},
+      {"radius_m", [](Edit& e, double) { e.radius = -1; }},
+      {"octree_level", [](Edit& e, double) { e.octree_level = 9; }},
+      {"shape", [](Edit& e, double) { e.shape = BrushShape::cylinder; }},
+      {"shape", [](Edit& e, double) { e.shape = static_cast<BrushShape>(77); }},
+      {"tool", [](Edit& e, double) { e.tool = static_cast<EditTool>(77); }},
+      {"amount", [](Edit& e, double n) { e.amount = n; }},
+  };
+  for (const auto& [field, spoil] : spoilt) {
+    Edit edit = dig;
+    spoil(edit, nan);
+    EditChange change;
+    const Status status = edit_shape(live.world, edit, change);
+    ASSERT_EQ(status.code(), StatusCode::invalid_argument) << field;
+    EXPECT_STREQ(status.field(), field);
+  }
+  EXPECT_TRUE(live.save() == before);
+  // Larger than the world: all of it is rock, or all of it air.
+  for (const EditTool tool : {EditTool::fill, EditTool::clear}) {
+    dig.tool = tool;
+    dig.radius = 1e5;
+    EditChange change;
+    const Status status = edit_shape(live.world, dig, change);
+    ASSERT_TRUE(status.ok()) << status.field() << status.value();
+    EXPECT_TRUE(change.changed);
+    if (tool == EditTool::fill) test::expect_as_loaded(live);
+  }
+  EXPECT_EQ(live.world.free_patches(), live.world.patch_count());
+  // Without room for edits there is none.
+  LoadedWorld plain(rough_world(2).file());
+  EditChange change;
+  EXPECT_STREQ(edit_shape(plain.world, dig, change).field(), "world");
+}
+
+}  // namespace
+}  // namespace karst::core
