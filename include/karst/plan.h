@@ -41,6 +41,9 @@ struct Needs {
   std::uint32_t deferred_height = 0;
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
   std::uint32_t drape_height = 0;  // both 0 or both 1..16384
+  // Tiles of a ground, 64 samples a side, that edits may change (karst/edit.h), 0..65536: one or more of each
+  // size at each place. 0: it is not edited.
+  std::uint32_t edit_tiles = 0;
   // Patches that edits may add to those of the file, and that one edit may make anew, 0..2^20; 0: nothing is
   // edited. All heights are held in memory then.
   std::uint32_t edit_patches = 0;

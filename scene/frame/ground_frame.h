@@ -69,7 +69,9 @@ class GroundFrame {
   // East, up and south there, as columns.
   glm::dmat3 axes(const Camera& camera) const;
   std::size_t shadow_view() const { return terrain_->ground.shadow_view(); }
-  std::uint64_t casters_hash() const { return terrain_->ground.view(shadow_view()).hash(); }
+  std::uint64_t casters_hash() const {
+    return terrain_->ground.view(shadow_view()).hash() ^ terrain_->ground.edits() * 0x9e3779b97f4a7c15ull;
+  }
 
   // Whether the last tile that was asked for could not be read.
   bool failing() const { return exists() && terrain_->ground.counts().failing; }

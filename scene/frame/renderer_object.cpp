@@ -673,7 +673,8 @@ DeviceInfo device_info(const Renderer& renderer) noexcept {
   info.depth_texture = own.gl.shared_depth();
   info.gpu_bytes = own.gl.gpu_bytes();
   info.cpu_bytes = own.world.layout.objects_bytes + own.world.layout.staging_bytes +
-                   own.world.layout.reading_bytes + own.world.terrain.arena.used();
+                   own.world.layout.reading_bytes + own.world.layout.edit_bytes +
+                   own.world.terrain.arena.used();
   return info;
 }
 

@@ -63,6 +63,8 @@ Status check_needs(const Needs& needs) {
     if (!inside(needs.deferred_height, 1, kMost))
       return refuse("not within 1..16384 pixels", "deferred_height", needs.deferred_height);
   }
+  if (!inside(needs.edit_tiles, 0, 65'536))
+    return refuse("not within 0..65536", "edit_tiles", needs.edit_tiles);
   if (needs.drape_width != 0 || needs.drape_height != 0) {
     if (!inside(needs.drape_width, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_width");
     if (!inside(needs.drape_height, 1, kMost)) return refuse("not within 1..16384 pixels", "drape_height");
@@ -90,6 +92,7 @@ constexpr std::uint32_t kLeastImageLayers = 32;
 void set_ground_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   if (!world.ground.exists()) return;
   config.ground_tiles = kTiles;
+  config.edit_tiles = needs.edit_tiles;
   // Under a drape there is none.
   if (world.imagery.exists() && needs.drape_width == 0) {
     const std::uint64_t bytes = image_texel_bytes(world.imagery.format);
@@ -227,7 +230,7 @@ ByteSource byte_source(const Source& source) {
 }
 
 std::uint64_t PlanLayout::cpu_bytes() const {
-  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes + reading_bytes;
+  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes + reading_bytes + edit_bytes;
 }
 
 namespace {
@@ -243,6 +246,12 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
   if (world.ground.exists()) {
     layout.query_limits.ground = {QueryGround::kLeastTiles + 8, TileReader::workspace_bytes()};
     layout.reading_bytes = whole_lines(TileReader::bytes(world.imagery.format));
+  }
+  if (layout.config.edit_tiles > 0) {
+    Budget edits;
+    layout.edit_limits = {layout.config.edit_tiles, TileReader::workspace_bytes()};
+    EditGround::add_to(edits, layout.edit_limits);
+    layout.edit_bytes = whole_lines(sizeof(EditGround)) + edits.cpu_bytes();
   }
   Budget query;
   Query::add_to(query, layout.query_limits);
@@ -367,6 +376,7 @@ void fill_plan(const PlanLayout& layout, Plan& plan) {
   add_term(plan, "queries", false, queries);
   add_term(plan, "staging", false, layout.staging_bytes);
   add_term(plan, "reading", false, layout.reading_bytes);
+  add_term(plan, "ground_edits", false, layout.edit_bytes);
   for (const ConfigField& field : kConfigFields) {
     if (plan.limit_count == std::size(plan.limits)) break;
     plan.limits[plan.limit_count++] = {

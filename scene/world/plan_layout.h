@@ -11,6 +11,7 @@
 #include "renderer/input/settings.h"
 #include "terrain/base/budget.h"
 #include "terrain/base/config.h"
+#include "terrain/edit/ground/edit_ground.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
@@ -26,6 +27,7 @@ struct PlanLayout {
   RendererSettings renderer;  // what GL's part takes; without GlOptions
   Budget budget;
   Query::Limits query_limits;
+  EditGround::Limits edit_limits;
   bool holds_all_heights = false;
 
   // Of the memory, in this order, each of whole cache lines.
@@ -33,6 +35,7 @@ struct PlanLayout {
   std::size_t staging_bytes = 0;  // of a texture on its way to the GPU
   std::size_t terrain_bytes = 0;
   std::size_t reading_bytes = 0;  // of tiles of the ground
+  std::size_t edit_bytes = 0;     // of edits of the ground
   std::size_t query_bytes = 0;    // of one query; there are needs.queries
 
   std::uint64_t cpu_bytes() const;

@@ -116,7 +116,9 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   if (world.patch_count() == 0 && !world.ground().exists())
     return {StatusCode::corrupt, "the world has no surface", "patches"};
   if (world.ground().exists()) {
-    if (const Status status = open_ground(pieces.take(layout.reading_bytes)); !status.ok()) return status;
+    const std::span<std::byte> reading = pieces.take(layout.reading_bytes);
+    if (const Status status = open_ground(reading, pieces.take(layout.edit_bytes)); !status.ok())
+      return status;
   }
 
   shown = public_info(world.reader());
@@ -130,7 +132,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
                                         pieces.take(layout.query_bytes));
     if (!status.ok()) return status;
     if (world.ground().exists()) {
-      query->asked.set_ground(world.ground(), &terrain.ground.root_tile(), tiles.reading());
+      query->asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());
     }
   }
   return {};
@@ -149,8 +151,7 @@ void WorldObject::show_box() {
   shown.high_m = metres(world.box().max);
 }
 
-// memory: for reading tiles.
-Status WorldObject::open_ground(std::span<std::byte> memory) {
+Status WorldObject::open_ground(std::span<std::byte> memory, std::span<std::byte> edits) {
   const WorldReader& reader = terrain.world.reader();
   // The root's, through the same memory.
   const NodeKey root = tile_of({reader.ground().top_size(), 0, 0});
@@ -158,10 +159,20 @@ Status WorldObject::open_ground(std::span<std::byte> memory) {
   const Status status =
       TileReader::read(reader, root, reader.root_tile(), memory.subspan(whole_lines(sizeof(Tile))), *tile);
   if (!status.ok()) return status;
-  terrain.ground.attach(terrain.world.ground(), *tile, tiles.source());
+  TileSource source = tiles.source();
+  if (!edits.empty()) {
+    ground_edits = new (edits.data()) EditGround;
+    Arena arena(edits.subspan(whole_lines(sizeof(EditGround))));
+    if (const Status created = ground_edits->create(layout.edit_limits, arena); !created.ok()) return created;
+    source = ground_edits->overlay().source();
+  }
+  terrain.ground.attach(terrain.world.ground(), *tile, source);
   if (reader.imagery().exists() && layout.config.image_layers > 0)
     terrain.imagery.attach(reader.ground(), reader.imagery(), reader.root_image(), tiles.image_source());
   tiles.start(reader, memory);
+  if (ground_edits != nullptr) {
+    ground_edits->attach(terrain.world.ground(), terrain.ground.root_tile(), tiles.source(), tiles.reading());
+  }
   if (!tiles.has_thread()) say(Severity::warning, "tiles are read by frames: no thread could be made");
   return {};
 }

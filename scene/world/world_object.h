@@ -45,7 +45,11 @@ struct WorldObject final : karst::World {
   ~WorldObject() = default;
 
   Status load(const Plan& plan, const Source& source, std::span<std::byte> memory, Log log);
-  Status open_ground(std::span<std::byte> memory);
+  // Memory for tiles that are read, and for edits.
+  Status open_ground(std::span<std::byte> memory, std::span<std::byte> edits);
+  TileReading ground_reading() const {
+    return ground_edits != nullptr ? ground_edits->overlay().reading() : tiles.reading();
+  }
   void show_box();  // in `shown`, that of the surface
   void say(Severity severity, const char* text) const {
     if (log.line != nullptr) log.line(log.user, severity, text);
@@ -59,6 +63,7 @@ struct WorldObject final : karst::World {
   PlanLayout layout;
   TerrainParts terrain;
   TileReader tiles;
+  EditGround* ground_edits = nullptr;  // null: the ground is not edited
   std::span<QueryObject> queries;
   EditorObject editor{*this};
   std::span<std::byte> renderer_room;  // of the renderer

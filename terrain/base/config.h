@@ -46,6 +46,7 @@ struct Config {
   std::uint32_t max_regions = 1;
   std::uint32_t rim_edges = 0;
   std::uint32_t image_layers = 0;
+  std::uint32_t edit_tiles = 0;
   std::uint32_t edit_patches = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
@@ -80,7 +81,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 19> kConfigFields = {{
+inline constexpr std::array<ConfigField, 20> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -126,6 +127,8 @@ inline constexpr std::array<ConfigField, 19> kConfigFields = {{
     {"image_layers", &Config::image_layers, 0, 0, kMostImageLayers, "image tiles on the GPU",
      "40 to 320 KiB each by their format; at most what every OpenGL ES 3.0 device takes; 0: the world has no "
      "imagery"},
+    {"edit_tiles", &Config::edit_tiles, 0, 0, 1u << 16, "tiles of the ground that edits have changed",
+     "35 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
      "some 350 bytes of working memory each; 0: nothing is edited"},
 }};

@@ -2,6 +2,7 @@
 #include "terrain/nodes/family_pool.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "terrain/ground/key_hash.h"
 
@@ -36,6 +37,17 @@ std::uint32_t FamilyPool::see(NodeKey parent) {
   return at;
 }
 
+std::uint32_t FamilyPool::retire(NodeKey parent) {
+  std::uint32_t* link = &chain_of(parent);
+  while (*link != kNone && !(storage_.families[*link].key == parent)) link = &storage_.families[*link].next;
+  if (*link == kNone) return 0;
+  Family& gone = storage_.families[*link];
+  *link = gone.next;
+  gone.key = {-1, 0, 0};
+  gone.next = kNone;
+  return static_cast<std::uint32_t>(std::popcount(gone.filled));
+}
+
 // A clock's hand: the first from where it stands that was unseen for eight frames, else the longest unseen.
 std::uint32_t FamilyPool::make_room() {
   // What a frame has seen it goes on seeing.
@@ -57,7 +69,7 @@ std::uint32_t FamilyPool::make_room() {
   if (best == kNone) return kNone;
   hand_ = best + 1 < all ? best + 1 : 0;
   Family& gone = storage_.families[best];
-  if (gone.used) {
+  if (gone.used && gone.key.size >= 0) {
     std::uint32_t* at = &chain_of(gone.key);
     while (*at != best) at = &storage_.families[*at].next;
     *at = gone.next;

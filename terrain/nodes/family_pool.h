@@ -20,7 +20,7 @@ class FamilyPool {
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
   struct Family {
-    NodeKey key;  // of the parent
+    NodeKey key;  // of the parent; size -1: retired
     std::uint32_t last_seen = 0;
     std::uint32_t next = kNone;  // of its chain in the table
     std::uint8_t filled = 0;     // bit q: the page of quadrant q holds its node
@@ -63,6 +63,9 @@ class FamilyPool {
   void set_filled(std::uint32_t family, int quadrant) {
     storage_.families[family].filled |= static_cast<std::uint8_t>(1 << quadrant);
   }
+  // That its nodes have to be made again: in other pages, since the GPU may still draw these. Returns how
+  // many pages were filled.
+  std::uint32_t retire(NodeKey parent);
   NodeKey key(std::uint32_t family) const { return storage_.families[family].key; }
 
  private:

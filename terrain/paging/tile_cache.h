@@ -42,6 +42,11 @@ class TileCache {
     const std::int32_t at = slots_.find_ahead(tile);
     return at < 0 ? nullptr : &tiles_[static_cast<std::size_t>(at)];
   }
+  // Other contents of a tile, where it is there: the root's too.
+  void replace(NodeKey tile, const Tile& contents) {
+    const std::int32_t at = slots_.peek(tile);
+    if (at >= 0) tiles_[static_cast<std::size_t>(at)] = contents;
+  }
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey tile, const TilePlace& place, float urgency) { slots_.want(tile, place, urgency); }
   // As TileSlots.

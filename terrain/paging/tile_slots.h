@@ -71,6 +71,8 @@ class TileSlots {
   std::int32_t find(NodeKey key);
   // The same for what will be looked at: what is looked at goes before it.
   std::int32_t find_ahead(NodeKey key);
+  // The same without looking at it.
+  std::int32_t peek(NodeKey key) { return slot_of(key); }
   // That this one is lacking; urgency: the greater the sooner. It is not there.
   void want(NodeKey key, const TilePlace& place, float urgency);
   // Asks for what was wanted since the last time. asks: as a source has it, with its context; null: for

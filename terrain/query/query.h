@@ -108,6 +108,9 @@ class Query {
     ground_.set_ground(info, root, reading);
   }
 
+  // Of the ground, after an edit.
+  void set_ground_heights(std::int32_t low, std::int32_t high) { ground_.set_heights(low, high); }
+  void forget_tile(NodeKey tile) { ground_.forget(tile); }
   // Of a world that was edited: patches that have changed.
   void forget(std::span<const PatchId> patches) { patches_.forget(patches); }
 

@@ -35,6 +35,12 @@ void QueryGround::set_ground(const GroundInfo& info, const Tile* root, const Til
   trouble_ = {};
 }
 
+void QueryGround::forget(NodeKey tile) {
+  for (Slot& slot : blocks_.slots) {
+    if (slot.key == tile) slot = {};
+  }
+}
+
 const Tile* QueryGround::tile(NodeKey key, const TilePlace& place, bool read) {
   if (key == tile_of({info_.top_size(), 0, 0})) return root_;
   ++clock_;

@@ -42,6 +42,12 @@ class QueryGround {
   // root: borrowed, constant; null: there is no ground.
   void set_ground(const GroundInfo& info, const Tile* root, const TileReading& reading);
   bool exists() const { return root_ != nullptr; }
+  // After an edit: heights of all samples; and a tile that is another one now.
+  void set_heights(std::int32_t low, std::int32_t high) {
+    info_.low = low;
+    info_.high = high;
+  }
+  void forget(NodeKey tile);
   const GroundInfo& info() const { return info_; }
 
   std::uint64_t failed_reads() const { return failed_reads_; }

@@ -57,10 +57,23 @@ class Ground {
   void detach() { info_ = {}; }
   bool exists() const { return info_.exists(); }
   const GroundInfo& info() const { return info_; }
-  // Constant until the next attach(); any thread may read it.
+  // Constant until the next attach() or replace(); any thread may read it.
   const Tile& root_tile() const { return tiles_.root(); }
   // Forgets what is on the GPU.
   void forget();
+
+  // After an edit, between frames. Heights of all samples.
+  void set_heights(std::int32_t low, std::int32_t high) {
+    info_.low = low;
+    info_.high = high;
+    ++edits_;
+  }
+  // Another tile in the place of one, where that is in memory.
+  void replace(NodeKey tile, const Tile& contents) { tiles_.replace(tile, contents); }
+  // That the children of a node are made anew when they are drawn next. Returns how many were on the GPU.
+  std::uint32_t remake_children(NodeKey node) { return pool_.retire(node); }
+  // Of what edits have changed: another number after each.
+  std::uint64_t edits() const { return edits_; }
 
   // Takes one tile that came, or all.
   void begin_frame();
@@ -129,6 +142,7 @@ class Ground {
   };
   std::array<Turn, kMostViews + 1> turns_{};
   std::array<GpuVertex, kNodePageVertices> vertices_{};
+  std::uint64_t edits_ = 0;
 };
 
 }  // namespace karst::core

@@ -148,6 +148,11 @@ class World {
   std::span<const std::uint16_t> index_table() const { return blocks_.index_table; }
   // Does not exist where the world has none. Its regions know how high their belts are.
   const GroundInfo& ground() const { return ground_; }
+  // After an edit, between frames: of all samples of the ground.
+  void set_ground_heights(std::int32_t low, std::int32_t high) {
+    ground_.low = low;
+    ground_.high = high;
+  }
   LevelErrors all_level_errors() const {
     return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }

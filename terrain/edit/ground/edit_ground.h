@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// Edits of the ground's samples, live: heights at size 0, then what follows from them at all sizes up to the
+// root, as if the ground had been baked so (measure_edits.h). Samples that tiles share, in their rims and at
+// all sizes, have one height.
+//
+//   editor.create(limits, arena);
+//   editor.attach(info, root, file, reading);          // as the file has it
+//   ground.attach(info, root, editor.overlay().source());
+//   log.begin();  editor.apply(edit, &log, change);  log.end();
+//   editor.show(change, ground);                       // what is drawn of it from now on
+//   log.undo([&](UndoCell cell) { editor.exchange(cell); });  editor.finish(change);
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "karst/status.h"
+#include "terrain/base/arena.h"
+#include "terrain/base/budget.h"
+#include "terrain/edit/edit.h"
+#include "terrain/edit/ground/file_tiles.h"
+#include "terrain/edit/ground/ground_overlay.h"
+#include "terrain/edit/ground/measure_edits.h"
+#include "terrain/edit/undo_log.h"
+#include "terrain/world/ground.h"
+
+namespace karst::core {
+
+struct GroundChange {
+  bool changed = false;
+  GridRect samples;        // that have other heights now
+  std::int32_t least = 0;  // of their heights, before and after; kVertexStep
+  std::int32_t greatest = 0;
+  std::uint64_t stamp = 0;     // EditedTile::stamp of all tiles that changed
+  std::uint32_t tiles = 0;     // of them
+  std::uint64_t measured = 0;  // nodes whose deviations were measured
+};
+
+class EditGround {
+ public:
+  struct Limits {
+    std::uint32_t tiles = 0;    // Config::edit_tiles; 0: nothing is edited
+    std::size_t workspace = 0;  // bytes that reading a tile takes
+  };
+  // Cells of the log: 16 x 16 samples of size 0, row by row, 4 bytes each; key: z << 32 | x of the block.
+  static constexpr int kBlock = 16;
+
+  static void add_to(Budget& budget, const Limits& limits);
+  // limit_reached ("memory").
+  Status create(const Limits& limits, Arena& arena);
+
+  // A ground as its file has it, nothing edited. file, reading: borrowed until the next attach().
+  void attach(const GroundInfo& info, const Tile& root, const TileSource& file, const TileReading& reading);
+  bool exists() const { return info_.exists() && overlay_.capacity() > 0; }
+
+  // With the heights of all samples as they are.
+  const GroundInfo& info() const { return info_; }
+  GroundOverlay& overlay() { return overlay_; }
+  const GroundOverlay& overlay() const { return overlay_; }
+
+  // invalid_argument names the field of karst::Edit; unsupported ("ground"): of what grounds it cannot edit;
+  // limit_reached: "edit_tiles" with how many it takes, or what UndoLog::add() says; and errors of reading.
+  // After an error no height has changed. log: null, or with a step open. Precondition: exists().
+  Status apply(const Edit& edit, UndoLog* log, GroundChange& change);
+
+  // Cells of steps that are taken back or again, and what follows from all of them. Precondition: the log's
+  // cells are of this ground.
+  void exchange(UndoCell cell);
+  void finish(GroundChange& change);
+
+  // Hands a change to what is drawn. Returns how many nodes are made anew.
+  std::uint32_t show(const GroundChange& change, Ground& ground) const;
+
+  // Of the last change: where measures could not be made for want of tiles, nodes are drawn finer.
+  const Status& trouble() const { return trouble_; }
+
+ private:
+  struct Scratch {
+    MeasureEdits::Scratch measure;
+    std::int32_t fresh[(kTileQuads + 1) * (kTileQuads + 1)];
+    std::int32_t block[kBlock * kBlock];
+  };
+  struct Blocks {
+    GroundOverlay::Storage overlay;
+    FileTiles::Storage file;
+    std::span<Scratch> scratch;
+
+    template <class Visit>
+    void each_block(const Limits& limits, Visit&& visit) {
+      const bool any = limits.tiles > 0;
+      overlay.each_block(limits.tiles, visit);
+      file.each_block(any, limits.workspace, visit);
+      visit(Consumer::ground, any ? 1 : 0, scratch);
+    }
+  };
+
+  Status check(const Edit& edit) const;
+  GridRect footprint(const Edit& edit) const;
+  std::int64_t owner(int axis, std::int64_t sample) const;
+  Status current(NodeKey key, const Tile*& tile);
+  double edited(const Edit& edit, const Tile& tile, std::int64_t i, std::int64_t k, int at_i, int at_k) const;
+  Status make_fresh(const Edit& edit, NodeKey key, const Tile& tile, const GridRect& samples);
+  GridRect vertices_of(NodeKey tile, const GridRect& samples) const;
+  Status try_out(const Edit& edit, const GridRect& samples, UndoLog* log, GroundChange& change);
+  Status keep_blocks(NodeKey key, const Tile& tile, const GridRect& changed, UndoLog& log);
+  Status reserve(const GridRect& samples);
+  Status check_fit(const GroundChange& change);
+  void set_heights(const Edit& edit, const GridRect& samples);
+  void set_sizes(int size, const GridRect& samples);
+  void follow(GroundChange& change);
+
+  GroundInfo info_;
+  Blocks blocks_;
+  GroundOverlay overlay_;
+  FileTiles file_;
+  std::uint64_t stamp_ = 0;
+  GroundChange exchanged_;
+  Status trouble_;
+};
+
+}  // namespace karst::core

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// What is measured of nodes after samples changed: the same values, bit by bit, as of a ground that is baked
+// so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
+// measured of all their samples, which would have to be read: there a threshold is the file's, raised by what
+// heights of the node and those around it are off from the file's. It is never too small, and the file's
+// again where the heights are.
+#pragma once
+
+#include <cstdint>
+
+#include "terrain/edit/ground/file_tiles.h"
+#include "terrain/edit/ground/ground_overlay.h"
+#include "terrain/ground/ground.h"
+#include "terrain/ground/measure_ground.h"
+
+namespace karst::core {
+
+// Both ends included.
+struct GridRect {
+  std::int64_t low[2] = {0, 0};
+  std::int64_t high[2] = {-1, -1};
+
+  bool exists() const { return high[0] >= low[0] && high[1] >= low[1]; }
+  void take(std::int64_t x, std::int64_t z);
+};
+
+// Nodes of a size that have one of the samples, in them or at their borders.
+GridRect nodes_with(const GroundInfo& info, int size, const GridRect& samples);
+// And those around, whose measures look at them.
+GridRect nodes_around(const GroundInfo& info, int size, const GridRect& samples);
+// Tiles of those.
+GridRect tiles_around(const GroundInfo& info, int size, const GridRect& samples);
+
+class MeasureEdits {
+ public:
+  static constexpr int kWindow = kNodeQuads << kReferenceSizes;  // quads of the largest exact node
+
+  // Working memory.
+  struct Scratch {
+    std::int32_t heights[(kWindow + 1) * (kWindow + 1)];
+    std::int32_t lows[kWindow * kMostReferenceRows];
+    std::int32_t highs[kWindow * kMostReferenceRows];
+    float zeros[kWindow];
+    template <std::size_t kNodes>
+    struct Row {
+      std::int32_t low[kNodes], high[kNodes];
+      float most[kBands][kNodes], border[4][kNodes], tall[kNodes];
+      std::uint16_t thresholds[kNodes * kDemands];
+
+      NodeRow first(std::size_t count);
+    };
+    Row<kTileNodes + 2> own[3];
+    Row<2 * (kTileNodes + 2)> finer[4];
+  };
+
+  // All outlive this. overlay: with all of tiles_around() of all sizes.
+  MeasureEdits(const GroundInfo& info, GroundOverlay& overlay, FileTiles& file, Scratch& scratch,
+               std::uint64_t stamp)
+      : info_(info), overlay_(overlay), file_(file), scratch_(scratch), stamp_(stamp) {}
+
+  // After heights changed, in tiles of all sizes, at these samples.
+  void run(const GridRect& samples);
+
+  // Nodes of which parts were measured.
+  std::uint64_t measured() const { return measured_; }
+  // A tile could not be read: nodes that look at it are split whatever is asked, until they are measured
+  // again.
+  const Status& trouble() const { return trouble_; }
+
+ private:
+  const Tile* current(NodeKey tile);
+  NodeMeasure measure(NodeKey node);
+  void find_heights(int size, const GridRect& nodes);
+  void forget_parts(int size, const GridRect& nodes);
+  NodeParts parts(NodeKey node);
+  bool read_window(NodeKey node);
+  bool make_parts(NodeKey node, NodeParts& out);
+  void fill(const NodeRow& row, int size, std::int64_t first, std::int64_t z, bool with_parts);
+  void find_thresholds(int size, const GridRect& nodes);
+  void find_thresholds_in(int size, const GridRect& nodes);
+  HeightChange change_around(NodeKey node) const;
+  void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const;
+
+  const GroundInfo& info_;
+  GroundOverlay& overlay_;
+  FileTiles& file_;
+  Scratch& scratch_;
+  std::uint64_t stamp_;
+  std::uint64_t measured_ = 0;
+  Status trouble_;
+};
+
+}  // namespace karst::core
