@@ -11,11 +11,13 @@ namespace karst::app {
 extern const CommandSpec kViewSpec;
 extern const CommandSpec kRenderSpec;
 extern const CommandSpec kInfoSpec;
+extern const CommandSpec kEditSpec;
 extern const CommandSpec kBudgetSpec;
 
 int run_view(std::span<const char* const> words);
 int run_render(std::span<const char* const> words);
 int run_info(std::span<const char* const> words);
+int run_edit(std::span<const char* const> words);
 int run_budget(std::span<const char* const> words);
 
 }  // namespace karst::app

@@ -24,6 +24,7 @@ constexpr Command kCommands[] = {
 #endif
     {&kRenderSpec, run_render},
     {&kInfoSpec, run_info},
+    {&kEditSpec, run_edit},
     {&kBudgetSpec, run_budget}};
 
 // The command's own word: "view" of "karst view".

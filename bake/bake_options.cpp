@@ -195,12 +195,13 @@ constexpr OptionRow kWorldRows[] = {
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
     {.name = "no-ground",
-     .help =
-         "of a sample its voxels alone, a slab with sides; else they stand in a ground of some kilometres",
+     .help = "voxels alone, 512 a side at most, and no ground around them: a slab with sides; a DEM becomes "
+             "that with --voxel, --levels, --accept-fit or --nodata hole, too, but where --carve is given",
      .store = put<&BakeOptions::no_ground>},
     {.name = "ground",
-     .help = "the DEM as a ground of tiles at its own resolution, in memory that does not grow with it, "
-             "instead of voxels; with --carve voxels stand where shapes meet it",
+     .initial = "of DEMs and samples, but for what only voxels have",
+     .help = "a ground of tiles at the DEM's own resolution, in memory that does not grow with it; with "
+             "--carve voxels stand where shapes meet it, of --voxel",
      .store = put<&BakeOptions::ground>},
     {.name = "basis",
      .kind = Kind::other,
@@ -215,7 +216,7 @@ constexpr OptionRow kWorldRows[] = {
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
-     .initial = "about 128 voxels across; samples: 8 or 10; of a ground half of a shape's radius",
+     .initial = "half of a shape's radius; samples: 8 or 10; without a ground about 128 voxels across",
      .unit = "metres",
      .min = 1e-6,
      .max = 1e9,
@@ -396,8 +397,16 @@ constexpr OptionGroup kGroups[] = {{"world", kWorldRows},
 constexpr OptionPart kParts[] = {kGroups};
 
 // A ground is asked for by what there is on one alone, too.
-bool means_ground(const CommandLine& line) {
+bool asks_for_ground(const CommandLine& line) {
   return line.has("ground") || line.has("basis") || line.has("imagery");
+}
+
+// A DEM is a ground, unless something is said that voxels alone have. Carved shapes have voxels in a ground.
+bool means_voxels(const CommandLine& line, bool leaves_holes) {
+  if (line.has("no-ground")) return true;
+  if (asks_for_ground(line)) return false;
+  if (line.has("accept-fit") || leaves_holes) return true;
+  return !line.has("carve") && (line.has("voxel") || line.has("levels"));
 }
 
 Error check_source(const CommandLine& line) {
@@ -408,16 +417,16 @@ Error check_source(const CommandLine& line) {
     if (sample && line.has(row.name))
       return std::string("--") + row.name + ": only for a DEM, not for --sample";
   }
-  if (means_ground(line)) {
-    if (line.has("ground") && line.has("no-ground")) return "both --ground and --no-ground are given";
+  if (line.has("ground") && line.has("no-ground")) return "both --ground and --no-ground are given";
+  if (asks_for_ground(line)) {
     if (line.has("accept-fit")) return "--accept-fit: only for a world of voxels; leave --ground away";
     for (const char* name : {"voxel", "levels", "max-carve"}) {
       if (line.has(name) && !line.has("carve") && !sample)
         return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
     }
   }
-  if (line.has("no-ground") && !sample)
-    return "--no-ground: only for a sample; a DEM has none without --ground";
+  if (line.has("basis") && line.has("no-ground"))
+    return "--basis: only of a ground of tiles; leave --no-ground away";
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && line.has("carve"))
     return "--basis: carved shapes lie on a plane alone; leave --basis away";
@@ -441,7 +450,8 @@ constinit const CommandSpec kBakeSpec = {
         "North is -z in the world, whose x = z = 0 is the raster's centre.",
     .parts = kParts,
     .examples =
-        "karst-bake dem.tif -o world.karst --voxel 256 --levels 4\n"
+        "karst-bake dem.tif -o world.karst\n"
+        "karst-bake dem.tif -o voxels.karst --voxel 256 --levels 4\n"
         "karst-bake srtm.bil -o world.karst --nodata -9999,hole\n"
         "karst-bake N46E007.hgt N46E008.hgt -o alps.karst\n"
         "karst-bake coast.tif -o world.karst --water 0\n"
@@ -460,7 +470,7 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
   if (Error error = line.store(targets); !error.ok()) return error;
-  options.ground = line.has("sample") ? !options.no_ground : means_ground(line);
+  options.ground = line.has("sample") ? !options.no_ground : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)
     return "--nodata hole: only for a world of voxels; leave --ground, --basis and --imagery away, or fill "
            "voids";

@@ -16,7 +16,7 @@ struct BakeOptions {
   Bake job;
   std::string output;
   std::string stats;    // empty: none
-  bool ground = false;  // a ground of tiles instead of voxels, or with a sample's in it
+  bool ground = false;  // a ground of tiles, voxels at most in it
   bool no_ground = false;
   ImageryOptions imagery;
   bool json = false;

@@ -194,15 +194,6 @@ Error write_direct(const std::string& path, std::span<const std::byte> bytes) {
   return error == 0 ? Error() : failure(path, "write", error);
 }
 
-// Makes the rename itself durable. Some file systems refuse fsync on a folder; the file is complete all the
-// same.
-void sync_folder(const std::string& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  fsync(descriptor);
-  close(descriptor);
-}
-
 struct Folder {
   explicit Folder(const std::string& path)
       : descriptor(open(path.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {}
@@ -270,7 +261,7 @@ Error AtomicFile::commit() {
   int error = open_->file.sync();
   if (error == 0) error = open_->file.rename_to(open_->place.name.c_str());
   if (error != 0) return failure(open_->path, "write", error);
-  sync_folder(open_->place.folder);
+  sync_folder_of(open_->place.folder + "/");
   open_.reset();
   return {};
 }

@@ -7,7 +7,8 @@
 
 int main(int argc, char** argv) {
   using namespace karst::app;
-  static constexpr const CommandSpec* kCommands[] = {&kViewSpec, &kRenderSpec, &kInfoSpec, &kBudgetSpec};
+  static constexpr const CommandSpec* kCommands[] = {&kViewSpec, &kRenderSpec, &kInfoSpec, &kEditSpec,
+                                                     &kBudgetSpec};
   static constexpr ProgramSpec kProgram = {
       .name = "karst",
       .brief = "draws terrain with overhangs, arches and caves",

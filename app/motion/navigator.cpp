@@ -128,9 +128,12 @@ bool Navigator::handle_key(unsigned code, bool pressed) {
   if (code == KEY_1) return choose(NavigatorMode::fly);
   if (code == KEY_2) return choose(NavigatorMode::orbit);
   if (code == KEY_3) return choose(NavigatorMode::walk);
-  if (code != KEY_HOME) return false;
-  place_ = settings_.start;
-  choose(mode_);
+  if (code != KEY_HOME && code != KEY_0) return false;
+  const bool all = code == KEY_0;
+  place_ = all ? settings_.overview : settings_.start;
+  speed_m_s_ = all ? settings_.overview_speed_m_s : settings_.speed_m_s;
+  // A walker would be taken down to the ground there.
+  choose(all && mode_ == NavigatorMode::walk ? NavigatorMode::fly : mode_);
   return true;
 }
 

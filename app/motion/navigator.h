@@ -6,7 +6,7 @@
 //   orbit  around a point before the eye: a d and arrows or dragging turn, w s and the wheel go near and away
 //   walk   as fly, level, with the eyes above the ground
 //   touch  one finger turns; two move (fly, walk) or go near and away (orbit)
-//   1 2 3  choose fly, orbit, walk; Home goes back to where it began
+//   1 2 3  choose fly, orbit, walk; Home goes back to where it began, 0 to where all of the world is seen
 #pragma once
 
 #include <array>
@@ -27,8 +27,11 @@ enum class NavigatorMode : std::uint8_t { fly, orbit, walk, none };
 struct NavigatorSettings {
   NavigatorMode mode = NavigatorMode::fly;
   CameraPlace start;
-  glm::dvec3 centre_m{0.0};   // of the world; what orbit turns around at first
-  double speed_m_s = 10;      // above 0
+  glm::dvec3 centre_m{0.0};  // of the world; what orbit turns around at first
+  double speed_m_s = 10;     // above 0; at the start
+  // Of key 0, which flies there.
+  CameraPlace overview;
+  double overview_speed_m_s = 10;
   double eye_height_m = 1.7;  // of walk
   // East, up and south at a place, as columns, on a curved basis; empty: x, y and z.
   std::function<glm::dmat3(const glm::dvec3& place_m)> axes_at;

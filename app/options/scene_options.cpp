@@ -295,7 +295,8 @@ constexpr OptionRow kCameraRows[] = {
     {.name = "camera",
      .kind = Kind::other,
      .value = "X,Y,Z,YAW,PITCH",
-     .initial = "the whole world is shown",
+     .initial = "the whole world is shown; karst view, where keys fly or walk: 1.7 m above the ground in its "
+                "middle, key 0 shows the whole",
      .help = "place in metres, angles in degrees: yaw 0 looks north (-z) and grows to the left, pitch grows "
              "upwards; ~H for Y stands H metres above the highest ground at X,Z; "
              "@LON,LAT,H,YAW,PITCH is by longitude and latitude, ~H above the ground there",

@@ -105,6 +105,10 @@ std::optional<double> CameraGround::below_m(const glm::dvec3& place_m, double st
   return world_->info().basis == Basis::plane ? hit.place.y : place_m.y - hit.distance;
 }
 
+bool CameraGround::top(const glm::dvec3& place_m, bool reads, Hit& hit) {
+  return query_->ground(vec(place_m), kHigh_m, reads ? Wait::for_file : Wait::never, hit);
+}
+
 double CameraGround::clearance_m(const glm::dvec3& place_m) {
   const double most = kClearance * world_->info().voxel_size_m;
   Hit hit;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/common/camera_path.h"
+#include "karst/query.h"
 #include "karst/world.h"
 #include "platform/base/error.h"
 
@@ -33,6 +34,9 @@ class CameraGround {
   // Height of the ground, metres, that is no higher than step_m above the place; none where there is none. On
   // a curved basis heights count along up at the place, and that of the place is its y.
   std::optional<double> below_m(const glm::dvec3& place_m, double step_m);
+  // What is met straight below or above a place, whatever its height: the highest ground. False: none.
+  // reads: of the file; else it may be coarse.
+  bool top(const glm::dvec3& place_m, bool reads, Hit& hit);
   // Metres from the place to the nearest surface, at most kClearance of the world's voxels.
   double clearance_m(const glm::dvec3& place_m);
   LocalAxes axes_at(const glm::dvec3& place_m) const;

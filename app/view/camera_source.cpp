@@ -5,12 +5,14 @@
 
 #include "app/files/whole_file.h"
 #include "app/stage/camera_view.h"
+#include "app/view/start_place.h"
 #include "platform/base/clock.h"
 
 namespace karst::app {
 namespace {
 
-constexpr double kStepVoxels = 0.5;  // what a walker climbs without noticing
+constexpr double kStepVoxels = 0.5;       // what a walker climbs without noticing
+constexpr double kStartSpeed_m_s = 10.0;  // of whoever stands on the ground
 
 }  // namespace
 
@@ -32,25 +34,30 @@ Error CameraSource::begin(World& world) {
     if (Error error = settle(path_[i]); !error.ok())
       return options_.camera.path_file + ": frame " + std::to_string(i) + ": " + error.text();
   }
+  NavigatorSettings settings;
+  settings.mode = options_.navigate;
+  settings.overview = overview(info, options_.scene.fov_y_deg);
+  const auto [low, high] = shown_box(info);
+  settings.centre_m = {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
+  // Across what is shown in ten seconds.
+  settings.speed_m_s = settings.overview_speed_m_s = 0.1 * std::max(high.x - low.x, high.z - low.z);
   // A pose that came before the world was there and has no ground to stand on is left out, like later ones.
   if (posed_) posed_ = take(place_);
   std::string what = "--poses";
   if (!posed_) {
     what = path_.empty() ? "--camera" : options_.camera.path_file;
-    place_ = options_.camera.has_camera ? options_.camera.camera : overview(info, options_.scene.fov_y_deg);
+    place_ = options_.camera.has_camera ? options_.camera.camera : settings.overview;
     if (!path_.empty()) place_ = path_.front();
+    const bool by_hand = options_.navigate == NavigatorMode::fly || options_.navigate == NavigatorMode::walk;
+    if (by_hand && !options_.camera.has_camera && path_.empty() && options_.poses.empty() &&
+        start_place(ground_, world, settings.eye_height_m, place_))
+      settings.speed_m_s = std::min(settings.speed_m_s, kStartSpeed_m_s);
     if (const Error error = settle(place_); !error.ok()) return what + ": " + error.text();
   }
   posed_ = false;
   if (const Error rock = ground_.in_rock(place_); !rock.ok())
     messages_.say(what + ": " + rock.text(), now_ns());
-  NavigatorSettings settings;
-  settings.mode = options_.navigate;
   settings.start = place_;
-  const auto [low, high] = shown_box(info);
-  settings.centre_m = {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
-  // Across what is shown in ten seconds.
-  settings.speed_m_s = 0.1 * std::max(high.x - low.x, high.z - low.z);
   if (info.basis != Basis::plane) {
     settings.axes_at = [this](const glm::dvec3& place_m) {
       const LocalAxes axes = ground_.axes_at(place_m);

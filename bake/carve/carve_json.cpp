@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "bake/base/json_fields.h"
+#include "app/json/json_fields.h"
 #include "bake/carve/carve.h"
 
 #include <algorithm>
 
 namespace karst::bake {
+
+using app::JsonFields;
+using app::parse_json;
+using app::read_json_text;
+
 namespace {
 
 CarveShape parse_shape(const JsonFields& fields, std::size_t& points) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/files/atomic_file.h"
+#include "app/files/output_place.h"
 #include "bake/ground/ground_basis.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
@@ -107,8 +108,8 @@ class GroundBaker {
     materials_.threads = job_.threads;
     if (Error error = materials_.load(); !error.ok()) return error;
     if (materials_.paints()) {
-      return job_.materials.path + ": paint and blend_map are of patches, which a ground has none of; " +
-             (job_.sample.empty() ? "leave --ground away" : "--no-ground has them");
+      return job_.materials.path +
+             ": paint and blend_map are of patches, which a ground has none of; --no-ground has them";
     }
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
@@ -205,7 +206,11 @@ class GroundBaker {
       if (const Status status = ground.basis.finish(); !status.ok())
         return Error(input() + ": the basis", status);
       if (ground.is_cube() && !has_cube_) {
-        if (Error error = cube_.open(rows_, ground.basis); !error.ok()) return error;
+        app::OutputPlace place;
+        if (Error error = app::find_output(output_, place); !error.ok()) return error;
+        cube_.folder = place.folder;
+        cube_.threads = job_.threads;
+        if (Error error = cube_.open(rows_, ground.basis, progress_); !error.ok()) return error;
         has_cube_ = true;
       }
     }

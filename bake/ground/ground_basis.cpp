@@ -2,17 +2,20 @@
 #include "bake/ground/ground_basis.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <vector>
 
+#include "bake/base/parallel.h"
 #include "bake/rasters/ground_size.h"
 
 namespace karst::bake {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::int64_t kMostPlanetSamples = 1 << 26;  // of elevation that is held for a cube: 256 MiB
-constexpr std::int32_t kMostHeldFaceQuads = 4096;     // 384 MiB
+constexpr std::size_t kRowsAtOnce = 64;  // of a face, a thread
 constexpr double kWideDegrees = 60;  // from here on a frame is centred: east and up of a middle mean little
 
 bool is_whole_turn(const Elevation& facts, int width) {
@@ -149,61 +152,65 @@ Error CubeRows::face_quads(const Elevation& facts, int width, int height, const 
   if (!whole) {
     return path + ": is not the whole planet, which a cube is; use --basis geographic for a part of it";
   }
-  if (std::int64_t{width} * height > kMostPlanetSamples) {
-    return path + ": more than " + std::to_string(kMostPlanetSamples) +
-           " samples, which a cube holds in memory; gdal_translate -outsize makes fewer";
-  }
   quads = 4;
-  while (quads < kMostHeldFaceQuads && 90.0 / quads > std::min(earth.step_x, earth.step_z) * 1.001)
-    quads *= 2;
+  while (quads < kMostFaceQuads && 90.0 / quads > std::min(earth.step_x, earth.step_z) * 1.001) quads *= 2;
   return {};
 }
 
-float CubeRows::at(const Elevation& facts, int width, int height, std::span<const float> all,
-                   double longitude_deg, double latitude_deg) const {
-  const ElevationEarth& earth = facts.earth;
+float CubeRows::Source::at(double longitude_deg, double latitude_deg) const {
   double x = (longitude_deg - earth.west) / earth.step_x;
   x -= std::floor(x / width) * width;
   const double y = std::clamp((earth.north - latitude_deg) / earth.step_z, 0.0, height - 1.0);
   const int column = std::min(static_cast<int>(x), width - 1),
             row = std::min(static_cast<int>(y), height - 2);
   const double u = x - column, v = y - row;
-  const auto height_at = [&](int i, int k) {
-    return double{all[static_cast<std::size_t>(row + k) * static_cast<std::size_t>(width) +
-                      static_cast<std::size_t>((column + i) % width)]};
-  };
+  const auto height_at = [&](int i, int k) { return double{samples.at((column + i) % width, row + k)}; };
   const double north = height_at(0, 0) + u * (height_at(1, 0) - height_at(0, 0));
   const double south = height_at(0, 1) + u * (height_at(1, 1) - height_at(0, 1));
   return static_cast<float>(north + v * (south - north));
 }
 
-Error CubeRows::open(GroundRows& rows, const Basis& basis) {
-  std::vector<float> all;
-  all.reserve(static_cast<std::size_t>(rows.width()) * static_cast<std::size_t>(rows.height()));
-  const auto keep = [&](std::span<const float> row) {
-    all.insert(all.end(), row.begin(), row.end());
+void CubeRows::fill_row(const Source& source, const Basis& basis, int face, std::int64_t k) {
+  int x = 0, z = 0;
+  cube_cell(face, x, z);
+  const AxisPlace v = axis_place(basis, 1, face, static_cast<double>(z * quads_ + k));
+  for (std::int64_t i = 0; i <= quads_; ++i) {
+    const AxisPlace u = axis_place(basis, 0, face, static_cast<double>(x * quads_ + i));
+    // Edges of two faces have the same bits, so the same height.
+    Geodetic place;
+    const bool known = geodetic_of(basis, place_m(basis, face, u, v, 0.0), place);
+    faces_.set(i, face * (quads_ + 1) + k, known ? source.at(place.longitude_deg, place.latitude_deg) : 0.0f);
+  }
+}
+
+Error CubeRows::open(GroundRows& rows, const Basis& basis, const ReportProgress& progress) {
+  Source source;
+  source.earth = rows.facts().earth;
+  source.width = rows.width();
+  source.height = rows.height();
+  if (Error error = source.samples.open(source.width, source.height, held_bytes, folder); !error.ok())
+    return error;
+  std::int64_t row = 0;
+  const auto keep = [&](std::span<const float> heights) {
+    for (int n = 0; n < source.width; ++n) source.samples.set(n, row, heights[static_cast<std::size_t>(n)]);
+    ++row;
     return true;
   };
   if (Error error = rows.run(keep); !error.ok()) return error;
   quads_ = basis.face_quads;
-  faces_.clear();
-  faces_.reserve(static_cast<std::size_t>(kCubeFaces * (quads_ + 1) * (quads_ + 1)));
-  for (int face = 0; face < kCubeFaces; ++face) {
-    int x = 0, z = 0;
-    cube_cell(face, x, z);
-    for (std::int64_t k = 0; k <= quads_; ++k) {
-      const AxisPlace v = axis_place(basis, 1, face, static_cast<double>(z * quads_ + k));
-      for (std::int64_t i = 0; i <= quads_; ++i) {
-        const AxisPlace u = axis_place(basis, 0, face, static_cast<double>(x * quads_ + i));
-        // Edges of two faces have the same bits, so the same height.
-        Geodetic place;
-        const bool known = geodetic_of(basis, place_m(basis, face, u, v, 0.0), place);
-        faces_.push_back(known ? at(rows.facts(), rows.width(), rows.height(), all, place.longitude_deg,
-                                    place.latitude_deg)
-                               : 0.0f);
-      }
-    }
-  }
+  const std::int64_t side = quads_ + 1;
+  if (Error error = faces_.open(side, kCubeFaces * side, held_bytes, folder); !error.ok()) return error;
+  std::atomic<std::int64_t> done = 0;
+  parallel_chunks(static_cast<std::size_t>(kCubeFaces * side), kRowsAtOnce, threads,
+                  [&](std::size_t first, std::size_t last, int worker) {
+                    for (auto n = static_cast<std::int64_t>(first); n < static_cast<std::int64_t>(last); ++n)
+                      fill_row(source, basis, static_cast<int>(n / side), n % side);
+                    done += static_cast<std::int64_t>(last - first);
+                    if (worker == 0 && progress) {
+                      progress("faces", static_cast<std::uint64_t>(done),
+                               static_cast<std::uint64_t>(kCubeFaces * side));
+                    }
+                  });
   return {};
 }
 
@@ -215,9 +222,8 @@ void CubeRows::run(const GroundRows::Take& take) const {
       const int face = cube_home(quads_, home_i, home_k);
       int x = 0, z = 0;
       cube_cell(face, x, z);
-      const std::int64_t in_face =
-          (face * (quads_ + 1) + home_k - z * quads_) * (quads_ + 1) + home_i - x * quads_;
-      row[static_cast<std::size_t>(i)] = faces_[static_cast<std::size_t>(in_face)];
+      row[static_cast<std::size_t>(i)] =
+          faces_.at(home_i - x * quads_, face * (quads_ + 1) + home_k - z * quads_);
     }
     if (!take(row)) return;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/materials/material_json.h"
 
-#include "bake/base/json_fields.h"
+#include "app/json/json_fields.h"
 #include "bake/procedural/sample_materials.h"
 
 #include <algorithm>
@@ -9,6 +9,11 @@
 #include <iterator>
 
 namespace karst::bake {
+
+using app::JsonFields;
+using app::parse_json;
+using app::read_json_text;
+
 namespace {
 
 using nlohmann::json;

@@ -28,8 +28,9 @@ class GroundFrame {
   // the reader takes. wait: until nothing is lacking that can be had; needs them empty.
   void select(std::span<ViewState> views, std::span<const ViewRequest> requests,
               std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs);
-  // Of which parts patches need not be chosen for a view: in its last frame the ground stood for them although
-  // their patches were there. Of parts that its request skips, select() takes them to be there still.
+  // Of which parts patches need not be chosen for a view: in its last frame the ground stood for them
+  // although their patches were there. Of parts that its request skips, select() takes them to be there
+  // still.
   std::uint32_t parts_to_skip(std::size_t view) const;
   // Whether a view draws any that were skipped: then all of it is to be selected again, without.
   bool lacks_skipped(std::span<const ViewRequest> requests) const;

@@ -39,9 +39,9 @@
 // the region is drawn, and nodes that it has all of are not. All borders of the region then lie between nodes
 // that are drawn and it. Where such a node is drawn, too far away or for want of data, the ground is drawn
 // closed, and the region is not: the ground of size 0 is within error_px of it, to which comes what the drawn
-// ground is off by; or such a node was refused, and bound_px counts both. Each region is drawn or not whatever
-// becomes of the others. A node at a border counts as in view where its piece
-// of the belt may be, which reaches from its edge up or down to the region's rim.
+// ground is off by; or such a node was refused, and bound_px counts both. Each region is drawn or not
+// whatever becomes of the others. A node at a border counts as in view where its piece of the belt may be,
+// which reaches from its edge up or down to the region's rim.
 //
 // What is missing. A node is split only if its children's tile is there, the pool has room for its family,
 // and all eight nodes of its size around it are there, drawn or split (or are out of view, or beyond the

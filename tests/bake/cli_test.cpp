@@ -77,7 +77,8 @@ TEST_F(BakeCli, AFullPoolDoesNotWindUp) {
 
 TEST_F(BakeCli, JsonAndStatsAreTheSame) {
   const std::string stats = folder_.path("stats.json");
-  const auto result = run({dem_, "-o", world_, "--json", "--stats", stats, "--material-side", "16"});
+  const auto result =
+      run({dem_, "-o", world_, "--no-ground", "--json", "--stats", stats, "--material-side", "16"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(test::read_text(stats), result.out);
   for (const char* field :
@@ -137,7 +138,7 @@ TEST_F(BakeCli, WhatDoesNotReachStandardOutputIsAFailure) {
 // Its report went into the file that had taken the number of standard output, and the exit code was 0.
 TEST_F(BakeCli, ClosedStandardFilesAreNoneOfItsOwn) {
   for (const char* closed : {">&-", "2>&-", "<&- >&- 2>&-"}) {
-    for (const char* more : {"", " --ground"}) {
+    for (const char* more : {" --no-ground", " --ground"}) {
       const std::string words =
           " " + dem_ + " -o " + world_ + " --materials none --stats " + folder_.path("s.json") + more + " ";
       const auto result = test::run_process("/bin/sh", {"-c", KARST_BAKE_PATH + words + closed});
@@ -148,6 +149,42 @@ TEST_F(BakeCli, ClosedStandardFilesAreNoneOfItsOwn) {
       EXPECT_TRUE(stats.starts_with("{") && stats.ends_with("}\n")) << closed << more;
     }
   }
+}
+
+// Without a word of voxels a DEM is a ground, whatever its size; with one it is what it was asked for.
+TEST_F(BakeCli, ADemIsAGroundUnlessVoxelsAreSaid) {
+  const std::string carve = folder_.write(
+      "carve.json",
+      std::string(R"([{"shape": "sphere", "op": "empty", "center": [0, 150, 0], "radius": 8}])"));
+  struct Case {
+    Words more;
+    bool ground, voxels;
+  };
+  const Case cases[] = {{{}, true, false},
+                        {{"--ground"}, true, false},
+                        {{"--water", "120"}, true, false},
+                        {{"--carve", carve}, true, true},
+                        {{"--carve", carve, "--voxel", "8"}, true, true},
+                        {{"--carve", carve, "--no-ground"}, false, true},
+                        {{"--no-ground"}, false, true},
+                        {{"--voxel", "20"}, false, true},
+                        {{"--levels", "3"}, false, true},
+                        {{"--accept-fit"}, false, true},
+                        {{"--nodata", "-1,hole"}, false, true}};
+  for (const Case& c : cases) {
+    Words words{dem_, "-o", world_, "--materials", "none", "--quiet"};
+    words.insert(words.end(), c.more.begin(), c.more.end());
+    const std::string said = c.more.empty() ? "nothing" : c.more.front();
+    const auto baked = run(words);
+    ASSERT_EQ(baked.code, 0) << said << ": " << baked.err;
+    const std::string info = test::run_process(KARST_APP_PATH, {"info", world_, "--json"}).out;
+    EXPECT_EQ(info.find("\"ground\": {") != std::string::npos, c.ground) << said << info;
+    EXPECT_EQ(info.find("\"patches\": 0") == std::string::npos, c.voxels) << said << info;
+  }
+  before_ = folder_.names();
+  expect_failure(2, {dem_, "-o", world_, "--ground", "--no-ground"}, "both --ground and --no-ground");
+  expect_failure(2, {dem_, "-o", world_, "--basis", "geographic", "--no-ground"}, "--basis");
+  expect_failure(2, {dem_, "-o", world_, "--ground", "--accept-fit"}, "--accept-fit");
 }
 
 TEST_F(BakeCli, HelpNamesEveryOptionAndSample) {
@@ -206,7 +243,7 @@ TEST_F(BakeCli, AFailedBakeKeepsTheOldFile) {
   folder_.write("world.karst", std::string("what was there"));
   EXPECT_EQ(run({no_size_, "-o", world_}).code, 1);
   EXPECT_EQ(test::read_text(world_), "what was there");
-  EXPECT_EQ(run({dem_, "-o", world_, "--materials", "none"}).code, 0);
+  EXPECT_EQ(run({dem_, "-o", world_, "--materials", "none", "--no-ground"}).code, 0);
   EXPECT_NE(test::read_text(world_), "what was there");
 }
 
@@ -220,7 +257,7 @@ TEST_F(BakeCli, AWorldThatIsNotItsElevationIsNone) {
   }
   const std::string steep = folder_.write(
       "steep.tif", TiffBuilder(32, 32, 32, 3, std::string(bytes_of(heights))).pixel_scale(30, 30).bytes());
-  const Words words = {steep, "-o", world_, "--materials", "none"};
+  const Words words = {steep, "-o", world_, "--materials", "none", "--no-ground"};
   const auto failed = run(words);
   EXPECT_EQ(failed.code, 1);
   EXPECT_NE(failed.err.find("--accept-fit"), std::string::npos) << failed.err;

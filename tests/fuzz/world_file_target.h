@@ -7,6 +7,7 @@
 #include "terrain/base/arena.h"
 #include "terrain/measure/level_error.h"
 #include "terrain/patch/heights.h"
+#include "tests/fuzz/run/seed_worlds.h"
 #include "tests/support/world_io.h"
 
 #include <cstddef>
@@ -97,7 +98,7 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
 inline Reached fuzz_world_file(std::span<const std::byte> input) {
   constexpr std::uint32_t kPool =
       2048;  // octets; larger trees are refused, as on a board with a small budget
-  alignas(Arena::kAlignment) static std::byte memory[kPool * sizeof(Octree::Octet)];
+  alignas(Arena::kAlignment) static std::byte memory[kMostRegions][kPool * sizeof(Octree::Octet)];
   const std::vector<std::byte> file(input.begin(),
                                     input.end());  // exactly as long, so that overreads are seen
   WorldInfo info;
@@ -122,29 +123,52 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   promise(heights.keys.size() == info.patches && std::is_sorted(heights.keys.begin(), heights.keys.end()));
   promise(find_level_error_fault(info.level, heights.level_errors) == heights.level_errors.size());
 
-  Arena arena{std::span<std::byte>(memory)};
-  Octree tree;
-  promise(tree.create(arena, 1, kPool).ok());
-  status = read_octree(file, tree);
-  promise(tree.octets_used() == (status.ok() ? info.octets : 0));
+  WorldReader reader;
+  promise(reader.open(ByteSource::of(file)).ok());
+  std::vector<Octree> trees(info.regions);
+  for (std::size_t n = 0; n < trees.size(); ++n) {
+    Arena arena{std::span<std::byte>(memory[n])};
+    promise(trees[n].create(arena, 1, kPool).ok());
+  }
+  std::vector<std::byte> room(WorldReader::octree_room(info.octets, info.regions));
+  status = reader.read_octrees(room, trees);
+  std::uint32_t octets = 0;
+  for (const Octree& tree : trees) octets += tree.octets_used();
+  promise(octets == (status.ok() ? info.octets : 0));
   if (!status.ok()) {
     promise_stated(status, file.size());
-    promise(tree.root() == Octree::kEmpty);
+    for (const Octree& tree : trees) promise(tree.root() == Octree::kEmpty);
     return Reached::header;
   }
-  promise(tree.depth() == info.depth);
-  promise(tree.count_filled() <= static_cast<std::uint64_t>(info.extent.x) *
-                                     static_cast<std::uint64_t>(info.extent.y) *
-                                     static_cast<std::uint64_t>(info.extent.z));
+  const std::span<const GroundRegion> regions = reader.ground().regions();
+  promise(regions.size() == (reader.ground().exists() && info.patches > 0 ? info.regions : 0));
+  std::vector<const Octree*> octrees;
+  for (std::size_t n = 0; n < trees.size(); ++n) {
+    const glm::ivec3 extent = info.regions > 1 ? regions[n].extent : info.extent;
+    promise(trees[n].depth() == (info.regions > 1 ? regions[n].depth : info.depth));
+    promise(trees[n].count_filled() <= static_cast<std::uint64_t>(extent.x) *
+                                           static_cast<std::uint64_t>(extent.y) *
+                                           static_cast<std::uint64_t>(extent.z));
+    octrees.push_back(&trees[n]);
+  }
 
   // What was accepted can be written, and read again.
   const WorldMaterials materials = read_materials(file);
   for (const std::uint8_t material : materials.overrides) {
     promise(material <= materials.set.count || material == kPaintedByMap);
   }
-  const WorldWriter writer{info, &tree, heights, materials};
+  WorldWriter writer{info, octrees[0], heights, materials};
+  if (!regions.empty()) writer.octrees = octrees;
   std::vector<std::byte> copy;
-  promise(write_world(writer, copy).ok() && writer.file_bytes() == copy.size());
+  if (reader.ground().exists()) {
+    const std::span<const std::byte> tiles = section_of(file, "TILE");
+    writer.ground = {reader.ground(), reader.earth(),   reader.root_tile(), tiles.size(),
+                     crc32c(tiles),   reader.imagery(), reader.root_image()};
+    copy = around_tiles(writer, tiles);
+    promise(!copy.empty());
+  } else {
+    promise(write_world(writer, copy).ok() && writer.file_bytes() == copy.size());
+  }
   WorldInfo again;
   promise(read_world_info(copy, again).ok());
   promise(again.octets == info.octets && again.patches == info.patches && again.extent == info.extent);

@@ -116,7 +116,7 @@ TEST(WorldFileFuzz, MaterialsFlippedAndCut) {
 
 // A ground with imagery: what says where tiles and image tiles lie, with checksums that fit.
 TEST(WorldFileFuzz, GroundAndImageryFlipped) {
-  const std::vector<std::byte> seed = seed_worlds().back();
+  const std::vector<std::byte> seed = seed_worlds()[3];
   EXPECT_EQ(fuzz_world_file(seed), Reached::octree);
   for (const char* const letters : {"GRND", "IMAG"}) {
     const std::span<const std::byte> section = section_of(seed, letters);
@@ -136,6 +136,33 @@ TEST(WorldFileFuzz, GroundAndImageryFlipped) {
     // Checksums of tiles and numbers that nothing hangs on may be any.
     EXPECT_GT(tally.rejected, 20) << letters;
     EXPECT_EQ(tally.all(), static_cast<int>(8 * section.size()));
+  }
+}
+
+// A region, and two: each seed is read down to its octrees, and whatever says where they stand and how many
+// of what they hold is refused, or is a world that can be written and read again.
+TEST(WorldFileFuzz, RegionsFlipped) {
+  const std::vector<std::vector<std::byte>> seeds = seed_worlds();
+  for (std::size_t n = 0; n < seeds.size(); ++n) {
+    WorldInfo info;
+    ASSERT_TRUE(read_world_info(seeds[n], info).ok()) << n;
+    EXPECT_EQ(fuzz_world_file(seeds[n]), Reached::octree) << n;
+    const std::span<const std::byte> section = section_of(seeds[n], "REGN");
+    EXPECT_EQ(section.size(), n < 4 ? 0u : n == 4 ? 16u : 96u);
+    if (n < 4) continue;
+    EXPECT_EQ(info.regions, n - 3);
+    const auto first = static_cast<std::size_t>(section.data() - seeds[n].data());
+    Tally tally;
+    for (std::size_t bit = first * 8; bit < (first + section.size()) * 8; ++bit) {
+      std::vector<std::byte> file = seeds[n];
+      file[bit / 8] ^= static_cast<std::byte>(1u << bit % 8);
+      ASSERT_EQ(fuzz_world_file(file), Reached::rejected) << n << " bit " << bit - first * 8;
+      fix_checksums(file);
+      tally.add(fuzz_world_file(file));
+    }
+    // Other places and other edges of a rim are as good.
+    EXPECT_GT(tally.rejected, 60) << n;
+    EXPECT_GT(tally.octree, 4) << n;
   }
 }
 

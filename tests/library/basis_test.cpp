@@ -270,6 +270,80 @@ TEST_F(WorldsOnBases, TheSeaHidesWhatIsBehindItsHorizon) {
   }
 }
 
+// Around a cube the sea lies where the ground is low, on all faces alike: from space and from 2 m, on poles,
+// edges and corners of faces.
+TEST_F(WorldsOnBases, TheSeaLiesAroundAPlanetWhereItIsLow) {
+  const core::GroundInfo shape = test::planet(128, core::kWgs84RadiusM);
+  const double spacing_m = shape.basis.height_unit_m / core::kVertexStep * shape.steps[0];
+  constexpr double kDeepM = -3000, kLandM = 900;
+  core::WorldMaterials sea;
+  sea.surroundings = {core::kHasWater, 0, 0, 0};
+  // Within 55 degrees of the default sun, which is at 129, 35: the pole, edges of faces, a corner, and
+  // inside.
+  constexpr double kPlaces[][2] = {{135, 0},  {90, 45},     {180, 45}, {135, 35.264},
+                                   {135, 90}, {135, 89.99}, {110, 20}};
+  const auto pictures = [&](double ground_m, bool wet, bool deferred) {
+    const test::MemoryGround ground(shape, [&](std::int64_t, std::int64_t) {
+      return static_cast<std::int32_t>(ground_m / shape.basis.height_unit_m);
+    });
+    Needs needs;
+    needs.shadow_maps = 0;
+    if (deferred) needs.deferred_width = kWidth, needs.deferred_height = kHeight;
+    GlOptions options;
+    options.shading = deferred ? Shading::deferred : Shading::forward;
+    open(needs, {}, options, test::ground_file(ground, spacing_m, {}, wet ? sea : core::WorldMaterials()));
+    std::vector<Pixels> all;
+    for (const auto& at : kPlaces) {
+      for (const bool from_space : {true, false}) {
+        // Vertices are rounded to 19 m here: an eye on land stands well above them.
+        const double height_m = from_space ? 6e6 : ground_m > 0 ? ground_m + 40 : 2;
+        ViewState view;
+        EXPECT_TRUE(world().from_geodetic({at[0], at[1], height_m}, view.eye));
+        view.width_px = kWidth;
+        view.height_px = kHeight;
+        view.error_px = 1;
+        set_perspective(view, from_space ? 28 : 40, from_space ? 1e6 : 0.5, from_space ? 2e7 : 1e6);
+        const LocalAxes axes = world().axes_at(view.eye);
+        // Level ahead, so that the horizon is in the middle; or straight down.
+        const Vec3 ahead = from_space ? mixed(axes.up, -1, axes.north, 0, axes.up, 0) : axes.north;
+        EXPECT_TRUE(look_at(view, along(view.eye, ahead, 1), from_space ? axes.north : axes.up));
+        EXPECT_TRUE(test::draw_frame(*renderer_, picture_, {view}).complete);
+        all.push_back(picture_.read());
+      }
+    }
+    close();
+    return all;
+  };
+  for (const bool deferred : {false, true}) {
+    const std::vector<Pixels> deep = pictures(kDeepM, true, deferred),
+                              bed = pictures(kDeepM, false, deferred),
+                              land = pictures(kLandM, true, deferred),
+                              dry = pictures(kLandM, false, deferred);
+    for (std::size_t n = 0; n < deep.size(); ++n) {
+      const bool from_space = n % 2 == 0;
+      // Land above the sea is as it is without one.
+      EXPECT_EQ(test::largest_difference(land[n], dry[n]), 0) << n << ' ' << deferred;
+      // The sea, below the horizon: blue where the bed is not, but for the sun's glitter, and from space
+      // without a line on faces' edges.
+      int wet = 0, bluer = 0, most_step = 0;
+      const int high = from_space ? kHeight : kHeight / 2 - 4;
+      for (int y = from_space ? 0 : kHeight / 4; y < high; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const std::uint8_t* const p = deep[n].at(x, y);
+          const std::uint8_t* const b = bed[n].at(x, y);
+          ++wet;
+          bluer += p[2] - p[0] > b[2] - b[0] + 10 ? 1 : 0;
+          if (x > 0) most_step = std::max(most_step, std::abs(p[2] - deep[n].at(x - 1, y)[2]));
+        }
+      }
+      EXPECT_GT(bluer, 0.8 * wet) << n << ' ' << deferred;
+      if (from_space) {
+        EXPECT_LE(most_step, 6) << n << ' ' << deferred;
+      }
+    }
+  }
+}
+
 // A host's function: a torus, whose ring lies level.
 struct Torus {
   double ring_m, tube_m;

@@ -71,7 +71,9 @@ void FakeScreen::tell() const {
 }
 
 void FakeScreen::start(std::vector<std::string> words, const std::string& fail, bool supervise, int input) {
-  words.insert(words.begin(), {KARST_APP_PATH, "view", world_, "--seat", "direct", "--navigate", "none"});
+  if (std::find(words.begin(), words.end(), "--navigate") == words.end())
+    words.insert(words.begin(), {"--navigate", "none"});
+  words.insert(words.begin(), {KARST_APP_PATH, "view", world_, "--seat", "direct"});
   if (!supervise) words.insert(words.begin() + 3, "--no-supervisor");
   std::vector<std::string> settings = {
       "LD_PRELOAD=" KARST_FAKE_KMS_PATH, "KARST_FAKE_STATE=" + folder_.path("state"),

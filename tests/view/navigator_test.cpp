@@ -48,6 +48,27 @@ TEST(Navigator, FliesWhereItLooks) {
   EXPECT_NEAR(n.place().position_m.x, -4, 1e-9);
 }
 
+// Key 0 shows all of the world, from where a walker flies; Home goes back, and both set their speed.
+TEST(Navigator, AllOfTheWorldByAKey) {
+  NavigatorSettings settings;
+  settings.mode = NavigatorMode::walk;
+  settings.start = {{1, 12, 3}, 20, 0};
+  settings.speed_m_s = 10;
+  settings.overview = {{500, 300, 500}, 45, -30};
+  settings.overview_speed_m_s = 100;
+  settings.ground_m = [](const glm::dvec3&) { return std::optional<double>(10.3); };
+  Navigator n(settings);
+  EXPECT_TRUE(n.handle(key(KEY_0)));
+  EXPECT_EQ(n.place().position_m, settings.overview.position_m);
+  EXPECT_EQ(n.place().pitch_deg, -30);
+  EXPECT_EQ(n.speed_m_s(), 100);
+  EXPECT_EQ(n.mode(), NavigatorMode::fly);
+  n.handle(key(KEY_3));
+  EXPECT_TRUE(n.handle(key(KEY_HOME)));
+  EXPECT_EQ(n.place().position_m, settings.start.position_m);
+  EXPECT_EQ(n.speed_m_s(), 10);
+}
+
 TEST(Navigator, ATapBetweenFramesIsNotLost) {
   Navigator n = make(NavigatorMode::fly);
   n.handle(key(KEY_LEFT));

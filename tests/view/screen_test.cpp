@@ -42,6 +42,22 @@ class Screen : public testing::Test {
 
 // --- the picture
 
+// Whoever can move stands on the ground at first; where nobody can, all of the world is shown.
+TEST_F(Screen, BeginsOnTheGroundWhereKeysMoveIt) {
+  const ScanOut all = screen_.rendered(320, 240);
+  for (const char* mode : {"orbit", "none"}) {
+    show({"--navigate", mode}, "");
+    EXPECT_EQ(largest_difference(screen_.scan_out(), all), 0) << mode;
+    screen_.stop();
+  }
+  show({"--navigate", "fly"}, "");
+  const ScanOut flying = screen_.scan_out();
+  screen_.stop();
+  EXPECT_GT(largest_difference(flying, all), 30);
+  show({"--navigate", "walk"}, "");
+  EXPECT_EQ(largest_difference(screen_.scan_out(), flying), 0);
+}
+
 TEST_F(Screen, ShowsWhatRenderDraws) {
   const ScanOut expected = screen_.rendered(320, 240);
   struct Way {

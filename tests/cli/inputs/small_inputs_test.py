@@ -97,7 +97,9 @@ def resources(inputs):
     inputs.run("elevation, a tile of 16384 a side", 1, elevation("bomb.tif"), "bomb.tif")
     png("sea.png", 1024, 1024, 16, 0, b"\x10\x00" * 1024)
     inputs.run("elevation of one height, 1024 a side", 1, elevation("sea.png"), "--max-samples 1048576")
-    inputs.run("a part of it", 0, elevation("sea.png", "--crop", "0,0,512,512", "--materials", "none"))
+    part = elevation("sea.png", "--crop", "0,0,512,512", "--materials", "none")
+    inputs.run("a part of it", 0, part)
+    inputs.run("a part of it, of voxels", 0, part + ["--no-ground"])
     ground = ["--ground", "--materials", "none"]
     inputs.run("a ground of one height", 1, elevation("sea.png", *ground), "--max-samples 1048576")
     png("wide.png", 262_000, 2, 16, 0, b"\x10\x00" * 262_000)
@@ -139,8 +141,10 @@ def resources(inputs):
     inputs.run("400,000 shapes of nothing", 1, elevation("nine.bil", "--carve", "shapes.json"), "shapes.json")
     write("over.json", json.dumps([{"shape": "sphere", "op": "empty", "center": [0, 0, 0], "radius": 90}] *
                                   9999))
-    inputs.run("9999 shapes over all of a world", 1, elevation("hills.bil", "--carve", "over.json"),
-               "--max-carve")
+    for more in ([], ["--no-ground"]):
+        inputs.run(f"9999 shapes over all of a world {more}", 1,
+                   elevation("hills.bil", "--carve", "over.json", *more),
+                   "--max-carve" if more else "--carve")
     write("deep.json", "[" * (8 << 20))
     inputs.run("8 MiB of [", 1, elevation("nine.bil", "--carve", "deep.json"), "nested too deeply")
     write("many.json", "[" + "0," * 4_000_000 + "0]")
@@ -157,8 +161,8 @@ def resources(inputs):
     inputs.run("a section of 1 TiB that nobody knows", 1, ["karst", "info", "unknown.karst"], "16 MiB")
     envi("steep", 64, 64, noise(20_000))
     # Which folds everywhere, and is repaired without a list of all that every pass touches.
-    inputs.run("noise of 20 km", 1, ["karst-bake", "steep.bil", "-o", "x.karst", "--pixel-size", "30"],
-               "--accept-fit", most_mib=192)
+    inputs.run("noise of 20 km", 1, ["karst-bake", "steep.bil", "-o", "x.karst", "--pixel-size", "30",
+                                       "--no-ground"], "--accept-fit", most_mib=192)
 
 
 def wrong(inputs):

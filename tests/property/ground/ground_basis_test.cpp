@@ -457,6 +457,7 @@ struct Standing {
 
 struct Figures {
   double lattice_m = 0, drawn_m = 0;  // off double: vertices, and as floats near the eye besides
+  double axis_units = 0;              // vertices, along an axis of the frame, of kVertexStep
   int shared = 0;
 };
 
@@ -486,6 +487,8 @@ void stand(const GroundInfo& info, NodeKey node, const Tables& tables, Figures& 
       const auto v = static_cast<std::uint32_t>(vertex_order(kNodeLevel, k, i));
       const glm::dvec3 drawn = (glm::dvec3(home.place(v)) + corner) * step_m;
       figures.lattice_m = std::max(figures.lattice_m, glm::distance(lattice, exact));
+      const glm::dvec3 off = glm::abs(lattice - exact) / info.basis.height_unit_m;
+      figures.axis_units = std::max({figures.axis_units, off.x, off.y, off.z});
       figures.drawn_m = std::max(figures.drawn_m, glm::distance(drawn, lattice));
     }
   }
@@ -519,20 +522,38 @@ void stand(const GroundInfo& info, NodeKey node, const Tables& tables, Figures& 
   EXPECT_GE(around, 7);
 }
 
+// A vertex lies within half a kVertexStep of its place, along each axis: it is rounded once. That step is a
+// 4,096th of the way between samples, or of the longer one. Beyond that nothing is lost near the eye.
+void expect_rounded_once(const Figures& figures, const GroundInfo& info, double spacing_m) {
+  const double unit_m = info.basis.height_unit_m;
+  EXPECT_NEAR(unit_m, spacing_m / 4096, 1e-9);
+  // What double itself has of a place so far from the earth's centre.
+  EXPECT_LE(figures.axis_units, 0.5 + 4e-9 / unit_m);
+  EXPECT_GT(figures.axis_units, 0.45);
+  EXPECT_LE(figures.lattice_m, std::sqrt(0.75) * unit_m + 4e-9);
+  // Places from the eye, as floats, half a node away at most.
+  EXPECT_LE(figures.drawn_m, 2e-7 * spacing_m);
+}
+
 TEST(GroundOnABasis, AnEyeAtTwoMetresStandsAnywhere) {
   const Tables tables;
-  // Samples of 1 m, by longitude and latitude.
-  for (const double latitude : {0.0, 45.0, 89.99}) {
-    const double metre_deg = 1.0 / 111'694.4;
-    const GroundInfo info = region(4097, 1025, 7.0, std::min(latitude + 0.0046, 90.0), metre_deg);
-    Figures figures;
-    for (const int x : {1, 300, 511, 700, 1020}) {
-      for (const int z : {1, 60, 127, 200, 250}) stand(info, {0, x, z}, tables, figures);
+  // Samples of 1 m and of 4.7 m, by longitude and latitude: within a millimetre.
+  for (const double spacing_m : {1.0, 4.7}) {
+    for (const double latitude : {0.0, 45.0, 89.99}) {
+      const double step_deg = spacing_m / 111'694.4;
+      const GroundInfo info =
+          region(4097, 1025, 7.0, std::min(latitude + 0.0046 * spacing_m, 90.0), step_deg);
+      Figures figures;
+      for (const int x : {1, 300, 511, 700, 1020}) {
+        for (const int z : {1, 60, 127, 200, 250}) stand(info, {0, x, z}, tables, figures);
+      }
+      expect_rounded_once(figures, info, spacing_m);
+      EXPECT_LE(figures.lattice_m + figures.drawn_m, 1e-3) << latitude;
+      std::printf(
+          "FIGURE latitude %g, samples of %g m: vertices off double by %.3g m, as floats by %.2g m "
+          "more; %d shared\n",
+          latitude, spacing_m, figures.lattice_m, figures.drawn_m, figures.shared);
     }
-    EXPECT_LE(figures.lattice_m, 1e-3) << latitude;
-    EXPECT_LE(figures.drawn_m, 1e-6) << latitude;
-    std::printf("FIGURE latitude %g: vertices off double by %.2g m, as floats by %.2g m more; %d shared\n",
-                latitude, figures.lattice_m, figures.drawn_m, figures.shared);
   }
   // The finest planet, on the corners of its faces, on their edges and inside.
   const GroundInfo info = planet(kMostFaceQuads, kWgs84RadiusM);
@@ -546,14 +567,12 @@ TEST(GroundOnABasis, AnEyeAtTwoMetresStandsAnywhere) {
         stand(info, {0, x * side + i, z * side + k}, tables, figures);
     }
   }
-  const double unit_m = info.basis.height_unit_m;
-  EXPECT_LE(figures.lattice_m, unit_m);
-  EXPECT_LE(figures.drawn_m, 1e-3);
+  const double spacing_m = info.basis.height_unit_m * kMostCurvedSteps / kVertexStep;
+  expect_rounded_once(figures, info, spacing_m);
   std::printf(
-      "FIGURE planet of %.1f m samples, corners and edges of faces too: vertices off double by %.2g m (half "
-      "a "
-      "step of %.2g m), as floats by %.2g m more; %d shared\n",
-      unit_m * kMostCurvedSteps / kVertexStep, figures.lattice_m, unit_m, figures.drawn_m, figures.shared);
+      "FIGURE planet of %.1f m samples, corners and edges of faces too: vertices off double by %.3g m, "
+      "as floats by %.2g m more; %d shared\n",
+      spacing_m, figures.lattice_m, figures.drawn_m, figures.shared);
 }
 
 // Where a ground that closes begins and ends: vertices of both sides, their normals and targets.

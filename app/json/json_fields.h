@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace karst::bake {
+namespace karst::app {
 
 // One object with its place in the file for messages, as "file.json: shape 3". Reading goes on after an
 // error, with values that are in range but mean nothing; the first error is kept, and to be looked at in the
@@ -65,4 +65,4 @@ Error parse_json(std::string_view text, const std::string& name, const JsonLimit
 // The whole file, at most 16 MiB.
 Error read_json_text(const std::string& path, std::string& text);
 
-}  // namespace karst::bake
+}  // namespace karst::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/base/json_fields.h"
+#include "app/json/json_fields.h"
 
 #include "platform/base/text.h"
 
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace karst::bake {
+namespace karst::app {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = 16u << 20;
@@ -213,4 +213,4 @@ Error read_json_text(const std::string& path, std::string& text) {
   return {};
 }
 
-}  // namespace karst::bake
+}  // namespace karst::app

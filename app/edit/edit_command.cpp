@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+// karst edit: does to a world what a script says, and saves it.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/command_line/command_line.h"
+#include "app/command_line/help.h"
+#include "app/commands.h"
+#include "app/common/arguments.h"
+#include "app/common/progress.h"
+#include "app/edit/edit_script.h"
+#include "app/edit/journal_file.h"
+#include "app/edit/save_file.h"
+#include "app/files/atomic_file.h"
+#include "app/files/file_source.h"
+#include "app/files/output_place.h"
+#include "app/files/whole_file.h"
+#include "karst/karst.h"
+#include "platform/base/error.h"
+
+namespace karst::app {
+namespace {
+
+struct EditOptions {
+  std::string script;
+  std::string output;
+};
+
+constexpr OptionRow kRows[] = {
+    {.name = "script",
+     .kind = ValueKind::file,
+     .value = "FILE",
+     .help = "the edits, JSON: one object a line, or a list; a journal is a script",
+     .store = put<&EditOptions::script>},
+    {.name = "output",
+     .letter = 'o',
+     .kind = ValueKind::file,
+     .value = "FILE",
+     .help = "the world as it is then; may be WORLD itself",
+     .store = put<&EditOptions::output>},
+};
+constexpr OptionGroup kGroups[] = {{"options", kRows}};
+constexpr OptionPart kParts[] = {kGroups};
+
+struct Free {
+  void operator()(std::byte* p) const { std::free(p); }
+};
+
+// A world that can be edited, with memory of its own.
+class EditedWorld {
+ public:
+  EditedWorld() = default;
+  EditedWorld(const EditedWorld&) = delete;
+  EditedWorld& operator=(const EditedWorld&) = delete;
+  ~EditedWorld() {
+    if (editor != nullptr) world->release(editor);
+    if (world != nullptr) world->destroy();
+  }
+
+  // needs: of edits; the rest is as little as there can be.
+  Error open(const std::string& path, const Needs& needs) {
+    if (Error error = file.open(path); !error.ok()) return error;
+    source = file.source();
+    Plan plan;
+    plan.needs = needs;
+    plan.placement.axes = Axes::east_up_south;
+    if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
+    memory.reset(static_cast<std::byte*>(std::aligned_alloc(
+        kMemoryAlignment, (plan.cpu_bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment)));
+    if (memory == nullptr) return path + ": no memory for " + std::to_string(plan.cpu_bytes) + " bytes";
+    const std::span<std::byte> room(memory.get(), static_cast<std::size_t>(plan.cpu_bytes));
+    Status status = World::create(plan, source, room, world);
+    if (status.ok()) status = world->take_editor(editor);
+    return status.ok() ? Error() : Error(path, status);
+  }
+
+  FileSource file;
+  Source source;
+  std::unique_ptr<std::byte, Free> memory;
+  World* world = nullptr;
+  Editor* editor = nullptr;
+};
+
+struct EditCounts {
+  std::size_t edits = 0, undone = 0, redone = 0, unchanged = 0;
+  std::uint64_t patches = 0, nodes = 0;
+};
+
+// Does all of it. full: a limit that the plan was too small for.
+Error apply_all(Editor& editor, const std::vector<ScriptStep>& steps, const std::string& script,
+                EditCounts& counts, Status& full) {
+  Progress progress("edit", steps.size());
+  bool in_stroke = false;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const ScriptStep& step = steps[n];
+    const bool goes_on = n + 1 < steps.size() && steps[n + 1].kind == ScriptStep::edit && steps[n + 1].joined;
+    EditResult result;
+    Status status;
+    if (step.kind == ScriptStep::edit) {
+      if (goes_on && !in_stroke) {
+        editor.begin_stroke();
+        in_stroke = true;
+      }
+      status = editor.apply(step.what, result);
+      ++counts.edits;
+    } else if (step.kind == ScriptStep::undo) {
+      status = editor.undo(result);
+      ++counts.undone;
+    } else {
+      status = editor.redo(result);
+      ++counts.redone;
+    }
+    if (in_stroke && !goes_on) {
+      editor.end_stroke();
+      in_stroke = false;
+    }
+    if (!status.ok()) {
+      full = status;
+      return Error(script + ": edit " + std::to_string(n), status);
+    }
+    counts.unchanged += !result.changed;
+    counts.patches += result.patches;
+    counts.nodes += result.nodes;
+    progress.update(n + 1);
+  }
+  return {};
+}
+
+constexpr std::uint32_t kFirstEditPatches = 65'536;
+constexpr std::uint32_t kMostEditPatches = 1u << 20;
+
+// What a limit that was reached has to be; false: it cannot be more.
+bool raise(const Status& full, Needs& needs) {
+  if (full.code() != StatusCode::limit_reached || full.field() == nullptr) return false;
+  const std::string_view field = full.field();
+  if (field == "edit_patches" && needs.edit_patches < kMostEditPatches) {
+    needs.edit_patches *= 4;
+    return true;
+  }
+  return false;
+}
+
+Error run_script(const EditOptions& options, const std::string& path) {
+  const NamedFile output{"--output", options.output};
+  const NamedFile script{"--script", options.script};
+  if (Error error = check_outputs_apart(std::span(&output, 1), std::span(&script, 1)); !error.ok())
+    return error;
+  WholeFile text;
+  if (Error error = text.open(options.script, WholeFile::kMostText); !error.ok()) return error;
+  std::vector<ScriptStep> steps;
+  if (Error error = parse_script(text.text(), options.script, steps); !error.ok()) return error;
+  if (Error error = check_writable(options.output); !error.ok()) return error;
+  Needs needs;
+  needs.shadow_maps = 0;
+  needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
+  needs.edit_patches = kFirstEditPatches;
+  for (;;) {
+    EditedWorld edited;
+    if (Error error = edited.open(path, needs); !error.ok()) return error;
+    EditCounts counts;
+    Status full;
+    if (Error error = apply_all(*edited.editor, steps, options.script, counts, full); !error.ok()) {
+      if (raise(full, needs)) continue;
+      return error;
+    }
+    std::uint64_t bytes = 0;
+    if (Error error = save_file(*edited.editor, options.output, {}, bytes); !error.ok()) return error;
+    std::printf("%s: %zu edits (%zu changed nothing), %zu taken back, %zu done again; %llu bytes\n",
+                options.output.c_str(), counts.edits, counts.unchanged, counts.undone, counts.redone,
+                static_cast<unsigned long long>(bytes));
+    return {};
+  }
+}
+
+}  // namespace
+
+constinit const CommandSpec kEditSpec = {
+    .name = "karst edit",
+    .brief = "digs, fills, raises and paints by a script",
+    .usage = "WORLD --script FILE -o FILE",
+    .about =
+        "Does to a world what a script says, one edit after the other, and writes the world as it is then. "
+        "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
+        "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
+        "to the east, up and to the south, as cameras have them. The journal that karst view keeps beside a "
+        "world is a script, too.",
+    .parts = kParts,
+    .examples =
+        "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 8}' > hole.json\n"
+        "karst edit canyon.karst --script hole.json -o hole.karst\n"};
+
+int run_edit(std::span<const char* const> words) {
+  CommandLine line;
+  EditOptions options;
+  Error usage = line.parse(words, kEditSpec);
+  if (usage.ok() && line.wants_help()) {
+    std::fputs(help_text(kEditSpec).c_str(), stdout);
+    return kExitOk;
+  }
+  void* const targets[] = {&options};
+  if (usage.ok()) usage = line.store(targets);
+  if (usage.ok() && line.positional().size() != 1) usage = "takes one WORLD";
+  if (usage.ok() && options.script.empty()) usage = "--script FILE is missing: the edits";
+  if (usage.ok() && options.output.empty()) usage = "-o FILE is missing: where the world goes";
+  if (!usage.ok()) {
+    print_error("karst edit", usage.text());
+    return kExitUsage;
+  }
+  const Error error = run_script(options, std::string(line.positional()[0]));
+  if (!error.ok()) print_error("karst edit", error.text());
+  return error.ok() ? kExitOk : kExitFailure;
+}
+
+}  // namespace karst::app

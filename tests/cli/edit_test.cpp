@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// karst edit as a user runs it: the same bytes for the same script, nothing where it fails, and a file that
+// is the old world or the new one whenever it is killed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/support/process.h"
+
+namespace karst {
+namespace {
+
+using test::ProcessResult;
+using test::run_process;
+
+constexpr const char* kDig =
+    R"({"tool": "clear", "shape": "sphere", "place_m": [0, 20, 0], "radius_m": 70})"
+    "\n"
+    R"({"tool": "fill", "shape": "capsule", "place_m": [-100, 90, 40], "to_m": [100, 90, 40], "radius_m": 40})"
+    "\n";
+
+class KarstEdit : public testing::Test {
+ protected:
+  void SetUp() override {
+    const ProcessResult made =
+        run_process(KARST_BAKE_PATH, {"--sample", "hills", "--no-ground", "--voxel", "32", "--levels", "2",
+                                      "--materials", "none", "--quiet", "-o", world()});
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+  std::string world() const { return folder_.path("w.karst"); }
+  ProcessResult edit(const std::string& script, const std::string& output) {
+    folder_.write("s.json", script);
+    return run_process(KARST_APP_PATH,
+                       {"edit", world(), "--script", folder_.path("s.json"), "-o", folder_.path(output)});
+  }
+  std::string bytes(const std::string& name) const { return test::read_text(folder_.path(name)); }
+
+  test::Folder folder_;
+};
+
+TEST_F(KarstEdit, NothingDoneIsTheSameFile) {
+  const ProcessResult result = edit("[]", "same.karst");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(bytes("same.karst") == bytes("w.karst"));
+}
+
+TEST_F(KarstEdit, TheSameScriptMakesTheSameBytesAndAWholeWorld) {
+  const ProcessResult result = edit(kDig, "a.karst");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("2 edits (0 changed nothing)"), std::string::npos) << result.out;
+  EXPECT_FALSE(bytes("a.karst") == bytes("w.karst"));
+  EXPECT_EQ(run_process(KARST_APP_PATH, {"info", folder_.path("a.karst")}).code, 0);
+  ASSERT_EQ(edit(kDig, "b.karst").code, 0);
+  EXPECT_TRUE(bytes("a.karst") == bytes("b.karst"));
+  // In place; and saved again it stays what it is.
+  ASSERT_EQ(edit(kDig, "w.karst").code, 0);
+  EXPECT_TRUE(bytes("a.karst") == bytes("w.karst"));
+  ASSERT_EQ(edit("[]", "c.karst").code, 0);
+  EXPECT_TRUE(bytes("a.karst") == bytes("c.karst"));
+}
+
+TEST_F(KarstEdit, FailuresSayWhatIsWrongAndWriteNothing) {
+  const auto refused = [&](const std::string& script, const char* words, int code = 1) {
+    const ProcessResult result = edit(script, "out.karst");
+    EXPECT_EQ(result.code, code) << script;
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  };
+  refused(R"({"tool": "clear", "place_m": [0, 0, 0], "radius": 3})", "line 1: radius: unknown field");
+  refused(R"({"tool": "clear", "shape": "voxel", "place_m": [0, 0, 0], "octree_level": 9})", "edit 0");
+  refused(std::string(kDig) + R"({"tool": "clear", "shape": "voxel", "place_m": [0, 1e8, 0],)" +
+              R"( "octree_level": 3})",
+          "edit 2");
+  refused("", "the file is empty");
+  EXPECT_EQ(folder_.names(), (std::vector<std::string>{"s.json", "w.karst"}));
+  const ProcessResult usage = run_process(KARST_APP_PATH, {"edit", world()});
+  EXPECT_EQ(usage.code, 2);
+  EXPECT_NE(usage.err.find("--script FILE is missing"), std::string::npos) << usage.err;
+}
+
+TEST_F(KarstEdit, KilledItLeavesTheOldWorldOrTheNewOne) {
+  const std::string old = bytes("w.karst");
+  ASSERT_EQ(edit(kDig, "new.karst").code, 0);
+  const std::string made = bytes("new.karst");
+  int olds = 0, news = 0;
+  for (int n = 0; n < 40; ++n) {
+    folder_.write("w.karst", old);
+    char after[32];
+    std::snprintf(after, sizeof after, "0.%03d", 2 + 3 * n);
+    run_process("/usr/bin/timeout", {"-s", "KILL", after, KARST_APP_PATH, "edit", world(), "--script",
+                                     folder_.path("s.json"), "-o", world()});
+    const std::string now = bytes("w.karst");
+    olds += now == old;
+    news += now == made;
+  }
+  EXPECT_EQ(olds + news, 40);
+  EXPECT_GT(olds, 0);
+  // What a killed one left is gone after the next.
+  ASSERT_EQ(edit(kDig, "last.karst").code, 0);
+  for (const std::string& name : folder_.names()) EXPECT_EQ(name.find(".karst-"), std::string::npos) << name;
+}
+
+}  // namespace
+}  // namespace karst
