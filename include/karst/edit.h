@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Edits: dig, fill, raise, smooth, paint, between frames, in memory that the plan counts (Needs::edit_patches
-// and the fields after it). Voxels, heights of patches, samples of the ground and painted materials change;
+// Edits: dig, fill, raise, smooth, paint, between frames, in memory that the plan counts
+// (Needs::edit_patches). Voxels, heights of patches, samples of the ground and painted materials change;
 // all that follows from them (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if
 // the world had been baked so.
 //
@@ -9,7 +9,7 @@
 //   Edit dig;  dig.tool = EditTool::clear;  dig.place = hit.place;  dig.radius_m = 3;
 //   EditResult changed;
 //   editor->apply(dig, changed);   // changed.low .. high: for the host's physics
-//   editor->undo(changed);
+//   editor->save(sink);
 #pragma once
 
 #include <cstddef>
@@ -78,18 +78,19 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
+  // Voxels of worlds without a ground are edited; other tools are refused ("tool"), and other worlds
+  // ("world"). invalid_argument names the field. limit_reached names the field of Needs that is too small, or
   // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
-  // Edits from begin_stroke() to end_stroke() are one step of undo; else each edit is one.
+  // Edits from begin_stroke() to end_stroke() are one step of undo; else each edit is one. No steps are kept:
+  // undo_steps() and redo_steps() are 0.
   void begin_stroke() noexcept;
   void end_stroke() noexcept;
   // Where there is no step: nothing changes, and result.changed is false.
   Status undo(EditResult& result) noexcept;
   Status redo(EditResult& result) noexcept;
-  // Steps that can be taken back, and again. The oldest ones are given up where Needs::undo_bytes are full;
-  // `lost` counts them.
+  // Steps that can be taken back, and again; `lost` counts those that were given up.
   std::uint32_t undo_steps() const noexcept;
   std::uint32_t redo_steps() const noexcept;
   std::uint64_t lost_steps() const noexcept;
