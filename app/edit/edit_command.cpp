@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/command_line/command_line.h"
@@ -35,7 +36,7 @@ constexpr OptionRow kRows[] = {
     {.name = "script",
      .kind = ValueKind::file,
      .value = "FILE",
-     .help = "the edits, JSON: one object a line, or a list; a journal is a script",
+     .help = "the edits, JSON: one object a line, or a list",
      .store = put<&EditOptions::script>},
     {.name = "output",
      .letter = 'o',
@@ -87,46 +88,49 @@ class EditedWorld {
 };
 
 struct EditCounts {
-  std::size_t edits = 0, undone = 0, redone = 0, unchanged = 0;
-  std::uint64_t patches = 0, nodes = 0;
+  std::size_t edits = 0, unchanged = 0, undone = 0, redone = 0;
 };
+
+// What is left of a script once its own undo and redo are done: an edit that was taken back need not be made.
+std::vector<ScriptStep> effective(const std::vector<ScriptStep>& steps, EditCounts& counts) {
+  std::vector<std::vector<ScriptStep>> done, undone;
+  for (const ScriptStep& step : steps) {
+    if (step.kind == ScriptStep::edit) {
+      undone.clear();
+      if (step.joined && !done.empty()) {
+        done.back().push_back(step);
+      } else {
+        done.push_back({step});
+      }
+      continue;
+    }
+    const bool is_undo = step.kind == ScriptStep::undo;
+    std::vector<std::vector<ScriptStep>>&from = is_undo ? done : undone, &to = is_undo ? undone : done;
+    ++(is_undo ? counts.undone : counts.redone);
+    if (from.empty()) continue;
+    to.push_back(std::move(from.back()));
+    from.pop_back();
+  }
+  std::vector<ScriptStep> left;
+  for (const std::vector<ScriptStep>& stroke : done) left.insert(left.end(), stroke.begin(), stroke.end());
+  return left;
+}
 
 // Does all of it. full: a limit that the plan was too small for.
 Error apply_all(Editor& editor, const std::vector<ScriptStep>& steps, const std::string& script,
                 EditCounts& counts, Status& full) {
   Progress progress("edit", steps.size());
-  bool in_stroke = false;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    const ScriptStep& step = steps[n];
-    const bool goes_on = n + 1 < steps.size() && steps[n + 1].kind == ScriptStep::edit && steps[n + 1].joined;
+  counts.edits = counts.unchanged = 0;
+  for (const ScriptStep& step : steps) {
     EditResult result;
-    Status status;
-    if (step.kind == ScriptStep::edit) {
-      if (goes_on && !in_stroke) {
-        editor.begin_stroke();
-        in_stroke = true;
-      }
-      status = editor.apply(step.what, result);
-      ++counts.edits;
-    } else if (step.kind == ScriptStep::undo) {
-      status = editor.undo(result);
-      ++counts.undone;
-    } else {
-      status = editor.redo(result);
-      ++counts.redone;
-    }
-    if (in_stroke && !goes_on) {
-      editor.end_stroke();
-      in_stroke = false;
-    }
+    const Status status = editor.apply(step.what, result);
     if (!status.ok()) {
       full = status;
-      return Error(script + ": edit " + std::to_string(n), status);
+      return Error(script + ": edit " + std::to_string(counts.edits), status);
     }
+    ++counts.edits;
     counts.unchanged += !result.changed;
-    counts.patches += result.patches;
-    counts.nodes += result.nodes;
-    progress.update(n + 1);
+    progress.update(counts.edits);
   }
   return {};
 }
@@ -154,6 +158,8 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (Error error = text.open(options.script, WholeFile::kMostText); !error.ok()) return error;
   std::vector<ScriptStep> steps;
   if (Error error = parse_script(text.text(), options.script, steps); !error.ok()) return error;
+  EditCounts counts;
+  steps = effective(steps, counts);
   if (Error error = check_writable(options.output); !error.ok()) return error;
   Needs needs;
   needs.shadow_maps = 0;
@@ -162,7 +168,6 @@ Error run_script(const EditOptions& options, const std::string& path) {
   for (;;) {
     EditedWorld edited;
     if (Error error = edited.open(path, needs); !error.ok()) return error;
-    EditCounts counts;
     Status full;
     if (Error error = apply_all(*edited.editor, steps, options.script, counts, full); !error.ok()) {
       if (raise(full, needs)) continue;
@@ -187,12 +192,13 @@ constinit const CommandSpec kEditSpec = {
         "Does to a world what a script says, one edit after the other, and writes the world as it is then. "
         "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
-        "to the east, up and to the south, as cameras have them. The journal that karst view keeps beside a "
-        "world is a script, too.",
+        "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. WORLD has "
+        "no ground: of a sample or a DEM that was baked with --no-ground.",
     .parts = kParts,
     .examples =
-        "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 8}' > hole.json\n"
-        "karst edit canyon.karst --script hole.json -o hole.karst\n"};
+        "karst-bake --sample hills --no-ground -o hills.karst\n"
+        "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 20}' > hole.json\n"
+        "karst edit hills.karst --script hole.json -o hole.karst\n"};
 
 int run_edit(std::span<const char* const> words) {
   CommandLine line;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Edits: dig, fill, raise, smooth, paint, between frames, in memory that the plan counts
-// (Needs::edit_patches). Voxels, heights of patches, samples of the ground and painted materials change;
-// all that follows from them (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if
-// the world had been baked so.
+// Edits: dig, fill, raise, smooth, between frames, in memory that the plan counts (Needs::edit_patches,
+// Needs::edit_tiles). Voxels or samples of the ground change; all that follows from them (surface, levels of
+// detail, errors, boxes, shadows, answers of queries) is as if the world had been baked so.
 //
 //   Editor* editor = nullptr;
 //   world.take_editor(editor);
@@ -78,25 +77,14 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Voxels of worlds without a ground are edited; other tools are refused ("tool"), and other worlds
-  // ("world"). invalid_argument names the field. limit_reached names the field of Needs that is too small, or
+  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches), and heights of grounds on planes
+  // without regions (extrude to level; Needs::edit_tiles); paint is refused, and so is the rest.
+  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
   // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
-  // Edits from begin_stroke() to end_stroke() are one step of undo; else each edit is one. No steps are kept:
-  // undo_steps() and redo_steps() are 0.
-  void begin_stroke() noexcept;
-  void end_stroke() noexcept;
-  // Where there is no step: nothing changes, and result.changed is false.
-  Status undo(EditResult& result) noexcept;
-  Status redo(EditResult& result) noexcept;
-  // Steps that can be taken back, and again; `lost` counts those that were given up.
-  std::uint32_t undo_steps() const noexcept;
-  std::uint32_t redo_steps() const noexcept;
-  std::uint64_t lost_steps() const noexcept;
-
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
-  // limit_reached ("sink").
+  // limit_reached ("sink"); unsupported ("ground") where heights of the ground were edited.
   Status save(const Sink& sink) noexcept;
 
  protected:

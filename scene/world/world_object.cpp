@@ -234,7 +234,7 @@ void World::release(Query* query) noexcept {
 Status World::take_editor(Editor*& out) noexcept {
   out = nullptr;
   core::WorldObject& world = core::self(this);
-  if (world.made_for.needs.edit_patches == 0)
+  if (world.made_for.needs.edit_patches == 0 && world.made_for.needs.edit_tiles == 0)
     return {StatusCode::invalid_argument, "the plan has no room for edits", "edit_patches"};
   if (world.editor.taken.exchange(true))
     return {StatusCode::limit_reached, "the world's one editor is taken", "editors", 2};

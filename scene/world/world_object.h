@@ -33,11 +33,14 @@ struct EditorObject final : karst::Editor {
   WorldObject& world;
   std::uint64_t version = 0;      // one more with each change
   std::uint64_t sky_version = 0;  // the last one that changed the sky
+  bool ground_changed = false;
   std::atomic<bool> taken{false};
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
   Status follow(const EditChange& change, EditResult& result);
+  Status apply_to_ground(const core::Edit& edit, EditResult& result);
+  void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
 };
 
 struct WorldObject final : karst::World {

@@ -9,6 +9,7 @@
 #include "tests/library/ground_file.h"
 #include "tests/library/host.h"
 
+#include "karst/edit.h"
 #include "scene/edit/ground_edits.h"
 
 namespace karst {
@@ -105,6 +106,44 @@ TEST_F(GroundEdits, AHillIsDrawnAndAskedInTheNextFrame) {
     EXPECT_NEAR(height(3000, 2400), was + 80, 0.01);
     close();
   }
+}
+
+// The same through the public header.
+TEST_F(GroundEdits, ByTheEditor) {
+  open_file(test::ground_file(test::rough_ground(), test::kRoughSpacing_m), false, 64);
+  Editor* editor = nullptr;
+  ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  const double before = height(3000, 2400);
+  Edit hill;
+  hill.tool = EditTool::extrude;
+  hill.place = host_->world->from_world({3000, before, 2400});
+  hill.radius_m = 60;
+  hill.strength_m = 25;
+  EditResult result;
+  ASSERT_TRUE(editor->apply(hill, result).ok());
+  EXPECT_TRUE(result.changed);
+  EXPECT_EQ(result.version, 1u);
+  EXPECT_NEAR(height(3000, 2400), before + 25, 1);
+  // All that changed lies in the box, and the box around the brush.
+  const Vec3 low = host_->world->to_world(result.low), high = host_->world->to_world(result.high);
+  EXPECT_LE(std::min(low.x, high.x), 2950);
+  EXPECT_GE(std::min(low.x, high.x), 2900);
+  EXPECT_LE(std::max(low.x, high.x), 3100);
+  EXPECT_GE(std::max(low.y, high.y), before + 24);
+  // What cannot be done changes nothing and says so.
+  Edit dig;
+  dig.place = hill.place;
+  EXPECT_FALSE(editor->apply(dig, result).ok());
+  EXPECT_FALSE(result.changed);
+  Edit paint = hill;
+  paint.tool = EditTool::paint;
+  EXPECT_FALSE(editor->apply(paint, result).ok());
+  EXPECT_NEAR(height(3000, 2400), before + 25, 1);
+  const Sink nowhere{nullptr, [](void*, std::span<const std::byte>) { return true; }};
+  const Status saved = editor->save(nowhere);
+  EXPECT_EQ(saved.code(), StatusCode::unsupported);
+  EXPECT_STREQ(saved.field(), "ground");
+  host_->world->release(editor);
 }
 
 }  // namespace

@@ -62,6 +62,23 @@ TEST_F(KarstEdit, TheSameScriptMakesTheSameBytesAndAWholeWorld) {
   EXPECT_TRUE(bytes("a.karst") == bytes("c.karst"));
 }
 
+TEST_F(KarstEdit, UndoAndRedoOfAScript) {
+  ASSERT_EQ(edit(kDig, "a.karst").code, 0);
+  const std::string undo = R"({"tool": "undo"})"
+                           "\n",
+                    redo = R"({"tool": "redo"})"
+                           "\n";
+  const std::string other = R"({"tool": "clear", "shape": "sphere", "place_m": [150, 30, 0], "radius_m": 60})"
+                            "\n";
+  const ProcessResult result = edit(std::string(kDig) + other + undo + undo + redo + redo + undo, "b.karst");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("2 edits (0 changed nothing), 3 taken back, 2 done again"), std::string::npos)
+      << result.out;
+  EXPECT_TRUE(bytes("a.karst") == bytes("b.karst"));
+  ASSERT_EQ(edit(std::string(kDig) + undo + undo + undo + redo + redo + redo, "c.karst").code, 0);
+  EXPECT_TRUE(bytes("a.karst") == bytes("c.karst"));
+}
+
 TEST_F(KarstEdit, FailuresSayWhatIsWrongAndWriteNothing) {
   const auto refused = [&](const std::string& script, const char* words, int code = 1) {
     const ProcessResult result = edit(script, "out.karst");

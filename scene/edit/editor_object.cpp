@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // karst::Editor.
-#include "scene/world/world_object.h"
-
 #include <glm/common.hpp>
 
+#include "scene/edit/ground_edits.h"
+#include "scene/world/world_object.h"
 #include "terrain/edit/save_world.h"
 
 namespace karst {
@@ -45,12 +45,49 @@ Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
   result.version = version;
   const core::Edit made = in_voxels(edit);
   core::World& terrain = world.terrain.world;
+  if (terrain.ground().exists() && !edits_voxels(made.tool)) return apply_to_ground(made, result);
   if (const Status status = check_edit(made, terrain); !status.ok()) return status;
   if (!edits_voxels(made.tool))
-    return {StatusCode::invalid_argument, "voxels alone can be edited so far", "tool"};
+    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
   EditChange change;
   if (const Status status = edit_shape(terrain, made, change); !status.ok()) return status;
   return change.changed ? follow(change, result) : Status();
+}
+
+Status EditorObject::apply_to_ground(const core::Edit& edit, EditResult& result) {
+  GroundChange change;
+  std::uint32_t nodes = 0;
+  if (const Status status = edit_ground(world, edit, nullptr, change, nodes); !status.ok()) return status;
+  if (!change.changed) return {};
+  ground_changed = true;
+  result.changed = true;
+  result.version = ++version;
+  result.nodes = nodes;
+  world.show_box();
+  const GroundInfo& ground = world.terrain.world.ground();
+  const auto voxels = [&](std::int64_t i, std::int32_t height, std::int64_t k) {
+    return glm::dvec3(ground.steps[0] * static_cast<double>(i), double{kVertexStep} * height,
+                      ground.steps[1] * static_cast<double>(k)) /
+           double{kStepsPerVoxel};
+  };
+  show_extent(voxels(change.samples.low[0], change.least, change.samples.low[1]),
+              voxels(change.samples.high[0], change.greatest, change.samples.high[1]), result);
+  return {};
+}
+
+// The box of two corners, voxels, in the simulator's frame.
+void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels,
+                               EditResult& result) const {
+  const glm::dvec3 side[2] = {low_voxels, high_voxels};
+  glm::dvec3 low(0.0), high(0.0);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at = to_glm(world.placement.place_of_voxels(
+        {side[corner & 1].x, side[corner >> 1 & 1].y, side[corner >> 2 & 1].z}));
+    low = corner == 0 ? at : glm::min(low, at);
+    high = corner == 0 ? at : glm::max(high, at);
+  }
+  result.low = from_glm(low);
+  result.high = from_glm(high);
 }
 
 Status EditorObject::follow(const EditChange& change, EditResult& result) {
@@ -65,22 +102,15 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   result.changed = true;
   result.version = version;
   result.patches = static_cast<std::uint32_t>(change.touched.size());
-  const glm::dvec3 side[2] = {glm::dvec3(change.box.min) / double{kStepsPerVoxel},
-                              glm::dvec3(change.box.max) / double{kStepsPerVoxel}};
-  glm::dvec3 low(0.0), high(0.0);
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at = to_glm(world.placement.place_of_voxels(
-        {side[corner & 1].x, side[corner >> 1 & 1].y, side[corner >> 2 & 1].z}));
-    low = corner == 0 ? at : glm::min(low, at);
-    high = corner == 0 ? at : glm::max(high, at);
-  }
-  result.low = from_glm(low);
-  result.high = from_glm(high);
+  show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
+              glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
   return status;
 }
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
+  if (ground_changed)
+    return {StatusCode::unsupported, "edited heights of a ground cannot be saved", "ground"};
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
                          return host.write(host.user, piece);
@@ -96,27 +126,6 @@ Status Editor::apply(const Edit& edit, EditResult& result) noexcept {
 
 Status Editor::save(const Sink& sink) noexcept {
   return core::self(this).save(sink);
-}
-
-// Of strokes and steps nothing is kept.
-void Editor::begin_stroke() noexcept {}
-void Editor::end_stroke() noexcept {}
-Status Editor::undo(EditResult& result) noexcept {
-  result = {};
-  return {};
-}
-Status Editor::redo(EditResult& result) noexcept {
-  result = {};
-  return {};
-}
-std::uint32_t Editor::undo_steps() const noexcept {
-  return 0;
-}
-std::uint32_t Editor::redo_steps() const noexcept {
-  return 0;
-}
-std::uint64_t Editor::lost_steps() const noexcept {
-  return 0;
 }
 
 }  // namespace karst
