@@ -186,7 +186,7 @@ Error run_script(const EditOptions& options, const std::string& path) {
 
 constinit const CommandSpec kEditSpec = {
     .name = "karst edit",
-    .brief = "digs, fills, raises and paints by a script",
+    .brief = "digs and fills a world by a script",
     .usage = "WORLD --script FILE -o FILE",
     .about =
         "Does to a world what a script says, one edit after the other, and writes the world as it is then. "
