@@ -59,26 +59,6 @@ TEST(Morph, NeighboursAreOneLevelApartOnTheirOwn) {
 
 // --- popping
 
-// The surface at every vertex of the full level, as pixels; points behind the near plane are left out.
-double largest_step(const Scene& scene, const Camera& camera, const Pose& pose,
-                    std::span<const std::uint8_t> before, std::span<const std::uint8_t> after) {
-  const Projection projection(camera, pose.size_px);
-  const double near = camera.near_voxels * kStepsPerVoxel;
-  double most = 0;
-  std::vector<glm::dvec3> points[2];
-  for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
-    const unsigned lower[2] = {scene.lower_edges(p, before), scene.lower_edges(p, after)};
-    if (before[p] == after[p] && lower[0] == lower[1]) continue;
-    scene.drawn.points(p, before[p], lower[0], scene.moved(p, before[p], camera), points[0]);
-    scene.drawn.points(p, after[p], lower[1], scene.moved(p, after[p], camera), points[1]);
-    for (std::size_t v = 0; v < points[0].size(); ++v) {
-      if (projection.depth(points[0][v]) < near || projection.depth(points[1][v]) < near) continue;
-      most = std::max(most, glm::distance(projection.pixels(points[0][v]), projection.pixels(points[1][v])));
-    }
-  }
-  return most;
-}
-
 // The camera flies along a line; where levels change between two places, the two are brought together until
 // they are next to each other on the lattice of camera places. Then the camera is frozen and only the levels
 // switch.
@@ -121,7 +101,7 @@ TEST(Morph, SwitchesDoNotPop) {
         }
         for (PatchId p = 0; p < low.size(); ++p) switches += low[p] != high[p] ? 1u : 0u;
         for (const double t : {t_low, t_high})
-          most = std::max(most, largest_step(scene, look(t), pose, low, high));
+          most = std::max(most, largest_step(scene, look(t), pose.size_px, low, high));
       }
     }
     std::printf("%-6s %zu patches switched: at most %.2g px\n", kRoughnessNames[static_cast<int>(roughness)],

@@ -188,4 +188,23 @@ void measure_deviation(const Scene& scene, const Camera& camera, glm::ivec2 size
   }
 }
 
+double largest_step(const Scene& scene, const Camera& camera, glm::ivec2 size_px,
+                    std::span<const std::uint8_t> before, std::span<const std::uint8_t> after) {
+  const Projection projection(camera, size_px);
+  const double near = camera.near_voxels * kStepsPerVoxel;
+  double most = 0;
+  std::vector<glm::dvec3> points[2];
+  for (PatchId p = 0; p < scene.drawn.patches(); ++p) {
+    const unsigned lower[2] = {scene.lower_edges(p, before), scene.lower_edges(p, after)};
+    if (before[p] == after[p] && lower[0] == lower[1]) continue;
+    scene.drawn.points(p, before[p], lower[0], scene.moved(p, before[p], camera), points[0]);
+    scene.drawn.points(p, after[p], lower[1], scene.moved(p, after[p], camera), points[1]);
+    for (std::size_t v = 0; v < points[0].size(); ++v) {
+      if (projection.depth(points[0][v]) < near || projection.depth(points[1][v]) < near) continue;
+      most = std::max(most, glm::distance(projection.pixels(points[0][v]), projection.pixels(points[1][v])));
+    }
+  }
+  return most;
+}
+
 }  // namespace karst::core

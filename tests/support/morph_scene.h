@@ -164,6 +164,11 @@ struct Deviation {
 void measure_deviation(const Scene& scene, const Camera& camera, glm::ivec2 size_px, double bound_px,
                        Deviation& most);
 
+// How far the surface moves where levels are others, at every vertex of the full level, pixels; points behind
+// the near plane are left out.
+double largest_step(const Scene& scene, const Camera& camera, glm::ivec2 size_px,
+                    std::span<const std::uint8_t> before, std::span<const std::uint8_t> after);
+
 // What is held of a world: most patches as fine as they may ever be wanted, some coarser in patches or at
 // random, some not at all.
 std::vector<std::uint8_t> random_held(Random& random, const Scene& scene, double missing);

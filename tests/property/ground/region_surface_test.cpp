@@ -257,8 +257,9 @@ TEST(RegionSurface, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
   while (frames < wanted) {
     RegionWorld world(random);
     Scene& scene = *world.scene;
+    const bool few = random.below(2) == 0;
     Parts parts(static_cast<std::uint32_t>(world.ground->tile_count()) + 1,
-                random.below(2) == 0 ? 4000u : 12u + static_cast<std::uint32_t>(random.below(40)));
+                few ? 12 + static_cast<std::uint32_t>(random.below(40)) : 4000);
     MemoryGround::Source source(*world.ground);
     parts.tiles.reset(source.source(), world.ground->root(), world.ground->tile(world.ground->root()));
     parts.view.reset();
@@ -266,7 +267,9 @@ TEST(RegionSurface, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
       Camera camera;
       const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
       CameraMatrices matrices = test::any_matrices(random, kind, 0.02, 512);
-      test::show(random, somewhere(random, world), std::exp2(between(random, -1, 10)), matrices);
+      // Where families are few, from near by: there the region is closed for want of them.
+      const double farthest = few ? 6 : 10;
+      test::show(random, somewhere(random, world), std::exp2(between(random, -1, farthest)), matrices);
       if (!make_camera(matrices, camera).ok()) continue;
       GroundRequest request;
       request.camera = &camera;
@@ -333,6 +336,105 @@ TEST(RegionSurface, NoDrawnPointIsFurtherFromTheFullSurfaceThanStated) {
   // The ground's own deviation, and how far the region is from the ground.
   EXPECT_LE(most_for_region, 2.0);
   EXPECT_GT(refused, 0u);
+}
+
+// The eye moves along a line; where nodes or levels are others at its ends, two places next to each other are
+// found between which they change. From either, both choices show the same, but where the region takes the
+// ground's place or gives it back: that is seen, within the two's bounds.
+TEST(RegionSurface, NothingPopsWhereNodesOrLevelsSwitch) {
+  Random random{20261201};
+  NodeSurface surface[2];
+  const std::uint64_t wanted = poses_wanted() / 2;
+  std::uint64_t lines = 0, switches = 0, with_region = 0, levels_switched = 0, swaps = 0;
+  double most = 0;
+  while (lines < wanted) {
+    RegionWorld world(random);
+    Scene& scene = *world.scene;
+    Parts parts(static_cast<std::uint32_t>(world.ground->tile_count()) + 1, 4000);
+    MemoryGround::Source source(*world.ground);
+    parts.tiles.reset(source.source(), world.ground->root(), world.ground->tile(world.ground->root()));
+    parts.view.reset();
+    for (int n = 0; n < 20; ++n, ++lines) {
+      const auto kind = test::kAnyProjections[random.next() % std::size(test::kAnyProjections)];
+      CameraMatrices start = test::any_matrices(random, kind, 0.02, 512);
+      test::show(random, somewhere(random, world), std::exp2(between(random, -1, 7)), start);
+      const glm::dvec3 way = std::exp2(between(random, -4, 2)) * direction(random);
+      const auto look = [&](double t) {
+        CameraMatrices matrices = start;
+        matrices.position += t * way;
+        return test::camera_of(matrices);
+      };
+      const double error_px = std::exp2(between(random, -1, 4));
+      scene.select(look(0), kSizePx, error_px, scene.drawn.level());
+      struct State {
+        Chosen nodes;
+        std::vector<std::uint8_t> levels;
+        bool operator==(const State& other) const {
+          return nodes.same_as(other.nodes) && levels == other.levels;
+        }
+      };
+      const auto state_at = [&](double t) {
+        State state;
+        state.levels.resize(scene.levels.size());
+        const Camera camera = look(t);
+        scene.select_again(camera, error_px, scene.drawn.level(), nullptr, state.levels);
+        GroundRequest request;
+        request.camera = &camera;
+        request.error_px = error_px;
+        request.scale = scene.scale;
+        request.regions = 1;
+        request.culls = false;
+        state.nodes = choose(world, parts, request, 40);
+        return state;
+      };
+      State low = state_at(0), high = state_at(1);
+      if (low == high) continue;
+      double t_low = 0, t_high = 1;
+      while (t_high - t_low > 1e-12) {
+        const double t = 0.5 * (t_low + t_high);
+        State middle = state_at(t);
+        (middle == low ? t_low : t_high) = t;
+        if (t == t_high) high = std::move(middle);
+      }
+      ASSERT_EQ(low.nodes.refused + high.nodes.refused, 0u);
+      ++switches;
+      if (low.nodes.regions != high.nodes.regions) {
+        ++swaps;
+        continue;
+      }
+      with_region += low.nodes.regions;
+      for (const double t : {t_low, t_high}) {
+        const Camera camera = look(t);
+        if (low.nodes.regions != 0) {
+          most = std::max(most, largest_step(scene, camera, kSizePx, low.levels, high.levels));
+          levels_switched += low.levels != high.levels ? 1u : 0u;
+        }
+        surface[0].draw(world, camera, scene.scale, low.nodes);
+        surface[1].draw(world, camera, scene.scale, high.nodes);
+        const glm::dmat4 clip = glm::dmat4(clip_from_lattice(camera));
+        for (int from = 0; from < 2; ++from) {
+          for (const NodeSurface::Triangle& triangle : surface[from].triangles()) {
+            const double a = random.unit(), b = (1 - a) * random.unit();
+            const glm::dvec3 place = triangle[0] * (1 - a - b) + triangle[1] * a + triangle[2] * b;
+            glm::dvec3 other = place;
+            ASSERT_TRUE(surface[1 - from].height(world, place.x, place.z, other.y));
+            const double px = pixels_between(camera, clip, place, other);
+            if (px >= 0) most = std::max(most, px);
+          }
+        }
+      }
+    }
+  }
+  std::printf(
+      "FIGURE %llu lines, %llu of them with a switch, %llu with the region drawn, %llu of its levels: at "
+      "most "
+      "%.2g px; it took the ground's place in %llu\n",
+      static_cast<unsigned long long>(lines), static_cast<unsigned long long>(switches),
+      static_cast<unsigned long long>(with_region), static_cast<unsigned long long>(levels_switched / 2),
+      most, static_cast<unsigned long long>(swaps));
+  EXPECT_GT(with_region, 30u);
+  EXPECT_GT(levels_switched, 20u);
+  EXPECT_LE(most, 0.01);
 }
 
 }  // namespace
