@@ -70,6 +70,11 @@ class EditedWorld {
     Plan plan;
     plan.needs = needs;
     plan.placement.axes = Axes::east_up_south;
+    WorldInfo info;
+    if (const Status status = read_world_info(source, info); !status.ok()) return {path, status};
+    if (info.ground_samples[0] > 0)
+      return path +
+             ": has a ground, which cannot be saved with edits; karst-bake --no-ground makes voxels alone";
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
         kMemoryAlignment, (plan.cpu_bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment)));
