@@ -25,10 +25,16 @@ bool inside(std::int64_t value, std::int64_t least, std::int64_t most) {
   return value >= least && value <= most;
 }
 
-DrawState state_of(const ViewInput& input, const DrawTarget& target, const GlCaps& caps) {
+// Whether back faces are thrown away by pixels: of patches' slivers alone does the driver lose any.
+bool culls_pixels(const RendererSettings& settings, const GlCaps& caps) {
+  return caps.culls_unrounded && settings.patches;
+}
+
+// by_pixels: culls_pixels().
+DrawState state_of(const ViewInput& input, const DrawTarget& target, bool by_pixels) {
   DrawState state;
   // Depth alone has no pixels' program that could.
-  state.cull = !caps.culls_unrounded || target.writes == Writes::depth;
+  state.cull = !by_pixels || target.writes == Writes::depth;
   state.viewport = target.viewport;
   state.mirrored = input.camera.mirrored;
   const bool again = target.writes == Writes::colour;
@@ -101,7 +107,7 @@ Status Renderer::create_objects() {
                                  .edges = settings_.smooth_edges,
                                  .share_depth = settings_.share_depth,
                                  .shadows = settings_.cascades > 0,
-                                 .cull_pixels = device_.caps.culls_unrounded,
+                                 .cull_pixels = culls_pixels(settings_, device_.caps),
                                  .first_unit = settings_.first_unit,
                                  .first_block = settings_.first_block,
                                  .label = device_.caps.debug};
@@ -327,7 +333,7 @@ Status Renderer::in_ranges(const ViewInput& input, const DrawTarget& target, Dra
 }
 
 Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) {
-  enter_draw(device_, state_of(input, target, device_.caps));
+  enter_draw(device_, state_of(input, target, culls_pixels(settings_, device_.caps)));
   bind_textures(device_);
   const bool edge = target.writes != Writes::depth && sees_edge(settings_, input, rim_vertices_);
   const auto draw = [&](const ViewInput& part) {
@@ -350,7 +356,7 @@ Status Renderer::draw_forward(const ViewInput& input, const DrawTarget& target) 
 }
 
 Status Renderer::draw_deferred(const ViewInput& input, const DrawTarget& target) {
-  DrawState state = state_of(input, target, device_.caps);
+  DrawState state = state_of(input, target, culls_pixels(settings_, device_.caps));
   state.viewport = {0, 0, target.viewport.width, target.viewport.height};
   device_.gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, name_of(device_, Object::geometry_target));
   enter_draw(device_, state);

@@ -51,6 +51,7 @@ struct RendererSettings {
   // fits the device. create() sets it to what is done.
   int anisotropy = 0;
   bool water = true;    // of the world; false: shaders know none
+  bool patches = true;  // of voxels, with collapsed edges; false: the ground's nodes alone
   bool curved = false;  // its ground lies on a curved basis: up and height are functions of the place
   karst::Shading shading = karst::Shading::automatic;
   // Of the G-buffer, pixels, both 0 or both 1..kMaxPicture; 0, a drape or imagery on a curved basis: there

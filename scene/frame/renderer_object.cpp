@@ -71,6 +71,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   settings.desktop = options.desktop;
   settings.detail = options.detail;
   settings.water = world.terrain.world.surroundings().has_water();
+  settings.patches = world.terrain.world.patch_count() > 0;
   settings.curved = world.terrain.world.ground().basis.is_curved();
   settings.precision = options.precision;
   settings.anisotropy = static_cast<int>(std::min(options.anisotropy, 255u));
