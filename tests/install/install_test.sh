@@ -277,8 +277,8 @@ packages() {
     lists $package "/usr/share/man/man1/$package\.1\.gz$"
     lists $package "/usr/share/bash-completion/completions/$package$"
   done
-  for package in view render info budget; do lists karst "/man1/karst-$package\.1\.gz$"; done
-  (($(dpkg-deb -c "$work"/debs/karst_*.deb | grep -c /man1/karst) == 5)) || fail "karst has other manuals too"
+  for package in view render info edit budget; do lists karst "/man1/karst-$package\.1\.gz$"; done
+  (($(dpkg-deb -c "$work"/debs/karst_*.deb | grep -c /man1/karst) == 6)) || fail "karst has other manuals too"
   [[ $(field karst Depends) == *libegl1* && $(field karst Depends) == *libdrm2* ]] || fail "karst: no libegl1"
   [[ $(field karst Depends) != *libopenimageio* ]] || fail "karst depends on OpenImageIO"
   [[ $(field karst Depends) != *libgdal* ]] || fail "karst depends on GDAL"

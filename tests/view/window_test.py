@@ -56,7 +56,8 @@ def main():
         if not display:
             sys.exit("Xvfb does not start")
         # No window manager: a window of the screen's size covers it.
-        view = subprocess.Popen([args.karst, "view", path("world"), "--window", "--size", size],
+        view = subprocess.Popen([args.karst, "view", path("world"), "--window", "--size", size,
+                                 "--navigate", "none"],
                                 env=dict(os.environ, DISPLAY=":" + display))
         most, apart = 256, 1
         end = time.monotonic() + 30

@@ -21,7 +21,9 @@ ScriptStep step_at(double x) {
 
 class JournalFileTest : public testing::Test {
  protected:
-  std::string world() const { return testing::TempDir() + "karst_journal_test.karst"; }
+  std::string world() const {
+    return testing::TempDir() + "karst_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  }
   std::string path() const { return JournalFile::path_for(world()); }
   void SetUp() override { std::filesystem::remove(path()); }
   void TearDown() override { std::filesystem::remove(path()); }

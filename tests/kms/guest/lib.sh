@@ -18,10 +18,15 @@ await() {
 }
 
 # view NAME [OPTION...]: starts karst view of $world (canyon) in the background and waits for its first
-# picture. Sets $super, the supervisor's process, and $view, the program's.
+# picture. Sets $super, the supervisor's process, and $view, the program's. Without --navigate it shows all of
+# the world, as karst render does.
 view() {
   name=$1
   shift
+  case " $* " in
+    *" --navigate "*) ;;
+    *) set -- "$@" --navigate none ;;
+  esac
   karst view ${world:-/canyon.karst} --seat direct --precision high --stats /run/$name.json "$@" \
     >/run/$name.log 2>&1 &
   super=$!
