@@ -170,6 +170,17 @@ class Image {
       widths[1].push_back(std::hypot(y[1] - y[0], y[2] - y[0]));
     }
     if (widths[0].empty()) return;
+    // What of the image a window needs is found by places all over it, since poles and the date line lie
+    // inside; between two of them lies as much more.
+    constexpr int kPlaces = 128;
+    const double widest = std::max(*std::max_element(widths[0].begin(), widths[0].end()),
+                                   *std::max_element(widths[1].begin(), widths[1].end()));
+    const double between = widest * std::max(window.width, window.height) / kPlaces;
+    const std::string extra = std::to_string(8 + static_cast<int>(std::min(between, 2048.0)));
+    options.papszWarpOptions = CSLSetNameValue(options.papszWarpOptions, "SAMPLE_GRID", "YES");
+    options.papszWarpOptions =
+        CSLSetNameValue(options.papszWarpOptions, "SAMPLE_STEPS", std::to_string(kPlaces).c_str());
+    options.papszWarpOptions = CSLSetNameValue(options.papszWarpOptions, "SOURCE_EXTRA", extra.c_str());
     constexpr double kWidest = 64;
     const char* const names[2] = {"XSCALE", "YSCALE"};
     for (std::size_t axis = 0; axis < 2; ++axis) {

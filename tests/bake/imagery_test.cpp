@@ -237,22 +237,22 @@ TEST_F(ImageryOfAWorld, GoesOnceAroundAPlanet) {
   OGRSpatialReferenceH srs = system_of(kDegrees);
   GDALSetSpatialRef(dem, srs);
   GDALClose(dem);
-  // 4 pixels a sample.
-  constexpr int kPixels = 4 * kAround;
+  // 16 pixels a sample, so that there are tiles of two sizes.
+  constexpr int kFiner = 16, kPixels = kFiner * kAround;
   const auto picture = [](double longitude, double latitude) -> Colour {
     const double turn = longitude * 0.017453292519943295;
     return {128 + 100 * std::sin(turn), 128 + 100 * std::cos(turn), 128 + latitude};
   };
   GDALDatasetH image = GDALCreate(GDALGetDriverByName("GTiff"), folder_.path("i.tif").c_str(), kPixels,
                                   kPixels / 2, 3, GDT_Byte, nullptr);
-  double image_place[6] = {-180, kStepDeg / 4, 0, 90, 0, -kStepDeg / 4};
+  double image_place[6] = {-180, kStepDeg / kFiner, 0, 90, 0, -kStepDeg / kFiner};
   GDALSetGeoTransform(image, image_place);
   GDALSetSpatialRef(image, srs);
   OSRRelease(srs);
   std::vector<std::uint8_t> row(3 * kPixels);
   for (int k = 0; k < kPixels / 2; ++k) {
     for (int i = 0; i < kPixels; ++i) {
-      const Colour colour = picture(-180 + (i + 0.5) * kStepDeg / 4, 90 - (k + 0.5) * kStepDeg / 4);
+      const Colour colour = picture(-180 + (i + 0.5) * kStepDeg / kFiner, 90 - (k + 0.5) * kStepDeg / kFiner);
       for (std::size_t c = 0; c < 3; ++c)
         row[static_cast<std::size_t>(3 * i) + c] = static_cast<std::uint8_t>(std::lround(colour[c]));
     }
@@ -292,6 +292,7 @@ TEST_F(ImageryOfAWorld, GoesOnceAroundAPlanet) {
   made(cube, folder_.path("i.tif"), {"--basis", "cube", "--image-format", "rgba8"});
   const GroundInfo& info = cube.reader.ground();
   ASSERT_TRUE(info.is_cube());
+  ASSERT_LT(cube.reader.imagery().least_size, info.top_size());
   const int finest = cube.reader.imagery().least_size;
   const double side = std::ldexp(1.0, finest) / kTexelsPerSample;
   std::array<int, kCubeFaces> faces{};
