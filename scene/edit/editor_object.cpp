@@ -4,6 +4,7 @@
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
 
 namespace karst {
@@ -47,10 +48,11 @@ Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
   core::World& terrain = world.terrain.world;
   if (terrain.ground().exists() && !edits_voxels(made.tool)) return apply_to_ground(made, result);
   if (const Status status = check_edit(made, terrain); !status.ok()) return status;
-  if (!edits_voxels(made.tool))
-    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
+  if (made.tool == EditTool::paint) return {StatusCode::invalid_argument, "nothing can be painted", "tool"};
   EditChange change;
-  if (const Status status = edit_shape(terrain, made, change); !status.ok()) return status;
+  const Status status = edits_heights(made.tool) ? edit_heights(terrain, made, nullptr, change)
+                                                 : edit_shape(terrain, made, change);
+  if (!status.ok()) return status;
   return change.changed ? follow(change, result) : Status();
 }
 

@@ -218,6 +218,7 @@ class World {
     std::span<BorderErrors> borders;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
+    std::span<std::int16_t> heights;  // of as many patches
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -232,6 +233,7 @@ class World {
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
+      visit(Consumer::edits, most * of_patch, heights);
     }
     static constexpr std::size_t kTouched = 3;
   };
