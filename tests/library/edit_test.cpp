@@ -128,7 +128,9 @@ TEST_F(Edits, FramesAreThoseOfTheWorldAsItIs) {
   const Vec3 size{info.high_m.x - info.low_m.x, info.high_m.y - info.low_m.y, info.high_m.z - info.low_m.z};
   for (int n = 0; n < 40; ++n) {
     Edit edit;
-    edit.tool = random.below(2) == 0 ? EditTool::clear : EditTool::fill;
+    // Voxels and heights of patches.
+    edit.tool = static_cast<EditTool>(random.below(static_cast<int>(EditTool::paint)));
+    edit.strength_m = random.unit() - 0.5;
     edit.place = host_->world->from_world({info.low_m.x + random.unit() * size.x,
                                            info.low_m.y + random.unit() * size.y,
                                            info.low_m.z + random.unit() * size.z});

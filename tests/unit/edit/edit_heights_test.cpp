@@ -106,16 +106,19 @@ TEST(EditHeights, RandomDabsAreWhatAFileLoads) {
 // Borders at the finest level: sums of dyadic numbers stay exact there, too.
 TEST(EditHeights, SharedVerticesAtTheFinestLevel) {
   test::Random random{9};
-  TestWorld file = TestWorld::noise(4, {7, 6, 7}, 0.45, 4.0, true);
-  file.roughen(kMaxLevel, 3, 900);
-  LoadedWorld live(file.file(), kRoom);
-  for (int edit = 0; edit < 15; ++edit) {
+  LoadedWorld live(rough_world(4, kMaxLevel, 900).file(), kRoom);
+  int changed[kEditTools] = {};
+  for (int edit = 0; edit < 25; ++edit) {
     EditChange change;
-    const Edit made = test::random_heights_edit(random, live.world.info().extent);
+    Edit made = test::random_heights_edit(random, live.world.info().extent);
+    made.tool = static_cast<EditTool>(static_cast<int>(EditTool::extrude) + edit % 5);
     ASSERT_TRUE(edit_heights(live.world, made, nullptr, change).ok());
+    changed[static_cast<int>(made.tool)] += change.changed;
     expect_shared_heights(live.world);
     if (testing::Test::HasFatalFailure()) FAIL() << edit << " tool " << static_cast<int>(made.tool);
   }
+  for (int tool = static_cast<int>(EditTool::extrude); tool <= static_cast<int>(EditTool::level); ++tool)
+    EXPECT_GT(changed[tool], 2) << tool;
 }
 
 // Vertices move as the header says, others not at all.
