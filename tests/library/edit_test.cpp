@@ -15,6 +15,7 @@ constexpr int kHeight = 144;
 Needs edit_needs() {
   Needs needs;
   needs.edit_patches = 4'000;
+  needs.undo_bytes = 4u << 20;
   needs.queries = 1;
   return needs;
 }
@@ -160,6 +161,40 @@ TEST_F(Edits, FramesAreThoseOfTheWorldAsItIs) {
   begin(file);
   EXPECT_EQ(test::largest_difference(live, shot(view)), 0);
   EXPECT_TRUE(answers() == asked);
+}
+
+// A stroke of dabs on heights of patches: seen, asked, taken back and done again.
+TEST_F(Edits, HeightsOfPatchesAreOneStroke) {
+  begin();
+  const Hit before = middle();
+  const ViewState view = view_of(before.place);
+  const Pixels intact = shot(view);
+  const std::vector<std::byte> file = saved();
+  EditResult result;
+  editor_->begin_stroke();
+  for (int dab = 0; dab < 3; ++dab) {
+    Edit raise;
+    raise.tool = EditTool::extrude;
+    raise.place = before.place;
+    raise.radius_m = 4;
+    raise.strength_m = 0.3;
+    ASSERT_TRUE(editor_->apply(raise, result).ok());
+    EXPECT_TRUE(result.changed);
+    EXPECT_TRUE(result.can_undo);
+    EXPECT_GT(result.patches, 0u);
+  }
+  editor_->end_stroke();
+  EXPECT_GT(before.distance - middle().distance, 0.8);
+  const Pixels up = shot(view, 1e-6);
+  EXPECT_GT(test::share_beyond(intact, up, 8), 0.02);
+  EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
+  ASSERT_TRUE(editor_->undo(result).ok());
+  EXPECT_TRUE(result.changed);
+  EXPECT_EQ(test::largest_difference(shot(view), intact), 0);
+  EXPECT_EQ(middle().distance, before.distance);
+  EXPECT_TRUE(saved() == file);
+  ASSERT_TRUE(editor_->redo(result).ok());
+  EXPECT_EQ(test::largest_difference(shot(view), up), 0);
 }
 
 TEST_F(Edits, WhatThePlanHasNoRoomForIsTold) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -32,6 +33,13 @@ Status too_small(std::uint64_t patches) {
           patches};
 }
 
+// As they lie in the patch's slot, made where there are none.
+std::span<const std::int16_t> current_heights(const World::Editable& all, PatchId patch) {
+  const std::span<std::int16_t> heights = all.heights->block(patch);
+  if (all.patches[patch].height_block == kNoHeights) std::ranges::fill(heights, std::int16_t{0});
+  return heights;
+}
+
 class HeightsEdit {
  public:
   HeightsEdit(World& world, const Edit& edit)
@@ -53,10 +61,10 @@ class HeightsEdit {
     });
     if (made == 0) return {};
     const std::span<const PatchId> changed = room_.changed.first(made);
-    if (!find_touched(all_.surface, changed, room_.touched, change.touched).ok()) return too_small(2 * made);
-    if (log != nullptr) {
-      if (const Status status = keep(changed, *log); !status.ok()) return status;
-    }
+    // Patches and those around them.
+    if (!find_touched(all_.surface, changed, room_.touched, change.touched).ok())
+      return too_small(3 * made + 4);
+    if (log != nullptr) keep(changed, *log);
     change.changed = true;
     FollowChange follow(all_, level_, change);
     change.box = follow.box_before(changed[0]);
@@ -169,19 +177,16 @@ class HeightsEdit {
     return below * kSteps * across / std::max(across * across, kLeastAcross * kLeastAcross);
   }
 
-  Status keep(std::span<const PatchId> changed, UndoLog& log) const {
-    const std::uint32_t cells = log.open_cells();
+  // Once a patch and part.
+  void keep(std::span<const PatchId> changed, UndoLog& log) const {
+    if (log.open_part() != CellKind::patch_heights) log.begin_part();
     for (const PatchId patch : changed) {
+      const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
+      if (log.open_part() == CellKind::patch_heights && room_.kept[patch] == part()) continue;
       const std::uint64_t key = key_of(all_.surface, patch).bits();
-      if (log.holds(CellKind::patch_heights, key)) continue;
-      const std::span<std::int16_t> before = all_.heights->block(patch);
-      if (all_.patches[patch].height_block == kNoHeights) std::ranges::fill(before, std::int16_t{0});
-      const Status status = log.add(CellKind::patch_heights, key, std::as_bytes(before));
-      if (status.ok()) continue;
-      log.drop_cells(cells);
-      return status;
+      log.add(CellKind::patch_heights, key, std::as_bytes(current_heights(all_, patch)));
+      room_.kept[patch] = part();
     }
-    return {};
   }
 
   World::Editable all_;
@@ -200,6 +205,42 @@ void put_heights(const World::Editable& all, PatchId patch, std::span<const std:
   std::ranges::copy(heights, all.heights->block(patch).begin());
   const bool flat = std::ranges::all_of(heights, [](std::int16_t height) { return height == 0; });
   all.patches[patch].height_block = flat ? kNoHeights : patch;
+}
+
+ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
+    : world_(world), part_(part), at_(part.begin()) {
+  const World::Editable all = world_.edit();
+  for (const UndoCell cell : part_) {
+    const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
+    KARST_ASSERT(patch != PatchTable::kNone);
+    const std::span<const std::int16_t> now = current_heights(all, patch);
+    const auto fresh = all.room->heights.first(now.size());
+    KARST_ASSERT(cell.bytes.size() == fresh.size_bytes());
+    std::memcpy(fresh.data(), cell.bytes.data(), cell.bytes.size());
+    std::memcpy(cell.bytes.data(), now.data(), cell.bytes.size());
+    put_heights(all, patch, fresh);
+  }
+}
+
+bool ExchangeHeights::next(EditChange& change) {
+  change = {};
+  if (at_ == part_.end()) return false;
+  const World::Editable all = world_.edit();
+  const std::span<PatchId> changed = all.room->changed;
+  std::size_t count = 0;
+  UndoPart::Iterator end = at_;
+  for (; end != part_.end() && count < changed.size(); ++end)
+    changed[count++] = world_.patch_table().find(PatchKey::from_bits((*end).key));
+  // One alone finds room: the edit did.
+  while (count > 1 &&
+         !find_touched(all.surface, changed.first(count), all.room->touched, change.touched).ok())
+    count /= 2;
+  for (std::size_t n = 0; n < count; ++n) ++at_;
+  change.changed = true;
+  FollowChange follow(all, world_.info().level, change);
+  change.box = follow.box_before(changed[0]);
+  follow.run(changed.first(count), {}, false);
+  return true;
 }
 
 Status check_heights_edit(const Edit& edit, const World& world) {

@@ -24,14 +24,31 @@ inline constexpr double kLeastAcross = 0.1;
 
 // Heights stay within kMaxHeight: a vertex that would go further stays there.
 //
-// invalid_argument names the field. limit_reached: "edit_patches" with how many patches the brush reaches, or
-// what UndoLog::add() says. Nothing has changed then. log: null, or with a step open; its cells are the
-// heights that patches had, all of them zero where a patch had none.
+// invalid_argument names the field. limit_reached: "edit_patches" with how many would do. Nothing has changed
+// then. log: null, or with a step open; cells are the heights that patches had, zeros where one had none.
 // Precondition: edits_heights(edit.tool).
 Status edit_heights(World& world, const Edit& edit, UndoLog* log, EditChange& change);
 
 // What edit_heights() refuses, but for want of room.
 Status check_heights_edit(const Edit& edit, const World& world);
+
+// A part of a step of the log that edit_heights() made, taken back or done again. What follows comes in
+// several goes where there is not room for all of it at once.
+//
+//   ExchangeHeights exchange(world, part);
+//   for (EditChange change; exchange.next(change);) ...
+class ExchangeHeights {
+ public:
+  // Exchanges all heights. Preconditions: the world's patches are those that the part was made of.
+  ExchangeHeights(World& world, UndoPart part);
+  // False: there is no more that follows. Then nothing of the world is left out.
+  bool next(EditChange& change);
+
+ private:
+  World& world_;
+  UndoPart part_;
+  UndoPart::Iterator at_;
+};
 
 // A block of heights that is all zeros is none.
 void put_heights(const World::Editable& all, PatchId patch, std::span<const std::int16_t> heights);

@@ -288,6 +288,55 @@ TEST(EditHeights, BlocksComeAndGo) {
   EXPECT_TRUE(live.save() == saved);
 }
 
+// Steps of several dabs are taken back and done again to the bit; a patch is kept once a step. Where there is
+// little room, what follows comes in several goes.
+TEST(EditHeights, StepsAreTakenBack) {
+  for (const std::uint32_t room : {kRoom, 40u}) {
+    LoadedWorld live(rough_world(4, 2).file(), room);
+    World& world = live.world;
+    std::vector<std::uint64_t> memory(1 << 19);
+    UndoLog log;
+    log.create(std::as_writable_bytes(std::span(memory)));
+    test::Random random{3};
+    std::vector<std::vector<std::byte>> states{live.save()};
+    for (int step = 0; step < 6; ++step) {
+      log.begin();
+      for (int dab = 0; dab < 12; ++dab) {
+        Edit edit = test::random_heights_edit(random, world.info().extent);
+        edit.shape = BrushShape::sphere;
+        edit.radius = 0.6 + 0.4 * random.unit();
+        EditChange change;
+        const Status status = edit_heights(world, edit, &log, change);
+        ASSERT_TRUE(status.ok()) << status.field() << status.value();
+      }
+      log.end();
+      states.push_back(live.save());
+    }
+    std::size_t goes = 0;
+    const auto take = [&](UndoPart part) {
+      ASSERT_EQ(part.kind(), CellKind::patch_heights);
+      std::vector<std::uint64_t> keys;
+      for (const UndoCell cell : part) keys.push_back(cell.key);
+      std::sort(keys.begin(), keys.end());
+      ASSERT_EQ(std::adjacent_find(keys.begin(), keys.end()), keys.end());
+      ExchangeHeights exchange(world, part);
+      for (EditChange change; exchange.next(change); ++goes) ASSERT_FALSE(change.touched.empty());
+    };
+    for (std::size_t at = states.size() - 1; at-- > 0;) {
+      ASSERT_TRUE(log.undo(take));
+      ASSERT_TRUE(live.save() == states[at]);
+      test::expect_as_loaded(live);
+    }
+    EXPECT_FALSE(log.undo(take));
+    for (std::size_t at = 1; at < states.size(); ++at) {
+      ASSERT_TRUE(log.redo(take));
+      ASSERT_TRUE(live.save() == states[at]);
+    }
+    test::expect_as_loaded(live);
+    EXPECT_EQ(goes > 12, room < kRoom) << goes;
+  }
+}
+
 TEST(EditHeights, FailuresChangeNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Edit raise;
