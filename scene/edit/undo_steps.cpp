@@ -33,6 +33,11 @@ Status EditorObject::take_part(UndoPart part, EditResult& result) {
       follow_ground(change, show_ground_change(world, change), result);
       return {};
     }
+    case CellKind::paint: {
+      PaintChange change;
+      exchange_paint(world.terrain.world, world.span(), part, change);
+      return follow_paint(change, result);
+    }
     case CellKind::patch_heights: {
       ExchangeHeights exchange(world.terrain.world, part);
       Status first;

@@ -141,22 +141,33 @@ Status RendererObject::upload_materials() {
       }
     }
   }
-  return status.ok() ? upload_blend_map() : status;
+  world.editor.unshown = {};
+  const BlendMap& map = set.blend_map;
+  return status.ok() && map.exists() ? upload_paint({{0, 0}, {map.width, map.depth}}) : status;
 }
 
-// As many rows at a time as the staging memory holds.
-Status RendererObject::upload_blend_map() {
-  const BlendMap& map = world.terrain.world.materials().blend_map;
-  if (!map.exists()) return {};
-  const std::size_t row = map.width * kBlendTexelBytes;
+// As many rows at a time as the staging memory holds. What is painted lies in memory.
+Status RendererObject::upload_paint(const TexelRect& texels) {
+  const core::World& terrain = world.terrain.world;
+  const std::size_t whole = terrain.materials().blend_map.width * kBlendTexelBytes;
+  const std::size_t from = texels.low.x * kBlendTexelBytes;
+  const std::size_t row = (texels.high.x - texels.low.x) * kBlendTexelBytes;
   const auto most = static_cast<std::uint32_t>(world.staging.size() / row);
   KARST_ASSERT(most > 0);
-  for (std::uint32_t first = 0; first < map.depth; first += most) {
-    const std::uint32_t rows = std::min(most, map.depth - first);
+  TexelRect piece = texels;
+  for (; piece.low.y < texels.high.y; piece.low.y = piece.high.y) {
+    piece.high.y = std::min(piece.low.y + most, texels.high.y);
+    const std::uint32_t rows = piece.high.y - piece.low.y;
     const auto bytes = world.staging.first(rows * row);
-    if (const Status status = world.terrain.world.read_blend_rows(first, rows, bytes); !status.ok())
+    if (terrain.is_paintable()) {
+      for (std::uint32_t k = 0; k < rows; ++k) {
+        const auto there = terrain.painted_texels().subspan((piece.low.y + k) * whole + from, row);
+        std::ranges::copy(there, bytes.subspan(k * row, row).begin());
+      }
+    } else if (const Status status = terrain.read_blend_rows(piece.low.y, rows, bytes); !status.ok()) {
       return status;
-    if (const Status status = gl.upload_blend_rows(first, rows, bytes); !status.ok()) return status;
+    }
+    if (const Status status = gl.upload_blend_texels(piece, bytes); !status.ok()) return status;
   }
   gl.finish_blend_map();
   return {};
@@ -263,7 +274,18 @@ Status RendererObject::follow_edits() {
     if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
       return status;
   }
-  shadows_.forget();
+  PaintChange& paint = world.editor.unshown;
+  if (paint.changed && gl.settings().blend_width > 0) {
+    if (paint.materials) {
+      if (const Status status = gl.set_materials(world.terrain.world.materials()); !status.ok())
+        return status;
+    }
+    if (paint.texels.exists()) {
+      if (const Status status = upload_paint(paint.texels); !status.ok()) return status;
+    }
+  }
+  paint = {};
+  if (world.editor.shape_version > edit_version_) shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
   edit_version_ = world.editor.version;
   return {};

@@ -43,7 +43,7 @@ struct RendererObject final : karst::Renderer {
   };
 
   Status upload_materials();
-  Status upload_blend_map();
+  Status upload_paint(const TexelRect& texels);
   Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun, std::uint32_t shadow_view);

@@ -130,6 +130,7 @@ class Residency {
     std::span<GpuVertex> vertices;          // of one patch
     std::span<std::uint64_t> stale;         // a bit a patch, where worlds are edited
 
+    static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       pool.each_block(config, visit);
@@ -137,8 +138,7 @@ class Residency {
       visit(Consumer::draw_list, config.max_patches, list_scratch);
       visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
             vertices);
-      visit(Consumer::edits, config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0,
-            stale);
+      visit(Consumer::edits, is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0, stale);
     }
   };
   // Where looking for patches goes on.

@@ -199,6 +199,7 @@ void World::unload() {
   patch_slots_ = 0;
   is_editable_ = false;
   reader_ = {};
+  materials_ = MaterialSet();
   ground_ = {};
   parts_ = {};
   part_count_ = 1;
@@ -271,6 +272,7 @@ void World::place_parts() {
 }
 
 Status World::load_parts() {
+  if (const Status status = load_paint(); !status.ok()) return status;
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
@@ -442,6 +444,30 @@ void World::spread_heights() {
   }
 }
 
+// A map of the file's is as large as the file says.
+Status World::load_paint() {
+  materials_ = reader_.materials();
+  if (!is_paintable()) return {};
+  BlendMap& map = materials_.blend_map;
+  std::ranges::fill(blocks_.paint_kept, 0u);
+  if (map.exists()) {
+    if (map.width != config_.paint_width)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_width", map.width};
+    if (map.depth != config_.paint_depth)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_depth", map.depth};
+    return reader_.read_blend_rows(0, map.depth, blocks_.paint);
+  }
+  map.width = config_.paint_width;
+  map.depth = config_.paint_depth;
+  std::ranges::fill(blocks_.paint, std::byte{0});
+  return {};
+}
+
+World::Paint World::paint() {
+  KARST_ASSERT(is_paintable());
+  return {&materials_.blend_map, blocks_.paint, blocks_.overrides.first(patch_slots_), blocks_.paint_kept};
+}
+
 World::Editable World::edit() {
   KARST_ASSERT(is_editable_);
   Editable all;
@@ -455,7 +481,7 @@ World::Editable World::edit() {
   all.cones = blocks_.cones;
   all.shading_cones = blocks_.shading_cones;
   all.level_errors = blocks_.level_errors.first(level_error_count(patch_slots_));
-  all.overrides = blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
+  all.overrides = blocks_.overrides.first(material_overrides().size());
   all.boxes = blocks_.patch_boxes;
   all.tree = &trees_[0];
   all.occluders = &occluders_[0];

@@ -14,6 +14,7 @@
 #include "terrain/base/check.h"
 #include "terrain/edit/brush.h"
 #include "terrain/edit/patch/smooth_heights.h"
+#include "terrain/edit/reached_patches.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/measure/measure_patches.h"
 #include "terrain/patch/displacement.h"
@@ -91,25 +92,11 @@ class HeightsEdit {
     return glm::dot(away, away) <= edit_.radius * edit_.radius;
   }
 
-  template <class Visit>
-  void visit_node(int row, std::uint32_t n, const Visit& visit) const {
-    const BoundsTree& tree = *all_.tree;
-    if (is_nowhere(tree.node(row, n)) || !reaches(tree.node(row, n))) return;
-    if (row > 0) {
-      const std::uint32_t first = n * BoundsTree::kFanOut;
-      const std::uint32_t end = std::min(first + BoundsTree::kFanOut, tree.nodes(row - 1));
-      for (std::uint32_t k = first; k < end; ++k) visit_node(row - 1, k, visit);
-      return;
-    }
-    for (std::uint32_t k = 0; k < tree.patch_count(0, n); ++k) {
-      const PatchId patch = tree.first_patch(0, n) + k;
-      if (!all_.surface.is_free(patch) && reaches(patch_box(all_.surface, all_.bounds, patch))) visit(patch);
-    }
-  }
   // Patches that a brush may reach, ascending.
   template <class Visit>
   void for_each_reached(const Visit& visit) const {
-    if (all_.tree->rows() > 0) visit_node(all_.tree->rows() - 1, 0, visit);
+    const auto reaches_box = [this](const LatticeBox& box) { return reaches(box); };
+    ReachedPatches{*all_.tree, all_.surface, all_.bounds, reaches_box, visit}.run();
   }
 
   std::uint64_t count() const {
