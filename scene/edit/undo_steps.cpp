@@ -2,7 +2,6 @@
 // Strokes, undo and redo of karst::Editor.
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
-#include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/undo/take_part.h"
 
 namespace karst {
@@ -24,31 +23,20 @@ void EditorObject::end_stroke() {
   if (log.is_open()) log.end();
 }
 
-// A part of a step that is taken back or done again, and what follows from it for frames and queries. Each
-// kind of part has its own way.
+// A part of a step that is taken back or done again, and what follows from it for frames and queries.
 Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
-  switch (part.kind()) {
-    case CellKind::ground_samples: {
-      GroundChange change;
-      world.ground_edits->exchange(part, change);
-      follow_ground(change, show_ground_change(world, change), result);
-      return {};
-    }
-    case CellKind::patch_heights: {
-      ExchangeHeights exchange(world.terrain.world, part);
-      Status first;
-      for (EditChange change; exchange.next(change);) {
-        const Status status = follow(change, result);
-        if (first.ok()) first = status;
-      }
-      return first;
-    }
-    default: {
-      EditChange change;
-      core::take_part(world.terrain.world, part, back, change);
-      return follow(change, result);
-    }
+  if (part.kind() == CellKind::ground_samples) {
+    GroundChange change;
+    world.ground_edits->exchange(part, change);
+    follow_ground(change, show_ground_change(world, change), result);
+    return {};
   }
+  Status first;
+  core::take_part(world.terrain.world, part, back, [&](const EditChange& change) {
+    const Status status = follow(change, result);
+    if (first.ok()) first = status;
+  });
+  return first;
 }
 
 Status EditorObject::take_step(bool back, EditResult& result) {
