@@ -92,38 +92,9 @@ class EditedWorld {
   Editor* editor = nullptr;
 };
 
-struct EditCounts {
-  std::size_t edits = 0, unchanged = 0, undone = 0, redone = 0;
-};
-
-// What is left of a script once its own undo and redo are done: an edit that was taken back need not be made.
-std::vector<ScriptStep> effective(const std::vector<ScriptStep>& steps, EditCounts& counts) {
-  std::vector<std::vector<ScriptStep>> done, undone;
-  for (const ScriptStep& step : steps) {
-    if (step.kind == ScriptStep::edit) {
-      undone.clear();
-      if (step.joined && !done.empty()) {
-        done.back().push_back(step);
-      } else {
-        done.push_back({step});
-      }
-      continue;
-    }
-    const bool is_undo = step.kind == ScriptStep::undo;
-    std::vector<std::vector<ScriptStep>>&from = is_undo ? done : undone, &to = is_undo ? undone : done;
-    ++(is_undo ? counts.undone : counts.redone);
-    if (from.empty()) continue;
-    to.push_back(std::move(from.back()));
-    from.pop_back();
-  }
-  std::vector<ScriptStep> left;
-  for (const std::vector<ScriptStep>& stroke : done) left.insert(left.end(), stroke.begin(), stroke.end());
-  return left;
-}
-
 // Does all of it. full: a limit that the plan was too small for.
 Error apply_all(Editor& editor, const std::vector<ScriptStep>& steps, const std::string& script,
-                EditCounts& counts, Status& full) {
+                ScriptCounts& counts, Status& full) {
   Progress progress("edit", steps.size());
   counts.edits = counts.unchanged = 0;
   for (const ScriptStep& step : steps) {
@@ -163,8 +134,8 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (Error error = text.open(options.script, WholeFile::kMostText); !error.ok()) return error;
   std::vector<ScriptStep> steps;
   if (Error error = parse_script(text.text(), options.script, steps); !error.ok()) return error;
-  EditCounts counts;
-  steps = effective(steps, counts);
+  ScriptCounts counts;
+  steps = effective_steps(steps, counts);
   if (Error error = check_writable(options.output); !error.ok()) return error;
   Needs needs;
   needs.shadow_maps = 0;

@@ -177,31 +177,40 @@ Error JournalFile::open(const std::string& world, std::uint64_t id, std::vector<
   return {};
 }
 
-Error JournalFile::put_line(std::string line) {
+Error JournalFile::put_line(std::string line, bool on_disk) {
   line = with_check(std::move(line)) + "\n";
   const off_t end = lseek(file_, 0, SEEK_END);
   int error = end < 0 ? errno : write_all(file_, std::as_bytes(std::span(line)));
-  if (error == 0 && fdatasync(file_) != 0) error = errno;
+  if (error == 0 && on_disk && fdatasync(file_) != 0) error = errno;
   if (error == 0) return {};
   // Half a line would end the journal for whoever reads it.
   if (end >= 0 && ftruncate(file_, end) != 0) return failure(path_, "write", errno);
   return failure(path_, "write", error);
 }
 
-Error JournalFile::append(const ScriptStep& step) {
-  Error error = put_line(script_line(step));
+Error JournalFile::append(const ScriptStep& step, bool on_disk) {
+  Error error = put_line(script_line(step), on_disk);
   if (error.ok()) ++steps_;
   return error;
 }
 
+Error JournalFile::sync() {
+  return fdatasync(file_) == 0 ? Error() : Error(failure(path_, "write", errno));
+}
+
 Error JournalFile::saving(std::uint64_t id) {
-  return put_line(saving_line(id));
+  return put_line(saving_line(id), true);
 }
 
 Error JournalFile::begin_anew(std::uint64_t id) {
   if (ftruncate(file_, 0) != 0) return failure(path_, "write", errno);
   steps_ = 0;
-  return put_line(head_line(id));
+  return put_line(head_line(id), true);
+}
+
+void JournalFile::remove() {
+  steps_ = 0;
+  close();
 }
 
 void JournalFile::close() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What was done to a world since it was saved, kept beside it while it is edited: WORLD.journal. Each step is
-// a line (edit_script.h) that is on the disk before append() returns, with a checksum of its own; so a crash
-// loses what was not appended, and nothing else. The first line says which world it is of.
+// a line (edit_script.h) that is on the disk before append() or sync() returns, with a checksum of its own;
+// so a crash loses what was not appended, and nothing else. The first line says which world it is of.
 //
 //   JournalFile journal;  std::vector<ScriptStep> lost;
 //   journal.open(path_of_world, id_of_world, lost)   // locked: a second editor is told
@@ -42,14 +42,18 @@ class JournalFile {
   // The number of steps that it has.
   std::size_t steps() const { return steps_; }
 
-  Error append(const ScriptStep& step);
+  // on_disk false: as far as this program is concerned; sync() puts it onto the disk.
+  Error append(const ScriptStep& step, bool on_disk = true);
+  Error sync();
   // What is about to be saved holds all of it: found again with either id, the journal means the right thing.
   Error saving(std::uint64_t id);
   Error begin_anew(std::uint64_t id);
+  // close() keeps a journal that has steps, remove() none: they are saved elsewhere.
   void close();
+  void remove();
 
  private:
-  Error put_line(std::string line);
+  Error put_line(std::string line, bool on_disk);
 
   std::string path_;
   int file_ = -1;

@@ -8,7 +8,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "app/command_line/help.h"
 #include "app/commands.h"
@@ -23,6 +25,7 @@
 #include "app/view/camera_source.h"
 #include "app/view/end_watch.h"
 #include "app/view/frame_scheduler.h"
+#include "app/view/view_editor.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
 #include "platform/base/clock.h"
@@ -147,6 +150,7 @@ class View {
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
   Stage stage_;                       // in display_'s context while it is attached
+  ViewEditor editor_{say};            // of stage_'s world
   CameraSource camera_;
   StageView view_;  // the camera aside, the same for all frames
   FrameScheduler scheduler_;
@@ -164,11 +168,21 @@ class View {
 };
 
 Error View::check_output() const {
-  if (options_.stats.empty() || options_.stats == "-") return {};
-  const NamedFile output{"--stats", options_.stats};
-  const auto inputs = files_read(options_.world, options_.scene, options_.camera);
-  if (Error error = check_outputs_apart({&output, 1}, inputs); !error.ok()) return error;
-  return check_writable(options_.stats);
+  std::vector<NamedFile> outputs;
+  std::vector<NamedFile> inputs = files_read(options_.world, options_.scene, options_.camera);
+  if (!options_.stats.empty() && options_.stats != "-") outputs.push_back({"--stats", options_.stats});
+  if (!options_.edit_output.empty()) outputs.push_back({"--edit-out", options_.edit_output});
+  // The world itself may be where it is saved.
+  if (!options_.edit_output.empty())
+    std::erase_if(inputs, [&](const NamedFile& file) {
+      std::error_code none;
+      return file.what == "WORLD" && std::filesystem::equivalent(file.path, options_.edit_output, none);
+    });
+  if (Error error = check_outputs_apart(outputs, inputs); !error.ok()) return error;
+  for (const NamedFile& output : outputs) {
+    if (Error error = check_writable(output.path); !error.ok()) return error;
+  }
+  return options_.edit && options_.edit_output.empty() ? check_writable(options_.world) : Error();
 }
 
 Error View::prepare() {
@@ -179,7 +193,10 @@ Error View::prepare() {
 }
 
 Error View::load_world() {
-  if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
+  if (Error error = editor_.open(options_); !error.ok()) return error;
+  const StageNeeds needs = editor_.needs({.queries = 1});
+  if (Error error = stage_.load(options_.world, options_.scene, needs); !error.ok()) return error;
+  if (Error error = editor_.begin(stage_); !error.ok()) return error;
   view_ = stage_view(options_.scene, stage_.world().info());
   if (options_.scene.generate_ms < 0) view_.work_ms = kGenerateMs;
   view_.wait = false;
@@ -247,7 +264,8 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
-  scheduler_.set_moving(stage_.attached() && (camera_.moving() || options_.frames > 0));
+  scheduler_.set_moving(stage_.attached() &&
+                        (camera_.moving() || editor_.is_drawing() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {
@@ -290,7 +308,8 @@ void View::take_inputs() {
   bool changed = camera_.take_poses();
   if (Input* input = input_ != nullptr ? input_.get() : display_->input(); input != nullptr) {
     input->dispatch([&](const InputEvent& event) {
-      changed |= camera_.handle(turned(event, options_.kms.quarter_turns), now_ns());
+      changed |= editor_.handle(turned(event, options_.kms.quarter_turns),
+                                [&](const InputEvent& rest) { changed |= camera_.handle(rest, now_ns()); });
     });
   }
   if (changed) scheduler_.changed();
@@ -303,6 +322,7 @@ Error View::attach() {
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
   if (Error error = display_->make_current(); !error.ok()) return error;
   if (Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error;
+  if (Error error = editor_.attach(*display_); !error.ok()) return error;
   lost_ = false;
   // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
   // without the extension gives none or one that always says that all is well.
@@ -315,6 +335,7 @@ Error View::attach() {
 }
 
 void View::detach() {
+  editor_.detach(lost_);
   stage_.detach(lost_);
 }
 
@@ -331,6 +352,7 @@ Error View::draw() {
   const Status placed =
       place_view(place, stage_.world().info(), camera_.axes(), shape, camera_.clearance_m(), view_.view);
   if (!placed.ok()) return {"camera", placed};
+  editor_.before_frame(view_, display_->quarter_turns(), start);
   if (Error error = draw_scene(); !error.ok()) return error;
   if (vertices_lost_) {
     detach();
@@ -364,6 +386,7 @@ Error View::draw_scene() {
   } else if ((record.result.limits & kLimitWork) != 0) {
     scheduler_.changed();
   }
+  if (editor_.take_changed()) scheduler_.changed();
   return error;
 }
 

@@ -34,6 +34,11 @@ struct ViewOptions {
   std::string poses;  // "-", "udp:PORT", "udp:ADDRESS:PORT"; empty: none
   NavigatorMode navigate = NavigatorMode::fly;
 
+  bool edit = false;
+  std::string edit_output;                 // empty: the world itself
+  std::uint64_t edit_bytes = 64ull << 20;  // of memory, about
+  bool discard_edits = false;
+
   bool fixed_clock = false;
   std::int64_t frames = 0;  // to draw before ending; 0: no end
   double seconds = 0;       // to run before ending; 0: no end

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// karst view --edit: edits by hand (app/editor) in the program's loop, drawn over its pictures (app/overlay).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/editor/edit_session.h"
+#include "app/editor/hand_editor.h"
+#include "app/overlay/overlay.h"
+#include "app/stage/stage.h"
+#include "app/view/view_options.h"
+#include "platform/base/error.h"
+#include "platform/input.h"
+
+namespace karst::app {
+
+class ViewEditor {
+ public:
+  explicit ViewEditor(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  ViewEditor(const ViewEditor&) = delete;
+  ViewEditor& operator=(const ViewEditor&) = delete;
+  ~ViewEditor() { end(); }
+
+  // Where nothing is to be edited, nothing happens in any of these.
+  // Before the world is loaded.
+  Error open(const ViewOptions& options);
+  bool is_open() const { return open_; }
+  StageNeeds needs(StageNeeds others) const;
+  // The stage outlives this object, or end() is called before.
+  Error begin(Stage& stage);
+  // Tells of what is not saved.
+  void end();
+
+  // Of the stage's context.
+  Error attach(Display& display);
+  void detach(bool lost);
+
+  // camera: called with what the camera is to make of the event. Whether the picture differs from then on.
+  bool handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
+  bool is_drawing() const { return hand_ && hand_->is_drawing(); }
+
+  // Edits before a frame, which is drawn over then.
+  void before_frame(StageView& view, int quarter_turns, std::int64_t now_ns);
+  // After it: whether there is more to do in the next one.
+  bool take_changed() { return hand_ && hand_->take_changed(); }
+
+ private:
+  bool open_ = false;
+  std::uint64_t edit_bytes_ = 0;
+  std::string world_name_;
+  std::function<void(const std::string&)> say_;
+  EditSession session_;
+  World* world_ = nullptr;
+  Query* query_ = nullptr;
+  std::optional<HandEditor> hand_;
+  OverlayMesh mesh_;
+  Overlay overlay_;
+};
+
+}  // namespace karst::app
