@@ -45,7 +45,7 @@ Hit Aim::hit(const EyeRay& ray) const {
   const glm::dvec3 way =
       glm::max(glm::abs(vec(info.low_m) - ray.from), glm::abs(vec(info.high_m) - ray.from));
   Hit hit;
-  query_->ray(vec(ray.from), vec(ray.from + ray.along * glm::length(way)), Wait::never, hit);
+  query_->ray(vec(ray.from), vec(ray.from + ray.along * glm::length(way)), Wait::for_file, hit);
   return hit;
 }
 

@@ -166,7 +166,7 @@ void HandEditor::run(const Asked& asked) {
     case Command::redo:
       return step_back_or_again(false);
     case Command::save:
-      save_is_shown_ = false;
+      saves_next_ = true;  // when that has been seen
       return say("saving to " + session_->output() + " ...", false);
     case Command::help:
       shows_help_ = !shows_help_;
@@ -190,10 +190,7 @@ void HandEditor::save() {
 
 void HandEditor::frame(const ViewState& view, int quarter_turns, std::int64_t now_ns) {
   const auto aim = [&] { aimed_ = aim_.at(brush_, view, quarter_turns, pointer_); };
-  const bool saves = message_.starts_with("saving to ");
-  if (saves && save_is_shown_) save();
-  save_is_shown_ = true;
-  if (saves) changed_ = true;
+  if (std::exchange(saves_next_, false)) save();
   for (const Asked& asked : std::exchange(asked_, {})) {
     end_stroke();
     run(asked);

@@ -112,7 +112,7 @@ class HandEditor {
   std::optional<Stroke> stroke_;
   std::vector<Asked> asked_;
   bool changed_ = true;
-  bool save_is_shown_ = false;
+  bool saves_next_ = false;
   bool shows_help_ = true;
   std::string message_, news_;
   bool is_error_ = false;

@@ -21,7 +21,7 @@ glm::dvec3 laid(Query& query, const glm::dvec3& place, const glm::dvec3& axis, d
   Hit hits[2];
   for (const int side : {0, 1}) {
     const glm::dvec3 end = place + axis * (side == 0 ? radius_m : -radius_m);
-    query.ray(vec(place), vec(end), Wait::never, hits[side]);
+    query.ray(vec(place), vec(end), Wait::for_file, hits[side]);
   }
   if (!hits[0].found && !hits[1].found) return place;
   const bool second = !hits[0].found || (hits[1].found && hits[1].distance < hits[0].distance);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The letters of the editor's lines: printable ASCII, 5 x 7 dots in cells of 8 x 8 texels.
+// The letters of the editor's lines: printable ASCII, 5 x 8 dots in cells of 8 x 8 texels.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace karst::app {
 
 inline constexpr int kFontWidth = 128, kFontHeight = 64;  // texels of the atlas: 16 x 8 cells
-inline constexpr int kGlyphWidth = 5, kGlyphHeight = 7;   // dots, at the top left of a cell
+inline constexpr int kGlyphWidth = 5, kGlyphHeight = 8;   // dots, at the top left of a cell
 inline constexpr int kCellSide = 8;
 inline constexpr int kSolidCell = 127;  // all of it is covered: for lines and boxes
 

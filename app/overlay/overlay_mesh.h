@@ -27,8 +27,8 @@ struct OverlayVertex {
 };
 static_assert(sizeof(OverlayVertex) == 24);
 
-// Letters are six dots apart and lines of text nine, each of `scale` pixels.
-inline constexpr int kLetterAdvance = 6, kLineAdvance = 9;
+// Letters are six dots apart and lines of text ten, each of `scale` pixels.
+inline constexpr int kLetterAdvance = 6, kLineAdvance = 10;
 
 // A line of words, broken so that none is longer than so many letters; words that are longer are cut.
 std::vector<std::string_view> wrap_text(std::string_view text, std::size_t letters);

@@ -15,23 +15,32 @@ class XServer:
     """Of W x H pixels, in a folder that is there."""
 
     def __init__(self, width, height, folder):
-        self.folder = folder
+        self.folder, self.socket = folder, None
+        # A server that ends meanwhile may take the socket of its number away from the next one.
+        for attempt in range(5):
+            self.start(width, height)
+            time.sleep(0.2)
+            if self.display and os.path.exists(self.path()):
+                return
+            self.close()
+        raise SystemExit("Xvfb does not start")
+
+    def path(self):
+        return "/tmp/.X11-unix/X" + self.display
+
+    def start(self, width, height):
         read, write = os.pipe()
         self.process = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", folder,
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", self.folder,
              "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         self.display = os.read(read, 16).decode().strip()
         os.close(read)
-        if not self.display:
-            raise SystemExit("Xvfb does not start")
-        self.socket = None
 
     def close(self):
         if self.socket:
             self.socket.close()
-        if self.process.poll() is None:
-            self.process.kill()
+        self.process.terminate()  # it takes its lock away
         self.process.wait()
 
     def picture(self):
@@ -53,7 +62,7 @@ class XServer:
     def connect(self):
         self.socket = socket.socket(socket.AF_UNIX)
         self.socket.settimeout(10)
-        self.socket.connect(f"/tmp/.X11-unix/X{self.display}")
+        self.socket.connect(self.path())
         self.socket.sendall(struct.pack("<BxHHHHxx", ord("l"), 11, 0, 0, 0))
         status, length = struct.unpack("<BxxxxxH", self.need(8))
         self.need(4 * length)
