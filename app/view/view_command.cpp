@@ -17,6 +17,7 @@
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
 #include "app/common/messages.h"
+#include "app/editor/stage_editor.h"
 #include "app/files/atomic_file.h"
 #include "app/files/file_source.h"
 #include "app/files/output_place.h"
@@ -25,7 +26,6 @@
 #include "app/view/camera_source.h"
 #include "app/view/end_watch.h"
 #include "app/view/frame_scheduler.h"
-#include "app/view/view_editor.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
 #include "platform/base/clock.h"
@@ -150,7 +150,7 @@ class View {
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
   Stage stage_;                       // in display_'s context while it is attached
-  ViewEditor editor_{say};            // of stage_'s world
+  StageEditor editor_{say};           // of stage_'s world
   CameraSource camera_;
   StageView view_;  // the camera aside, the same for all frames
   FrameScheduler scheduler_;
@@ -161,8 +161,10 @@ class View {
   bool quit_ = false;
   bool unread_ = false;                      // the file, in the last frame
   std::int64_t retry_at_ = Display::kNever;  // to draw again for it
-  bool statistics_wanted_ = false;           // by SIGHUP
-  std::int64_t statistics_at_ = 0;           // not before
+  struct {
+    bool wanted = false;  // by SIGHUP
+    std::int64_t at = 0;  // not before
+  } asked_statistics_;
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
@@ -171,18 +173,18 @@ Error View::check_output() const {
   std::vector<NamedFile> outputs;
   std::vector<NamedFile> inputs = files_read(options_.world, options_.scene, options_.camera);
   if (!options_.stats.empty() && options_.stats != "-") outputs.push_back({"--stats", options_.stats});
-  if (!options_.edit_output.empty()) outputs.push_back({"--edit-out", options_.edit_output});
+  if (!options_.edit_files.output.empty()) outputs.push_back({"--edit-out", options_.edit_files.output});
   // The world itself may be where it is saved.
-  if (!options_.edit_output.empty())
+  if (!options_.edit_files.output.empty())
     std::erase_if(inputs, [&](const NamedFile& file) {
       std::error_code none;
-      return file.what == "WORLD" && std::filesystem::equivalent(file.path, options_.edit_output, none);
+      return file.what == "WORLD" && std::filesystem::equivalent(file.path, options_.edit_files.output, none);
     });
   if (Error error = check_outputs_apart(outputs, inputs); !error.ok()) return error;
   for (const NamedFile& output : outputs) {
     if (Error error = check_writable(output.path); !error.ok()) return error;
   }
-  return options_.edit && options_.edit_output.empty() ? check_writable(options_.world) : Error();
+  return options_.edit && options_.edit_files.output.empty() ? check_writable(options_.world) : Error();
 }
 
 Error View::prepare() {
@@ -193,7 +195,9 @@ Error View::prepare() {
 }
 
 Error View::load_world() {
-  if (Error error = editor_.open(options_); !error.ok()) return error;
+  if (options_.edit) {
+    if (Error error = editor_.open(options_.edit_files, options_.edit_bytes); !error.ok()) return error;
+  }
   const StageNeeds needs = editor_.needs({.queries = 1});
   if (Error error = stage_.load(options_.world, options_.scene, needs); !error.ok()) return error;
   if (Error error = editor_.begin(stage_); !error.ok()) return error;
@@ -276,7 +280,7 @@ void View::wait() {
   add(input_ != nullptr ? input_->fd() : -1);
   std::int64_t until =
       std::min(display_->deadline_ns(), scheduler_.wake_at(display_->ready(), display_->refresh_ns()));
-  if (statistics_wanted_) until = std::min(until, statistics_at_);
+  if (asked_statistics_.wanted) until = std::min(until, asked_statistics_.at);
   if (stage_.attached() && display_->ready()) until = std::min(until, retry_at_);
   const auto limit = [&](double seconds) {
     until = std::min(until, began_ + static_cast<std::int64_t>(seconds * 1e9) + 1'000'000);
@@ -293,11 +297,11 @@ void View::wait() {
 void View::take_signals() {
   const Signals::Taken taken = signals_.take();
   quit_ = quit_ || taken.end;
-  statistics_wanted_ = statistics_wanted_ || taken.statistics;
-  if (!statistics_wanted_ || quit_ || now_ns() < statistics_at_) return;
+  asked_statistics_.wanted = asked_statistics_.wanted || taken.statistics;
+  if (!asked_statistics_.wanted || quit_ || now_ns() < asked_statistics_.at) return;
   if (const Error error = write_statistics(); !error.ok()) say(error.text());
-  statistics_wanted_ = false;
-  statistics_at_ = now_ns() + kStatistics_ns;
+  asked_statistics_.wanted = false;
+  asked_statistics_.at = now_ns() + kStatistics_ns;
 }
 
 void View::take_inputs() {

@@ -167,10 +167,10 @@ constexpr OptionRow kEditRows[] = {
      .value = "FILE",
      .initial = "WORLD",
      .help = "where it is saved",
-     .store = put<&ViewOptions::edit_output>},
+     .store = put<&ViewOptions::edit_files, &EditSession::Files::output>},
     {.name = "discard-edits",
      .help = "forgets what an earlier run did and did not save, which is done again otherwise",
-     .store = put<&ViewOptions::discard_edits>},
+     .store = put<&ViewOptions::edit_files, &EditSession::Files::discard>},
     {.name = "edit-memory",
      .kind = Kind::integer,
      .value = "MIB",
@@ -237,7 +237,7 @@ Error parse_view_options(std::span<const char* const> words, CommandLine& line, 
   if (worlds == 1 && lists) return "--list-outputs takes no WORLD";
   if (line.has("json") && !lists) return "--json goes with --list-outputs";
   if (line.has("path") && line.has("poses")) return "--path and --poses exclude each other";
-  if (worlds == 1) options.world = line.positional()[0];
+  if (worlds == 1) options.world = options.edit_files.world = line.positional()[0];
   for (const char* name : {"edit-out", "discard-edits", "edit-memory"}) {
     if (line.has(name) && !line.has("edit")) return std::string("--") + name + " goes with --edit";
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/view_editor.h"
+#include "app/editor/stage_editor.h"
 
 #include <algorithm>
 
@@ -10,17 +10,15 @@ constexpr std::uint32_t kQueryPatches = 256;  // a brush and its ring
 
 }  // namespace
 
-Error ViewEditor::open(const ViewOptions& options) {
-  if (!options.edit) return {};
-  edit_bytes_ = options.edit_bytes;
-  world_name_ = options.world;
-  const EditSession::Files files{options.world, options.edit_output, options.discard_edits};
+Error StageEditor::open(const EditSession::Files& files, std::uint64_t bytes) {
+  edit_bytes_ = bytes;
+  world_name_ = files.world;
   if (Error error = session_.open(files); !error.ok()) return error;
   open_ = true;
   return {};
 }
 
-StageNeeds ViewEditor::needs(StageNeeds others) const {
+StageNeeds StageEditor::needs(StageNeeds others) const {
   if (!open_) return others;
   ++others.queries;
   others.query_patches = std::max(others.query_patches, kQueryPatches);
@@ -29,7 +27,7 @@ StageNeeds ViewEditor::needs(StageNeeds others) const {
   return others;
 }
 
-Error ViewEditor::begin(Stage& stage) {
+Error StageEditor::begin(Stage& stage) {
   if (!open_) return {};
   world_ = &stage.world();
   if (Error error = session_.begin(*world_); !error.ok()) return error;
@@ -43,7 +41,7 @@ Error ViewEditor::begin(Stage& stage) {
   return {};
 }
 
-void ViewEditor::end() {
+void StageEditor::end() {
   if (!open_) return;
   open_ = false;
   const bool unsaved = hand_ && !session_.is_saved();
@@ -57,7 +55,7 @@ void ViewEditor::end() {
          "; karst view --edit goes on with it");
 }
 
-Error ViewEditor::attach(Display& display) {
+Error StageEditor::attach(Display& display) {
   if (!open_) return {};
   const GlLoader loader{
       [](void* user, const char* name) { return static_cast<const Display*>(user)->gl_function(name); },
@@ -65,7 +63,7 @@ Error ViewEditor::attach(Display& display) {
   return {display.name(), overlay_.create(loader)};
 }
 
-void ViewEditor::detach(bool lost) {
+void StageEditor::detach(bool lost) {
   if (lost) {
     overlay_.forget();
   } else {
@@ -73,7 +71,7 @@ void ViewEditor::detach(bool lost) {
   }
 }
 
-bool ViewEditor::handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera) {
+bool StageEditor::handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera) {
   if (!hand_) {
     camera(event);
     return false;
@@ -82,7 +80,7 @@ bool ViewEditor::handle(const InputEvent& event, const std::function<void(const 
   return hand_->take_changed();
 }
 
-void ViewEditor::before_frame(StageView& view, int quarter_turns, std::int64_t now_ns) {
+void StageEditor::before_frame(StageView& view, int quarter_turns, std::int64_t now_ns) {
   view.draw_over = nullptr;
   if (!hand_) return;
   hand_->frame(view.view, quarter_turns, now_ns);
@@ -91,7 +89,7 @@ void ViewEditor::before_frame(StageView& view, int quarter_turns, std::int64_t n
   hand_->draw(mesh_);
   view.user = this;
   view.draw_over = [](void* user, const ViewState& seen, bool two_ranges) {
-    auto* const self = static_cast<ViewEditor*>(user);
+    auto* const self = static_cast<StageEditor*>(user);
     self->overlay_.draw(self->mesh_, seen, two_ranges);
   };
 }

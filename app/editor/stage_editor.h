@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// karst view --edit: edits by hand (app/editor) in the program's loop, drawn over its pictures (app/overlay).
+// Edits by hand in the loop of a program with a stage, drawn over its pictures: karst view --edit.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,21 @@
 #include "app/editor/hand_editor.h"
 #include "app/overlay/overlay.h"
 #include "app/stage/stage.h"
-#include "app/view/view_options.h"
 #include "platform/base/error.h"
 #include "platform/input.h"
 
 namespace karst::app {
 
-class ViewEditor {
+class StageEditor {
  public:
-  explicit ViewEditor(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
-  ViewEditor(const ViewEditor&) = delete;
-  ViewEditor& operator=(const ViewEditor&) = delete;
-  ~ViewEditor() { end(); }
+  explicit StageEditor(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  StageEditor(const StageEditor&) = delete;
+  StageEditor& operator=(const StageEditor&) = delete;
+  ~StageEditor() { end(); }
 
-  // Where nothing is to be edited, nothing happens in any of these.
-  // Before the world is loaded.
-  Error open(const ViewOptions& options);
+  // Before the world is loaded. Where it is not called, nothing happens in any of the others. bytes: of
+  // memory for edits, about.
+  Error open(const EditSession::Files& files, std::uint64_t bytes);
   bool is_open() const { return open_; }
   StageNeeds needs(StageNeeds others) const;
   // The stage outlives this object, or end() is called before.

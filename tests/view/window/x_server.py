@@ -5,8 +5,8 @@ import os, socket, struct, subprocess, time
 
 # Keys of a PC, by what is printed on them: X11's codes are the kernel's (linux/input-event-codes.h) and 8.
 KEYS = {name: 8 + code for code, name in enumerate(
-    "- esc 1 2 3 4 5 6 7 8 9 0 minus equal backspace tab q w e r t y u i o p [ ] enter ctrl a s d f g h j k l "
-    "; ' ` shift \\ z x c v b n m , . / rshift kp* alt space".split())}
+    "- esc 1 2 3 4 5 6 7 8 9 0 minus equal backspace tab q w e r t y u i o p [ ] enter ctrl a s d f g h j k "
+    "l ; ' ` shift \\ z x c v b n m , . / rshift kp* alt space".split())}
 KEYS.update(f5=8 + 63, up=8 + 103, left=8 + 105, right=8 + 106, down=8 + 108, home=8 + 102)
 LEFT, MIDDLE, RIGHT = 1, 2, 3
 
@@ -26,7 +26,7 @@ class XServer:
         raise SystemExit("Xvfb does not start")
 
     def path(self):
-        return "/tmp/.X11-unix/X" + self.display
+        return os.path.join("/", "tmp", ".X11-unix", "X" + self.display)
 
     def start(self, width, height):
         read, write = os.pipe()

@@ -9,7 +9,7 @@ import argparse, os, shutil, signal, subprocess, sys, time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path += [HERE, os.path.join(HERE, "..", "kms")]
+sys.path += [HERE, os.path.join(HERE, "..", "..", "kms")]
 from kms_test import difference, load_png
 from x_server import XServer
 
