@@ -137,6 +137,7 @@ Error run_script(const EditOptions& options, const std::string& path) {
   ScriptCounts counts;
   steps = effective_steps(steps, counts);
   if (Error error = check_writable(options.output); !error.ok()) return error;
+  if (Error error = check_not_edited(options.output); !error.ok()) return error;
   Needs needs;
   needs.shadow_maps = 0;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;

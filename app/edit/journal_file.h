@@ -37,7 +37,11 @@ class JournalFile {
   // steps: what an earlier editor that did not end had done to this very world, to be done again; a line that
   // it was writing is left out. The error says so where another one is editing, where the journal is of
   // another state of the world, or where a line in its middle is damaged; then the file is left as it is.
-  Error open(const std::string& world, std::uint64_t id, std::vector<ScriptStep>& steps);
+  // other: the id of a file in whose place the world's own may stand; 0: there is none.
+  Error open(const std::string& world, std::uint64_t id, std::vector<ScriptStep>& steps,
+             std::uint64_t other = 0);
+  // After open(): the steps are of that other file.
+  bool is_of_other() const { return of_other_; }
   bool is_open() const { return file_ >= 0; }
   // The number of steps that it has.
   std::size_t steps() const { return steps_; }
@@ -58,6 +62,10 @@ class JournalFile {
   std::string path_;
   int file_ = -1;
   std::size_t steps_ = 0;
+  bool of_other_ = false;
 };
+
+// Tells where a program is editing the world, whose file is going to be replaced.
+Error check_not_edited(const std::string& world);
 
 }  // namespace karst::app

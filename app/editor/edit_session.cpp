@@ -23,6 +23,10 @@ Error read_world_id(const std::string& path, std::uint64_t& id) {
   return {};
 }
 
+std::string checkpoint_path(const std::string& world) {
+  return world + ".autosave";
+}
+
 }  // namespace
 
 Error EditSession::open(const Files& files) {
@@ -30,18 +34,29 @@ Error EditSession::open(const Files& files) {
   if (files_.output.empty()) files_.output = files_.world;
   std::error_code none;
   in_place_ = files_.output == files_.world || std::filesystem::equivalent(files_.output, files_.world, none);
-  std::uint64_t id = 0;
+  std::uint64_t id = 0, other = 0;
   if (Error error = read_world_id(files_.world, id); !error.ok()) return error;
-  if (Error error = journal_.open(files_.world, id, recovered_); !error.ok()) return error;
+  if (std::filesystem::exists(checkpoint_path(files_.world), none)) {
+    if (Error error = read_world_id(checkpoint_path(files_.world), other); !error.ok()) return error;
+  }
+  if (Error error = journal_.open(files_.world, id, recovered_, other); !error.ok()) return error;
+  base_ = files_.world;
   // The world may have been saved by another program before it was ours.
   std::uint64_t again = 0;
   if (Error error = read_world_id(files_.world, again); !error.ok()) return error;
   if (again != id) return files_.world + ": is being saved by another karst; try again";
   ScriptCounts counts;
   found_ = recovered_.size();
+  if (journal_.is_of_other() && !files_.discard) {
+    base_ = checkpoint_path(files_.world);
+    lost_saved_ = true;
+    ++found_;  // the step that was taken back
+  } else if (other != 0) {
+    remove_checkpoint();
+  }
   if (files_.discard) {
     recovered_.clear();
-    if (found_ > 0) return journal_.begin_anew(id);
+    if (found_ > 0 || journal_.is_of_other()) return journal_.begin_anew(id);
   }
   recovered_ = effective_steps(recovered_, counts);
   return {};
@@ -85,6 +100,7 @@ void EditSession::end() {
   // What begin() has not done again is still wanted.
   if (begun_ && is_saved()) {
     journal_.remove();
+    remove_checkpoint();
   } else {
     journal_.close();
   }
@@ -95,6 +111,34 @@ void EditSession::end() {
 void EditSession::note(const ScriptStep& step, bool on_disk) {
   if (!journal_error_.ok()) return;
   journal_error_ = journal_.append(step, on_disk);
+}
+
+void EditSession::note(ScriptStep::Kind kind) {
+  ScriptStep step;
+  step.kind = kind;
+  note(step, true);
+}
+
+Error EditSession::begin_journal(std::uint64_t id) {
+  journal_begin_ = done_.size();
+  journal_undone_ = 0;
+  return journal_error_ = journal_.begin_anew(id);
+}
+
+// Until the journal is begun anew it is of what it was of, and the new file means nothing.
+void EditSession::checkpoint() {
+  std::uint64_t saved = 0, bytes = 0;
+  const SaveReady ready = [&](std::uint64_t id) {
+    saved = id;
+    return Error();
+  };
+  journal_error_ = save_file(*editor_, checkpoint_path(files_.world), ready, bytes);
+  if (journal_error_.ok()) journal_error_ = begin_journal(saved);
+}
+
+void EditSession::remove_checkpoint() {
+  std::error_code none;
+  std::filesystem::remove(checkpoint_path(files_.world), none);
 }
 
 void EditSession::begin_stroke() {
@@ -112,6 +156,7 @@ Error EditSession::apply(const Edit& edit, EditResult& result) {
   if (!step.joined) {
     done_.push_back(++strokes_);
     undone_.clear();
+    journal_undone_ = 0;
   }
   stroke_changed_ = true;
   note(step, !in_stroke_);
@@ -141,9 +186,12 @@ Error EditSession::undo(bool& changed) {
   changed = true;
   undone_.push_back(done_.back());
   done_.pop_back();
-  ScriptStep step;
-  step.kind = ScriptStep::undo;
-  note(step, true);
+  if (done_.size() >= journal_begin_) {
+    ++journal_undone_;
+    note(ScriptStep::undo);
+  } else {
+    checkpoint();
+  }
   return journal_error_;
 }
 
@@ -156,9 +204,12 @@ Error EditSession::redo(bool& changed) {
   changed = true;
   done_.push_back(undone_.back());
   undone_.pop_back();
-  ScriptStep step;
-  step.kind = ScriptStep::redo;
-  note(step, true);
+  if (journal_undone_ > 0) {
+    --journal_undone_;
+    note(ScriptStep::redo);
+  } else {
+    checkpoint();
+  }
   return journal_error_;
 }
 
@@ -171,11 +222,10 @@ Error EditSession::save() {
   };
   if (Error error = save_file(*editor_, files_.output, ready, bytes); !error.ok()) return error;
   if (in_place_) {
-    done_.clear();
-    undone_.clear();
-    journal_error_ = journal_.begin_anew(saved);
+    if (begin_journal(saved).ok()) remove_checkpoint();
   }
   saved_at_ = done_;
+  lost_saved_ = false;
   return journal_error_;
 }
 

@@ -2,9 +2,9 @@
 // A world that is being edited by hand: its editor, its journal and its file. What was done is in the journal
 // when a call returns, so that whatever ends the program, the next one does it again.
 //
-//   EditSession session;  int again = 0;
-//   session.open(files, again);    // before the world is loaded: nobody else edits it from here on
-//   session.begin(world);          // does again what an earlier program left
+//   EditSession session;
+//   session.open(files);    // nobody else edits it from here on
+//   session.begin(world);   // loaded from session.base(): does again what an earlier program left
 //   session.begin_stroke();  session.apply(edit, changed) ...  session.end_stroke();
 //   session.save();
 //   session.end();
@@ -38,6 +38,8 @@ class EditSession {
 
   // Takes the journal of the world. The error says so where another program is editing it.
   Error open(const Files& files);
+  // The file that the world is to be loaded from: its own, or WORLD.autosave where the journal is of that.
+  const std::string& base() const { return base_; }
   // Edits of an earlier program that begin() does again, or that were thrown away.
   std::size_t found() const { return found_; }
   // Takes the world's editor; the world outlives end(). progress: may be empty.
@@ -49,14 +51,14 @@ class EditSession {
   // Changes nothing where it fails.
   Error apply(const Edit& edit, EditResult& result);
   Error end_stroke();
-  // Of what was done since the world was saved in place; else since it was loaded. changed false: there is
-  // nothing.
+  // changed false: there is nothing. What was done before the world was saved in place the journal does not
+  // know any more: then all of the world is saved to WORLD.autosave, which the journal is of from then on.
   Error undo(bool& changed);
   Error redo(bool& changed);
   Error save();
 
   // Whether the output holds all of it.
-  bool is_saved() const { return done_ == saved_at_; }
+  bool is_saved() const { return done_ == saved_at_ && !lost_saved_; }
   std::size_t undo_steps() const;
   std::size_t redo_steps() const;
   // What kept a step out of the journal; ok: all are in it. It is tried anew with the next save.
@@ -67,6 +69,10 @@ class EditSession {
  private:
   Error replay();
   void note(const ScriptStep& step, bool on_disk);
+  void note(ScriptStep::Kind kind);
+  Error begin_journal(std::uint64_t id);
+  void checkpoint();
+  void remove_checkpoint();
   // A state of the world that is like no other: the strokes that made it.
   using Strokes = std::vector<std::uint64_t>;
 
@@ -75,9 +81,13 @@ class EditSession {
   Editor* editor_ = nullptr;
   JournalFile journal_;
   std::vector<ScriptStep> recovered_;
+  std::string base_;
   std::size_t found_ = 0;
-  Strokes done_, undone_;  // since the journal was begun
-  Strokes saved_at_;       // done_ when it was saved
+  Strokes done_, undone_;
+  Strokes saved_at_;         // done_ when it was saved
+  bool lost_saved_ = false;  // loaded from WORLD.autosave: the saved state is not known
+  // Those of done_ that were done before the journal was begun; how many the journal can do again.
+  std::size_t journal_begin_ = 0, journal_undone_ = 0;
   std::uint64_t strokes_ = 0;
   bool in_place_ = true, begun_ = false;
   bool in_stroke_ = false, stroke_changed_ = false;

@@ -34,9 +34,10 @@ Error StageEditor::begin(Stage& stage) {
   if (const Status status = world_->take_query(query_); !status.ok()) return {world_name_, status};
   hand_.emplace(*world_, *query_, session_);
   if (session_.found() == 0) return {};
-  const std::string count = std::to_string(session_.found()) + " edits that were not saved";
-  hand_->tell(session_.discards() ? count + " are thrown away"
-                                  : count + " are done again; --discard-edits throws them away");
+  const std::string count = std::to_string(session_.found()) +
+                            (session_.found() == 1 ? " edit that was" : " edits that were") + " not saved";
+  hand_->tell(session_.discards() ? count + ": thrown away"
+                                  : count + ": done again; --discard-edits throws it away");
   say_(world_name_ + ": " + hand_->message());
   return {};
 }

@@ -23,10 +23,10 @@ class StageEditor {
   StageEditor& operator=(const StageEditor&) = delete;
   ~StageEditor() { end(); }
 
-  // Before the world is loaded. Where it is not called, nothing happens in any of the others. bytes: of
-  // memory for edits, about.
+  // Before the world is loaded, from base(). Where it is not called, nothing happens in any of the others.
+  // bytes: of memory for edits, about.
   Error open(const EditSession::Files& files, std::uint64_t bytes);
-  bool is_open() const { return open_; }
+  const std::string& base() const { return session_.base(); }
   StageNeeds needs(StageNeeds others) const;
   // The stage outlives this object, or end() is called before.
   Error begin(Stage& stage);

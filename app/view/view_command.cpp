@@ -199,7 +199,8 @@ Error View::load_world() {
     if (Error error = editor_.open(options_.edit_files, options_.edit_bytes); !error.ok()) return error;
   }
   const StageNeeds needs = editor_.needs({.queries = 1});
-  if (Error error = stage_.load(options_.world, options_.scene, needs); !error.ok()) return error;
+  const std::string& world = options_.edit ? editor_.base() : options_.world;
+  if (Error error = stage_.load(world, options_.scene, needs); !error.ok()) return error;
   if (Error error = editor_.begin(stage_); !error.ok()) return error;
   view_ = stage_view(options_.scene, stage_.world().info());
   if (options_.scene.generate_ms < 0) view_.work_ms = kGenerateMs;

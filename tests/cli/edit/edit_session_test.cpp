@@ -8,6 +8,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -221,6 +224,64 @@ TEST_F(EditSessionTest, WhatFailsChangesNothingAndIsNotInTheJournal) {
   EXPECT_FALSE(has_journal());
 }
 
+// What was done before a save can be taken back, too; the journal goes on from a file of its own then.
+TEST_F(EditSessionTest, UndoGoesBeyondASave) {
+  const std::string autosave = folder_.path("w.karst.autosave");
+  {
+    Editing first({world(), folder_.path("one.karst")});
+    first.stroke(kFirst);
+    ASSERT_EQ(first.session.save().text(), "");
+    first.stroke(kSecond);
+    first.session.end();
+    std::filesystem::remove(journal());
+  }
+  {
+    Editing first({world(), ""});
+    first.stroke(kFirst);
+    first.stroke(kSecond);
+    ASSERT_EQ(first.session.save().text(), "");
+    first.stroke(kThird);
+    first.undo();
+    EXPECT_TRUE(first.session.is_saved());
+    EXPECT_FALSE(std::filesystem::exists(autosave));
+    first.undo();
+    EXPECT_FALSE(first.session.is_saved());
+    EXPECT_TRUE(std::filesystem::exists(autosave));
+    first.redo();
+    EXPECT_TRUE(first.session.is_saved());
+    first.redo();
+    first.undo();
+    first.undo();
+  }
+  {
+    // As it was after the first stroke; and what comes on top is in the journal.
+    Editing second({world(), folder_.path("a.karst")});
+    ASSERT_EQ(second.error.text(), "");
+    EXPECT_EQ(second.session.base(), autosave);
+    EXPECT_FALSE(second.session.is_saved());
+    ASSERT_EQ(second.session.save().text(), "");
+    EXPECT_TRUE(bytes("a.karst") == bytes("one.karst"));
+    second.stroke(kThird);
+  }
+  std::string third;
+  {
+    Editing again({world(), ""});
+    ASSERT_EQ(again.error.text(), "");
+    EXPECT_EQ(again.session.found(), 3u);
+    ASSERT_EQ(again.session.save().text(), "");
+    EXPECT_FALSE(std::filesystem::exists(autosave));
+    third = bytes("w.karst");
+  }
+  EXPECT_FALSE(has_journal());
+  folder_.write("w.karst", hand_world_file());
+  Editing whole({world(), folder_.path("b.karst")});
+  EXPECT_EQ(whole.session.found(), 0u);
+  whole.stroke(kFirst);
+  whole.stroke(kThird);
+  ASSERT_EQ(whole.session.save().text(), "");
+  EXPECT_TRUE(bytes("b.karst") == third);
+}
+
 // --- kills
 
 // Stroke n of a world that is edited without an end: of one to three edits, each where n says.
@@ -237,23 +298,33 @@ std::vector<Edit> stroke_of(int n) {
   return edits;
 }
 
-// One that undoes what came before it, now and then, and does it again; and saves.
+// Each fifth step takes back what was done last.
+void do_step(Editing& editing, int n, std::size_t most_edits) {
+  if (n % 5 == 4) {
+    bool changed = false;
+    if (most_edits > 0 && !editing.session.undo(changed).ok()) _exit(8);
+    return;
+  }
+  const std::vector<Edit> edits = stroke_of(n);
+  editing.session.begin_stroke();
+  for (std::size_t k = 0; k < std::min(most_edits, edits.size()); ++k) {
+    EditResult result;
+    if (!editing.session.apply(edits[k], result).ok()) _exit(4);
+  }
+  if (!editing.session.end_stroke().ok()) _exit(5);
+}
+
 void edit_for_ever(const std::string& world, int first, int out) {
   Editing editing({world, ""});
   if (!editing.error.ok()) _exit(3);
   for (int n = first;; ++n) {
-    editing.session.begin_stroke();
-    for (const Edit& edit : stroke_of(n)) {
-      EditResult result;
-      if (!editing.session.apply(edit, result).ok()) _exit(4);
-    }
-    if (!editing.session.end_stroke().ok()) _exit(5);
+    do_step(editing, n, SIZE_MAX);
     if (write(out, &n, sizeof n) != sizeof n) _exit(6);
     if (n % 7 == 6 && !editing.session.save().ok()) _exit(7);
   }
 }
 
-// Killed at any moment, the next editor has all strokes that had ended, and at most a part of one more; and
+// Killed at any moment, the next editor has all steps that had ended, and at most a part of one more; and
 // the world with them is, to the bit, what it is where nobody was killed.
 TEST_F(EditSessionTest, KilledItLosesAtMostTheStrokeInHand) {
   const char* const given = std::getenv("KARST_KILLS");
@@ -263,6 +334,7 @@ TEST_F(EditSessionTest, KilledItLosesAtMostTheStrokeInHand) {
   for (int kill_n = 0; kill_n < kills; ++kill_n) {
     folder_.write("w.karst", hand_world_file());
     std::filesystem::remove(journal());
+    std::filesystem::remove(folder_.path("w.karst.autosave"));
     int ends[2];
     ASSERT_EQ(pipe(ends), 0);
     const pid_t child = fork();
@@ -288,12 +360,11 @@ TEST_F(EditSessionTest, KilledItLosesAtMostTheStrokeInHand) {
     }
     // What it must be: all strokes that ended, and none, some or all edits of the next.
     folder_.write("p.karst", hand_world_file());
-    Editing expected({folder_.path("p.karst"), folder_.path("expected.karst")});
-    for (int k = 0; k < ended; ++k) expected.stroke(stroke_of(k));
-    const std::vector<Edit> next = stroke_of(ended);
     bool same = false;
-    for (std::size_t edits = 0; edits <= next.size() && !same; ++edits) {
-      if (edits > 0) expected.stroke({next[edits - 1]});
+    for (std::size_t edits = 0; edits <= stroke_of(ended).size() && !same; ++edits) {
+      Editing expected({folder_.path("p.karst"), folder_.path("expected.karst"), true});
+      for (int k = 0; k < ended; ++k) do_step(expected, k, SIZE_MAX);
+      do_step(expected, ended, edits);
       ASSERT_EQ(expected.session.save().text(), "");
       same = bytes("expected.karst") == bytes("found.karst");
       in_stroke += same && edits > 0;

@@ -25,7 +25,7 @@ kill -9 $view
 wait $super
 cmp -s $world /small.karst || fail "the world was changed without being saved"
 view again --edit --navigate fly --camera 60,120,160,0,-35
-await /run/again.log "1 edits that were not saved are done again" 1 10 || fail "again: not told"
+await /run/again.log "1 edit that was not saved: done again" 1 10 || fail "again: not told"
 settle 1
 host shot again
 press key f5

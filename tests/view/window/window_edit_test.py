@@ -154,7 +154,7 @@ def main():
         view.settled()
         expect("F5 saves", open(world, "rb").read() != old)
         said = view.end()
-        expect("it says what it found", "were not saved are done again" in said)
+        expect("it says what it found", "were not saved: done again" in said)
         expect("nothing is left of the journal", not os.path.exists(journal))
         view = View(args, server, world)
         reopened = view.settled()
