@@ -204,7 +204,8 @@ Error JournalFile::saving(std::uint64_t id) {
   return put_line(saving_line(id), true);
 }
 
-Error JournalFile::begin_anew(std::uint64_t id) {
+Error JournalFile::begin_anew(std::uint64_t id, bool is_other) {
+  of_other_ = is_other;
   if (ftruncate(file_, 0) != 0) return failure(path_, "write", errno);
   steps_ = 0;
   return put_line(head_line(id), true);
@@ -220,12 +221,13 @@ Error check_not_edited(const std::string& world) {
 
 void JournalFile::remove() {
   steps_ = 0;
+  of_other_ = false;
   close();
 }
 
 void JournalFile::close() {
   if (file_ < 0) return;
-  if (steps_ == 0) unlink(path_.c_str());
+  if (steps_ == 0 && !of_other_) unlink(path_.c_str());
   ::close(file_);
   file_ = -1;
 }

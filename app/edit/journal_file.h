@@ -40,7 +40,7 @@ class JournalFile {
   // other: the id of a file in whose place the world's own may stand; 0: there is none.
   Error open(const std::string& world, std::uint64_t id, std::vector<ScriptStep>& steps,
              std::uint64_t other = 0);
-  // After open(): the steps are of that other file.
+  // The steps are of that other file.
   bool is_of_other() const { return of_other_; }
   bool is_open() const { return file_ >= 0; }
   // The number of steps that it has.
@@ -51,8 +51,9 @@ class JournalFile {
   Error sync();
   // What is about to be saved holds all of it: found again with either id, the journal means the right thing.
   Error saving(std::uint64_t id);
-  Error begin_anew(std::uint64_t id);
-  // close() keeps a journal that has steps, remove() none: they are saved elsewhere.
+  // is_other: the id is that of the other file.
+  Error begin_anew(std::uint64_t id, bool is_other = false);
+  // close() keeps a journal that has steps, or one of another file; remove() none: what it has is saved.
   void close();
   void remove();
 

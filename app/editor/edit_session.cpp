@@ -46,6 +46,7 @@ Error EditSession::open(const Files& files) {
   if (Error error = read_world_id(files_.world, again); !error.ok()) return error;
   if (again != id) return files_.world + ": is being saved by another karst; try again";
   ScriptCounts counts;
+  recovered_ = effective_steps(recovered_, counts);
   found_ = recovered_.size();
   if (journal_.is_of_other() && !files_.discard) {
     base_ = checkpoint_path(files_.world);
@@ -56,9 +57,8 @@ Error EditSession::open(const Files& files) {
   }
   if (files_.discard) {
     recovered_.clear();
-    if (found_ > 0 || journal_.is_of_other()) return journal_.begin_anew(id);
+    if (journal_.steps() > 0 || journal_.is_of_other()) return journal_.begin_anew(id);
   }
-  recovered_ = effective_steps(recovered_, counts);
   return {};
 }
 
@@ -119,10 +119,10 @@ void EditSession::note(ScriptStep::Kind kind) {
   note(step, true);
 }
 
-Error EditSession::begin_journal(std::uint64_t id) {
+Error EditSession::begin_journal(std::uint64_t id, bool of_checkpoint) {
   journal_begin_ = done_.size();
   journal_undone_ = 0;
-  return journal_error_ = journal_.begin_anew(id);
+  return journal_error_ = journal_.begin_anew(id, of_checkpoint);
 }
 
 // Until the journal is begun anew it is of what it was of, and the new file means nothing.
@@ -133,7 +133,7 @@ void EditSession::checkpoint() {
     return Error();
   };
   journal_error_ = save_file(*editor_, checkpoint_path(files_.world), ready, bytes);
-  if (journal_error_.ok()) journal_error_ = begin_journal(saved);
+  if (journal_error_.ok()) journal_error_ = begin_journal(saved, true);
 }
 
 void EditSession::remove_checkpoint() {
@@ -222,7 +222,7 @@ Error EditSession::save() {
   };
   if (Error error = save_file(*editor_, files_.output, ready, bytes); !error.ok()) return error;
   if (in_place_) {
-    if (begin_journal(saved).ok()) remove_checkpoint();
+    if (begin_journal(saved, false).ok()) remove_checkpoint();
   }
   saved_at_ = done_;
   lost_saved_ = false;

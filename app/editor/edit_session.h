@@ -70,7 +70,7 @@ class EditSession {
   Error replay();
   void note(const ScriptStep& step, bool on_disk);
   void note(ScriptStep::Kind kind);
-  Error begin_journal(std::uint64_t id);
+  Error begin_journal(std::uint64_t id, bool of_checkpoint);
   void checkpoint();
   void remove_checkpoint();
   // A state of the world that is like no other: the strokes that made it.

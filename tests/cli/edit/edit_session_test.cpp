@@ -40,7 +40,7 @@ class EditSessionTest : public testing::Test {
 struct Editing {
   explicit Editing(const EditSession::Files& files) {
     error = session.open(files);
-    if (error.ok()) world.emplace(files.world);
+    if (error.ok()) world.emplace(session.base());
     if (error.ok()) error = session.begin(*world->world);
   }
   ~Editing() { session.end(); }
@@ -251,7 +251,10 @@ TEST_F(EditSessionTest, UndoGoesBeyondASave) {
     EXPECT_TRUE(first.session.is_saved());
     first.redo();
     first.undo();
+    EXPECT_TRUE(first.session.is_saved());
+    EXPECT_TRUE(read_text(autosave) == bytes("w.karst"));
     first.undo();
+    EXPECT_TRUE(read_text(autosave) == bytes("one.karst"));
   }
   {
     // As it was after the first stroke; and what comes on top is in the journal.

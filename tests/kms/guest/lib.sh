@@ -63,7 +63,7 @@ settle() {
   frames=0
   while [ "$frames" != "$before" ] || [ "$frames" -lt "$1" ]; do
     before=$frames
-    sleep 6
+    sleep ${pause:-6}
     frames=$(statistic frames)
   done
 }
