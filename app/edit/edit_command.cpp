@@ -92,12 +92,8 @@ class EditedWorld {
   Editor* editor = nullptr;
 };
 
-struct EditCounts {
-  std::size_t edits = 0, unchanged = 0, undone = 0, redone = 0;
-};
-
 // An edit of a script, in the stroke of the one before it or in a new one.
-Status apply_edit(Editor& editor, const ScriptStep& step, bool& in_stroke, EditCounts& counts) {
+Status apply_edit(Editor& editor, const ScriptStep& step, bool& in_stroke, ScriptCounts& counts) {
   if (!step.joined || !in_stroke) editor.begin_stroke();
   in_stroke = true;
   EditResult result;
@@ -109,7 +105,7 @@ Status apply_edit(Editor& editor, const ScriptStep& step, bool& in_stroke, EditC
 }
 
 // limit_reached ("undo_bytes") where there is a step that is not kept any more.
-Status take_step(Editor& editor, bool back, EditCounts& counts) {
+Status take_step(Editor& editor, bool back, ScriptCounts& counts) {
   editor.end_stroke();
   const UndoState state = editor.undo_state();
   EditResult result;
@@ -122,7 +118,7 @@ Status take_step(Editor& editor, bool back, EditCounts& counts) {
 
 // Does all of it. full: a limit that the plan was too small for.
 Error apply_all(Editor& editor, const std::vector<ScriptStep>& steps, const std::string& script,
-                EditCounts& counts, Status& full) {
+                ScriptCounts& counts, Status& full) {
   Progress progress("edit", steps.size());
   counts = {};
   bool in_stroke = false;
@@ -171,8 +167,9 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (Error error = text.open(options.script, WholeFile::kMostText); !error.ok()) return error;
   std::vector<ScriptStep> steps;
   if (Error error = parse_script(text.text(), options.script, steps); !error.ok()) return error;
-  EditCounts counts;
+  ScriptCounts counts;
   if (Error error = check_writable(options.output); !error.ok()) return error;
+  if (Error error = check_not_edited(options.output); !error.ok()) return error;
   Needs needs;
   needs.shadow_maps = 0;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
