@@ -23,6 +23,8 @@
 
 namespace karst::core {
 
+struct LevelGrid;  // level_triangles.h: all vertices of a patch
+
 // The last share of a threshold's distance in which a vertex morphs (K's sigma, 4.4.4). A world's errors are
 // measured for this value.
 inline constexpr float kMorphShare = 0.3f;
@@ -71,6 +73,7 @@ struct BorderErrors {
 // level_error_values() of them), and what its neighbours need.
 void measure_own_errors(const Surface& surface, const Heights& heights, PatchId patch, BorderErrors& own,
                         std::span<std::uint16_t> values);
+void measure_own_errors(const LevelGrid& grid, BorderErrors& own, std::span<std::uint16_t> values);
 // Adds what comes over its edges. theirs: by edge, what measure_own_errors() made of the neighbour there; not
 // read where there is none.
 void join_errors(const Surface& surface, int level, PatchId patch, const BorderErrors& own,
