@@ -24,7 +24,6 @@ void EditGround::attach(const GroundInfo& info, const Tile& root, const TileSour
                         const TileReading& reading) {
   info_ = info;
   overlay_.reset(file, reading);
-  exchanged_ = {};
   trouble_ = {};
   if (overlay_.capacity() > 0) file_.reset(tile_of({info.top_size(), 0, 0}), root, reading);
 }

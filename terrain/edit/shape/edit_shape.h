@@ -7,27 +7,12 @@
 //   // vertices of change.touched are to be made anew; those of change.vanished are nobody's
 #pragma once
 
-#include <span>
-
-#include <glm/vec3.hpp>
-
 #include "karst/status.h"
 #include "terrain/edit/edit.h"
-#include "terrain/surface/patch.h"
-#include "terrain/view/frustum.h"
+#include "terrain/edit/follow_change.h"
 #include "terrain/world/world.h"
 
 namespace karst::core {
-
-struct EditChange {
-  bool changed = false;  // false: the world was so already
-  LatticeBox box{};      // of all that changed, before and after
-  bool sky_changed = false;
-  // Patches whose vertices or measures may be others, ascending, and slots that became free. Valid until the
-  // next edit.
-  std::span<const PatchId> touched;
-  std::span<const PatchId> vanished;
-};
 
 // invalid_argument naming the field of the edit that is out of its range, or "world" where it cannot be
 // edited. limit_reached ("max_octets", "edit_patches", value: that it would take). Nothing has changed then.
