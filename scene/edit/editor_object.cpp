@@ -71,8 +71,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   if (!edits_voxels(edit.tool))
     return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
   EditChange change;
-  if (const Status status = edit_shape(terrain, edit, change); !status.ok()) return status;
-  if (change.changed && kept != nullptr) kept->lose();
+  if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
   return follow(change, result);
 }
 
