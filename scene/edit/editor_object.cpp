@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 // karst::Editor.
+#include <chrono>
+#include <limits>
+
 #include <glm/common.hpp>
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
+#include "terrain/edit/settle.h"
+#include "tiles/write_tile.h"
 
 namespace karst {
 namespace core {
@@ -61,7 +66,8 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   if (edit.tool == EditTool::paint) {
     PaintChange change;
     const Status status = edit_paint(terrain, world.span(), edit, kept, change);
-    return status.ok() ? follow_paint(change, result) : status;
+    follow_paint(change, result);
+    return status;
   }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) {
     GroundChange change;
@@ -76,14 +82,13 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  if (const Status status = edit_shape(terrain, edit, change); !status.ok()) return status;
-  if (change.changed && kept != nullptr) kept->lose();
+  if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
   return follow(change, result);
 }
 
 // Vertices say what their patch needs of shading.
-Status EditorObject::follow_paint(const PaintChange& change, EditResult& result) {
-  if (!change.changed) return {};
+void EditorObject::follow_paint(const PaintChange& change, EditResult& result) {
+  if (!change.changed) return;
   unshown.changed = true;
   unshown.texels.join(change.texels);
   unshown.materials = unshown.materials || change.materials;
@@ -97,7 +102,7 @@ Status EditorObject::follow_paint(const PaintChange& change, EditResult& result)
   const LatticeBox box = world.terrain.world.box();
   show_extent({low.x, box.min.y / double{kStepsPerVoxel}, low.y},
               {high.x, box.max.y / double{kStepsPerVoxel}, high.y}, result);
-  return change.patches ? world.terrain.residency.follow_edit({}, {}) : Status();
+  if (change.patches) world.terrain.residency.follow_sky();
 }
 
 void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result) {
@@ -134,11 +139,10 @@ void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& h
 
 Status EditorObject::follow(const EditChange& change, EditResult& result) {
   if (!change.changed) return {};
-  if (change.sky_changed) sky_version = version + 1;
   shape_version = version + 1;
   core::World& terrain = world.terrain.world;
   if (terrain.is_paintable()) static_cast<void>(mark_painted(terrain, world.span(), change.touched));
-  const Status status = world.terrain.residency.follow_edit(change.touched, change.vanished);
+  world.terrain.residency.follow_edit(change.touched, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);
@@ -147,18 +151,40 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
               glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
   result.patches += static_cast<std::uint32_t>(change.touched.size());
-  return status;
+  return {};
+}
+
+void EditorObject::settle(double most_ms) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const auto spent_ms = [&] {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  };
+  core::World& terrain = world.terrain.world;
+  while (!terrain.is_settled() && spent_ms() < most_ms) {
+    Settled done;
+    settle_some(terrain, done);
+    if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
+    if (!done.sky_changed) continue;
+    world.terrain.residency.follow_sky();
+    ++sky_version;
+  }
 }
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
-  if (ground_changed)
-    return {StatusCode::unsupported, "edited heights of a ground cannot be saved", "ground"};
+  settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
                          return host.write(host.user, piece);
                        }};
-  return SaveWorld{&world.terrain.world, nullptr, world.terrain.residency.lend_list()}.run(bytes);
+  const core::World& terrain = world.terrain.world;
+  const std::span<PatchId> room = world.terrain.residency.lend_list();
+  if (!ground_changed) return SaveWorld{&terrain, nullptr, room}.run(bytes);
+  static_assert(tiles::kWriteTileRoom <= EditGround::kWritingRoom);
+  SaveTiles tiles = world.ground_edits->saving(terrain.reader(), tiles::write_tile);
+  if (const Status status = tiles.plan(); !status.ok()) return status;
+  return SaveWorld{&terrain, tiles.added(), room}.run(bytes);
 }
 
 }  // namespace core

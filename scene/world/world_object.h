@@ -38,10 +38,13 @@ struct EditorObject final : karst::Editor {
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
+  // Does what edits left for later, for so many milliseconds or until all is done.
+  void settle(double most_ms);
+
   WorldObject& world;
   UndoLog log;
   std::uint64_t version = 0;        // one more with each change
-  std::uint64_t sky_version = 0;    // the last one that changed the sky
+  std::uint64_t sky_version = 0;    // one more with each change of the sky
   std::uint64_t shape_version = 0;  // the last one that changed more than paint
   bool ground_changed = false;
   PaintChange unshown;  // paint that is not on the GPU yet
@@ -50,12 +53,12 @@ struct EditorObject final : karst::Editor {
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
   Status make(const core::Edit& edit, EditResult& result);
-  Status follow_paint(const PaintChange& change, EditResult& result);
+  void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
-  Status take_part(UndoPart part, EditResult& result);
+  Status take_part(UndoPart part, bool back, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

@@ -198,8 +198,8 @@ void World::unload() {
   info_ = {};
   patch_slots_ = 0;
   is_editable_ = false;
+  queue_ = {};
   reader_ = {};
-  materials_ = MaterialSet();
   ground_ = {};
   parts_ = {};
   part_count_ = 1;
@@ -412,6 +412,8 @@ Status World::load_heights() {
 // Free slots behind those of the file, as many as there is memory for.
 void World::open_slots() {
   is_editable_ = true;
+  queue_.create(blocks_.edit.queue);
+  queue_.reset();
   patch_slots_ = config_.max_patches;
   WorldPart& part = parts_[0];
   const auto rest = [](auto block, std::size_t used) { return block.subspan(used); };
@@ -446,9 +448,8 @@ void World::spread_heights() {
 
 // A map of the file's is as large as the file says.
 Status World::load_paint() {
-  materials_ = reader_.materials();
   if (!is_paintable()) return {};
-  BlendMap& map = materials_.blend_map;
+  BlendMap& map = reader_.painted_map();
   std::ranges::fill(blocks_.paint_kept, 0u);
   if (map.exists()) {
     if (map.width != config_.paint_width)
@@ -465,7 +466,7 @@ Status World::load_paint() {
 
 World::Paint World::paint() {
   KARST_ASSERT(is_paintable());
-  return {&materials_.blend_map, blocks_.paint, blocks_.overrides.first(patch_slots_), blocks_.paint_kept};
+  return {&reader_.painted_map(), blocks_.paint, blocks_.overrides.first(patch_slots_), blocks_.paint_kept};
 }
 
 World::Editable World::edit() {
@@ -486,6 +487,7 @@ World::Editable World::edit() {
   all.tree = &trees_[0];
   all.occluders = &occluders_[0];
   all.sky = &skies_[0];
+  all.queue = &queue_;
   all.room = &blocks_.edit;
   return all;
 }
