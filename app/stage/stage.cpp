@@ -31,13 +31,15 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
-// What is taken back takes a quarter, patches (some 350 bytes each) a quarter, tiles of a ground (41,700
+// What is taken back takes a quarter, patches (some 600 bytes each) a quarter, tiles of a ground (41,700
 // bytes) the rest; a world without a ground has no tiles, and one without voxels no patches.
 void divide_edit_memory(std::uint64_t bytes, Needs& needs) {
-  constexpr std::uint64_t kBytesAPatch = 350, kBytesATile = 41'700;
+  constexpr std::uint64_t kBytesAPatch = 600, kBytesATile = 41'700;
   needs.undo_bytes = bytes / 4;
   needs.edit_patches =
       static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 4 / kBytesAPatch, 1u << 20));
+  // 1 MiB beside.
+  needs.paint_width = needs.paint_depth = 512;
   needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 2 / kBytesATile, 65'536));
 }
 

@@ -324,6 +324,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.patches = info.patches;
   out.height_blocks = info.height_blocks;
   out.materials = materials.count;
+  for (std::uint32_t m = 0; m < materials.count; ++m)
+    std::memcpy(out.material_names[m], materials.materials[m].name, sizeof out.material_names[m]);
   out.blend_map[0] = materials.blend_map.width;
   out.blend_map[1] = materials.blend_map.depth;
   out.lights = static_cast<std::uint32_t>(reader.lights().size());

@@ -218,7 +218,8 @@ class World {
     std::span<PatchId> touched;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
-    std::span<std::int16_t> heights;  // of as many patches
+    // New heights: of kWhole patches and one more, and of the borders of all.
+    std::span<std::int16_t> heights;
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
     std::span<std::uint64_t> sky;  // that is found anew
@@ -236,12 +237,14 @@ class World {
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
-      visit(Consumer::edits, most * of_patch, heights);
+      const auto border = static_cast<std::size_t>(4 * patch_cells(static_cast<int>(config.max_level)));
+      visit(Consumer::edits, most > 0 ? (kWhole + 1) * of_patch + most * border : 0, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
       visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
       queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
+    static constexpr std::size_t kWhole = 16;
   };
   // Everything that follows from voxels and heights, to be kept together by whoever changes a part of it.
   // Spans are by patch, of all slots; those of free ones are 0. Borrowed until the next load().
