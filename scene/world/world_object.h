@@ -37,10 +37,13 @@ struct EditorObject final : karst::Editor {
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
+  // Does what edits left for later, for so many milliseconds or until all is done.
+  void settle(double most_ms);
+
   WorldObject& world;
   UndoLog log;
   std::uint64_t version = 0;      // one more with each change
-  std::uint64_t sky_version = 0;  // the last one that changed the sky
+  std::uint64_t sky_version = 0;  // one more with each change of the sky
   bool ground_changed = false;
   std::atomic<bool> taken{false};
 
@@ -51,7 +54,7 @@ struct EditorObject final : karst::Editor {
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
-  Status take_part(UndoPart part, EditResult& result);
+  Status take_part(UndoPart part, bool back, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

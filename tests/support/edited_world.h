@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "terrain/edit/save_world.h"
+#include "terrain/edit/settle.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/measure/measure_patches.h"
 #include "terrain/world/terrain_parts.h"
@@ -20,15 +21,17 @@
 
 namespace karst::test {
 
-// One that is loaded. edit_patches 0: the least that holds it.
+// One that is loaded. edit_patches 0: the least that holds it. octets: of room beyond those of the file; 0:
+// as many as go with the patches.
 class LoadedWorld : public TerrainParts {
  public:
-  explicit LoadedWorld(std::vector<std::byte> bytes, std::uint32_t edit_patches = 0)
+  explicit LoadedWorld(std::vector<std::byte> bytes, std::uint32_t edit_patches = 0, std::uint32_t octets = 0)
       : file_(std::move(bytes)) {
     WorldReader reader;
     EXPECT_TRUE(reader.open(ByteSource::of(file_)).ok());
     Config config = World::config_for(reader.info(), reader.info().level, reader.ground());
     if (edit_patches > 0) World::add_edit_room(edit_patches, config);
+    if (octets > 0) config.max_octets = reader.info().octets + octets;
     memory_ = AlignedBytes(static_cast<std::size_t>(terrain_budget(config).cpu_bytes()));
     Status status = create(config, memory_.bytes());
     if (status.ok()) status = load(ByteSource::of(file_));
@@ -125,8 +128,14 @@ inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
   return facts_of(world, measure.out);
 }
 
-// Live against saved, loaded and measured: by key, to the bit.
-inline void expect_as_loaded(const LoadedWorld& live) {
+// Does all that edits left for later.
+inline void settle(World& world) {
+  for (Settled done; !world.is_settled();) settle_some(world, done);
+}
+
+// Live against saved, loaded and measured, once it is settled: by key, to the bit.
+inline void expect_as_loaded(LoadedWorld& live) {
+  settle(live.world);
   const std::vector<std::byte> saved = live.save();
   const LoadedWorld fresh(saved);
   const World& a = live.world;
@@ -190,6 +199,22 @@ inline Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
   edit.to = edit.place + 4.0 * (glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
   edit.half = glm::dvec3(random.unit(), random.unit(), random.unit()) * 2.0;
   edit.radius = 0.3 + 2 * random.unit();
+  return edit;
+}
+
+// And of heights.
+inline Edit random_heights_edit(Random& random, glm::ivec3 extent) {
+  Edit edit = random_voxel_edit(random, extent, 0);
+  edit.octree_level = 0;
+  edit.tool = static_cast<EditTool>(static_cast<int>(EditTool::extrude) + random.below(5));
+  edit.shape = static_cast<BrushShape>(1 + random.below(4));
+  edit.half += 0.1;
+  edit.up = glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.4;
+  edit.strength = 2 * random.unit() - 1;
+  edit.amount = random.unit();
+  edit.hardness = random.unit();
+  edit.wave = 0.3 + 3 * random.unit();
+  edit.seed = static_cast<std::uint32_t>(random.next());
   return edit;
 }
 
