@@ -22,25 +22,34 @@ else
   echo '{"tool": "clear", "place_m": [0, 20, 0], "radius_m": 70}' >script.json
 fi
 "$karst" edit old.karst --script script.json -o new.karst >/dev/null
-killed=0 olds=0 news=0 torn=0
-for ((n = 0; killed < count; ++n)); do
+# run SECONDS: kills it so long after the new file is there; prints how long the file was there, and 1 where it
+# was killed.
+run() {
   cp old.karst worlds/w.karst
-  # Waits for the new file, and then from no time to more than writing takes.
-  killed=$((killed + $(python3 - "$karst" $((n * 7919 % 10007)) <<'END'
+  python3 - "$karst" "$1" <<'END'
 import os, signal, subprocess, sys, time
-karst, part = sys.argv[1], int(sys.argv[2]) / 10007
-child = subprocess.Popen([karst, "edit", "worlds/w.karst", "--script", "script.json", "-o", "worlds/w.karst"],
-                         stdout=subprocess.DEVNULL)
+child = subprocess.Popen([sys.argv[1], "edit", "worlds/w.karst", "--script", "script.json", "-o",
+                          "worlds/w.karst"], stdout=subprocess.DEVNULL)
 new = f"worlds/.karst-{child.pid}-0.tmp"
 while child.poll() is None and not os.path.exists(new):
     pass
-end = time.perf_counter() + part * 0.03
-while time.perf_counter() < end:
+begin = time.perf_counter()
+while child.poll() is None and time.perf_counter() < begin + float(sys.argv[2]):
     pass
 child.kill()
-print(1 if child.wait() == -signal.SIGKILL else 0)
+print(time.perf_counter() - begin, 1 if child.wait() == -signal.SIGKILL else 0)
 END
-)))
+}
+# From no time to somewhat more than writing takes.
+span=100
+for _ in 1 2 3; do
+  read -r one _ < <(run 100)
+  span=$(python3 -c "print(min($span, $one))")
+done
+killed=0 olds=0 news=0 torn=0
+for ((n = 0; killed < count; ++n)); do
+  read -r _ one < <(run "$(python3 -c "print(1.2 * $span * ($n * 7919 % 10007) / 10007)")")
+  killed=$((killed + one))
   if cmp -s worlds/w.karst old.karst; then
     olds=$((olds + 1))
   elif cmp -s worlds/w.karst new.karst; then

@@ -2,6 +2,7 @@
 #include "tests/library/edit/saved_ground.h"
 
 #include <cstring>
+#include <string_view>
 
 #include "scene/world/tile_reader.h"
 
@@ -51,7 +52,7 @@ Needs needs_of(std::uint32_t tiles) {
 }  // namespace
 
 EditedWorldFile::EditedWorldFile(std::vector<std::byte> file, std::uint32_t tiles)
-    : host(needs_of(tiles), {}, std::move(file)) {
+    : host(needs_of(tiles), {.axes = Axes::east_up_south}, std::move(file)) {
   EXPECT_TRUE(host.world->take_editor(editor).ok());
 }
 
@@ -62,7 +63,9 @@ EditedWorldFile::~EditedWorldFile() {
 EditResult EditedWorldFile::apply(const karst::Edit& edit) {
   EditResult result;
   const Status status = editor->apply(edit, result);
-  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
+  // Random ones may be too steep.
+  EXPECT_TRUE(status.ok() || std::string_view(status.field()) == "strength_m")
+      << status.what() << " " << status.field();
   return result;
 }
 
