@@ -88,8 +88,13 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches), and heights of grounds on planes
-  // without regions (extrude to level; Needs::edit_tiles); paint is refused, and so is the rest.
+  // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
+  // Needs::edit_patches), and heights of grounds on planes without regions (extrude to level;
+  // Needs::edit_tiles); paint is refused, and so is the rest.
+  //
+  // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
+  // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to
+  // go; flatten and level move it the less the more its direction runs along the plane.
   // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
   // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;

@@ -4,6 +4,7 @@
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
 
 namespace karst {
@@ -64,9 +65,12 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status;
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  if (!edits_voxels(edit.tool))
-    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
+  if (edit.tool == EditTool::paint) return {StatusCode::invalid_argument, "nothing can be painted", "tool"};
   EditChange change;
+  if (edits_heights(edit.tool)) {
+    const Status status = edit_heights(terrain, edit, kept, change);
+    return status.ok() ? follow(change, result) : status;
+  }
   if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
   return follow(change, result);
 }

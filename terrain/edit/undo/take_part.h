@@ -5,6 +5,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/edit/follow_change.h"
+#include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/world/world.h"
@@ -20,6 +21,9 @@ void take_part(World& world, UndoPart part, bool back, const Follow& follow) {
     case CellKind::voxel_edit:
       back ? undo_shape(world, part, change) : redo_shape(world, part, change);
       follow(change);
+      break;
+    case CellKind::patch_heights:
+      for (ExchangeHeights exchange(world, part); exchange.next(change);) follow(change);
       break;
     default:
       KARST_ASSERT(false);

@@ -53,13 +53,16 @@ class Voxels : public Subject {
       : live_(rough(seed), patches, octets) {}
   std::uint64_t state() const override { return hash_of(live_.save()); }
   Edit random_edit(Random& random) const override {
-    Edit edit = test::random_voxel_edit(random, live_.world.info().extent, live_.world.octree().depth());
+    const glm::ivec3 extent = live_.world.info().extent;
+    if (random.below(3) == 0) return test::random_heights_edit(random, extent);
+    Edit edit = test::random_voxel_edit(random, extent, live_.world.octree().depth());
     if (random.below(12) == 0) edit.radius *= 4;
     return edit;
   }
   Status apply(const Edit& edit, UndoLog* log, bool& changed) override {
     EditChange change;
-    const Status status = edit_shape(live_.world, edit, log, change);
+    const Status status = edits_voxels(edit.tool) ? edit_shape(live_.world, edit, log, change)
+                                                  : edit_heights(live_.world, edit, log, change);
     changed = change.changed;
     return status;
   }
@@ -245,7 +248,7 @@ TEST(Undo, VoxelsAreWhatTheyWere) {
 
 // Pools that are full again and again: edits are refused, steps never.
 TEST(Undo, VoxelsInTightPools) {
-  Voxels world(4, 330, 24);
+  Voxels world(4, 330, 18);
   Play play(world, 9 << 10, 22);
   play.run(edits_asked());
   const int edits = play.counts().edits;
