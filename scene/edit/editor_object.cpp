@@ -6,6 +6,7 @@
 #include "scene/world/world_object.h"
 #include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
+#include "tiles/write_tile.h"
 
 namespace karst {
 namespace core {
@@ -123,13 +124,17 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
-  if (ground_changed)
-    return {StatusCode::unsupported, "edited heights of a ground cannot be saved", "ground"};
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
                          return host.write(host.user, piece);
                        }};
-  return SaveWorld{&world.terrain.world, nullptr, world.terrain.residency.lend_list()}.run(bytes);
+  const core::World& terrain = world.terrain.world;
+  const std::span<PatchId> room = world.terrain.residency.lend_list();
+  if (!ground_changed) return SaveWorld{&terrain, nullptr, room}.run(bytes);
+  static_assert(tiles::kWriteTileRoom <= EditGround::kWritingRoom);
+  SaveTiles tiles = world.ground_edits->saving(terrain.reader(), tiles::write_tile);
+  if (const Status status = tiles.plan(); !status.ok()) return status;
+  return SaveWorld{&terrain, tiles.added(), room}.run(bytes);
 }
 
 }  // namespace core

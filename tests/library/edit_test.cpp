@@ -16,7 +16,6 @@ Needs edit_needs() {
   Needs needs;
   needs.edit_patches = 4'000;
   needs.queries = 1;
-  needs.undo_bytes = 4 << 20;
   return needs;
 }
 
