@@ -198,6 +198,7 @@ void World::unload() {
   info_ = {};
   patch_slots_ = 0;
   is_editable_ = false;
+  queue_ = {};
   reader_ = {};
   ground_ = {};
   parts_ = {};
@@ -410,6 +411,8 @@ Status World::load_heights() {
 // Free slots behind those of the file, as many as there is memory for.
 void World::open_slots() {
   is_editable_ = true;
+  queue_.create(blocks_.edit.queue);
+  queue_.reset();
   patch_slots_ = config_.max_patches;
   WorldPart& part = parts_[0];
   const auto rest = [](auto block, std::size_t used) { return block.subspan(used); };
@@ -460,6 +463,7 @@ World::Editable World::edit() {
   all.tree = &trees_[0];
   all.occluders = &occluders_[0];
   all.sky = &skies_[0];
+  all.queue = &queue_;
   all.room = &blocks_.edit;
   return all;
 }

@@ -27,6 +27,7 @@
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/measure/level_error.h"
+#include "terrain/measure/measure_queue.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/generate_vertices.h"
@@ -215,12 +216,13 @@ class World {
     std::span<PatchChange> changes;
     std::span<PatchId> changed;
     std::span<PatchId> touched;
-    std::span<BorderErrors> borders;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
     std::span<std::int16_t> heights;  // of as many patches
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
+    std::span<std::uint64_t> sky;  // that is found anew
+    MeasureQueue::Storage queue;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -231,12 +233,13 @@ class World {
       visit(Consumer::edits, 2 * most, changes);
       visit(Consumer::edits, 2 * most, changed);
       visit(Consumer::edits, kTouched * most, touched);
-      visit(Consumer::edits, kTouched * most, borders);
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
       visit(Consumer::edits, most * of_patch, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
+      visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
+      queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
   };
@@ -258,12 +261,15 @@ class World {
     BoundsTree* tree = nullptr;
     Occluders* occluders = nullptr;
     SkyVisibility* sky = nullptr;
+    MeasureQueue* queue = nullptr;
     const EditRoom* room = nullptr;
   };
   // Where Config::edit_patches is not 0 and a world of one part without a ground is loaded.
   bool is_editable() const { return is_editable_; }
   // Precondition: is_editable().
   Editable edit();
+  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h).
+  bool is_settled() const { return queue_.left() == 0 && !skies_[0].is_behind(); }
 
  private:
   struct Blocks {
@@ -351,6 +357,7 @@ class World {
   std::array<Occluders, kMostRegions> occluders_;
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
+  MeasureQueue queue_;  // of the first part
   bool is_editable_ = false;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };

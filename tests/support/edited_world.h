@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "terrain/edit/save_world.h"
+#include "terrain/edit/settle.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/measure/measure_patches.h"
 #include "terrain/world/terrain_parts.h"
@@ -127,8 +128,14 @@ inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
   return facts_of(world, measure.out);
 }
 
-// Live against saved, loaded and measured: by key, to the bit.
-inline void expect_as_loaded(const LoadedWorld& live) {
+// Does all that edits left for later.
+inline void settle(World& world) {
+  for (Settled done; !world.is_settled();) settle_some(world, done);
+}
+
+// Live against saved, loaded and measured, once it is settled: by key, to the bit.
+inline void expect_as_loaded(LoadedWorld& live) {
+  settle(live.world);
   const std::vector<std::byte> saved = live.save();
   const LoadedWorld fresh(saved);
   const World& a = live.world;

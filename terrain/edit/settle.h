@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// What edits leave to be done when there is time: measures of touched patches and the sky. Once
+// World::is_settled(), all is, by key and to the bit, what a file of the edited world would be loaded with.
+//
+//   Settled done;
+//   while (!world.is_settled() && there is time) settle_some(world, done);
+#pragma once
+
+#include "terrain/surface/patch.h"
+#include "terrain/world/world.h"
+
+namespace karst::core {
+
+struct Settled {
+  static constexpr PatchId kNone = 0xffffffffu;
+
+  PatchId measured = kNone;  // whose errors and cones may be others now
+  bool sky_changed = false;
+};
+
+// A patch, or a step of the sky. Precondition: world.is_settled() is false.
+void settle_some(World& world, Settled& done);
+
+}  // namespace karst::core
