@@ -23,8 +23,8 @@ Edges border(const Case& cell, bool& each_once) {
   each_once = true;
   for (int n = 0; n < cell.triangles; ++n) {
     for (int k = 0; k < 3; ++k) {
-      const int from = cell.edge[static_cast<std::size_t>(3 * n + k)];
-      const int to = cell.edge[static_cast<std::size_t>(3 * n + (k + 1) % 3)];
+      const int from = cell.edge[3 * n + k];
+      const int to = cell.edge[3 * n + (k + 1) % 3];
       each_once = each_once && from != to && all.insert({from, to}).second;
     }
   }
@@ -80,8 +80,7 @@ TEST(CellTables, EachInnerEdgeOnceFromEachSide) {
       const int from = s[0] + 2 * s[1] + 4 * s[2];
       if ((state >> from & 1) != (state >> (from + (1 << edge_axis(e))) & 1)) crossed.insert(e);
     }
-    for (int n = 0; n < 3 * kCellTable[state].triangles; ++n)
-      used.insert(kCellTable[state].edge[static_cast<std::size_t>(n)]);
+    for (int n = 0; n < 3 * kCellTable[state].triangles; ++n) used.insert(kCellTable[state].edge[n]);
     EXPECT_EQ(used, crossed) << state;
   }
 }
@@ -126,11 +125,11 @@ TEST(CellTables, AirIsInFront) {
 }
 
 TEST(CellTables, HaveRoomForTheMostAndNoMore) {
-  int most = 0;
-  for (const auto& cell : kCellTable) most = std::max<int>(most, cell.triangles);
+  std::size_t most = 0;
+  for (const auto& cell : kCellTable) most = std::max<std::size_t>(most, cell.triangles);
   EXPECT_EQ(most, kMostCellTriangles);
   most = 0;
-  for (const auto& cell : kTransitionTable) most = std::max<int>(most, cell.triangles);
+  for (const auto& cell : kTransitionTable) most = std::max<std::size_t>(most, cell.triangles);
   EXPECT_EQ(most, kMostTransitionTriangles);
 }
 

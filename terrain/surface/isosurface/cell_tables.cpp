@@ -181,7 +181,7 @@ constexpr std::array<std::uint8_t, kTransitionEdges> next_edges(const Polyhedron
 }
 
 // The cheapest division of a polygon: cost[i][j] is that of its part from vertex i to vertex j.
-template <int kMost>
+template <std::size_t kMost>
 constexpr bool cut(const Polyhedron& cell, const EdgeLoop& loop, CellCase<kMost>& out) {
   int cost[kMostLoop][kMostLoop]{};
   std::uint8_t tip[kMostLoop][kMostLoop]{};
@@ -223,7 +223,7 @@ constexpr bool cut(const Polyhedron& cell, const EdgeLoop& loop, CellCase<kMost>
   return cost[0][loop.size - 1] < kNever;
 }
 
-template <int kMost>
+template <std::size_t kMost>
 constexpr bool make_case(const Polyhedron& cell, unsigned corners, CellCase<kMost>& out) {
   std::array<std::uint8_t, kTransitionEdges> next = next_edges(cell, corners);
   for (int first = 0; first < cell.edges; ++first) {
@@ -241,7 +241,7 @@ constexpr bool make_case(const Polyhedron& cell, unsigned corners, CellCase<kMos
   return true;
 }
 
-template <std::size_t kStates, int kMost>
+template <std::size_t kStates, std::size_t kMost>
 struct Table {
   std::array<CellCase<kMost>, kStates> cases{};
   bool holds = true;  // all loops could be cut within the limits

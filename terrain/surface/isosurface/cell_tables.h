@@ -14,14 +14,15 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace karst::core {
 
 inline constexpr int kCellEdges = 12;
 inline constexpr int kTransitionEdges = 16;
-inline constexpr int kMostCellTriangles = 5;
-inline constexpr int kMostTransitionTriangles = 9;
+inline constexpr std::size_t kMostCellTriangles = 5;
+inline constexpr std::size_t kMostTransitionTriangles = 9;
 
 // Edge 4a + k of a cell runs along axis a; of the other two axes the lower one is at k & 1, the higher one at
 // k >> 1.
@@ -38,10 +39,10 @@ constexpr std::array<int, 3> edge_start(int edge) {
 // Those of the coarse face: 12 and 13 along u at v = 0 and 2, 14 and 15 along v at u = 0 and 2.
 inline constexpr int kFirstCoarseEdge = 12;
 
-template <int kMost>
+template <std::size_t kMost>
 struct CellCase {
   std::uint8_t triangles = 0;
-  std::array<std::uint8_t, 3 * kMost> edge{};  // three a triangle: vertices lie on edges
+  std::uint8_t edge[3 * kMost]{};  // three a triangle: vertices lie on edges
 };
 
 extern const std::array<CellCase<kMostCellTriangles>, 256> kCellTable;

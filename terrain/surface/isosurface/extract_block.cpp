@@ -22,7 +22,7 @@ constexpr std::uint16_t kNoVertex = 0xffff;
 // Of a cell, what vertices near transition cells make free of it.
 constexpr int kShiftShare = 4;
 
-template <int kSide>
+template <std::size_t kSide>
 struct PlaneEdges {
   std::uint16_t u[kSide + 1][kSide];  // [v][u] along u
   std::uint16_t v[kSide][kSide + 1];
@@ -374,7 +374,7 @@ class Extraction {
         for (unsigned r = 0; r < 4; ++r) state |= (rows[r] >> x & 3u) << 2 * r;
         const auto& found = kCellTable[state];
         for (int n = 0; n < found.triangles; ++n) {
-          const std::uint8_t* const edge = &found.edge[static_cast<std::size_t>(3 * n)];
+          const std::uint8_t* const edge = &found.edge[3 * n];
           add_triangle(vertex_of(edge[0], x, y, z), vertex_of(edge[1], x, y, z), vertex_of(edge[2], x, y, z));
         }
       }
@@ -436,8 +436,7 @@ class Extraction {
         const auto& found = kTransitionTable[state];
         for (int n = 0; n < found.triangles; ++n) {
           std::uint16_t corner[3];
-          for (int k = 0; k < 3; ++k)
-            corner[k] = transition_vertex(side, axes, u, v, found.edge[static_cast<std::size_t>(3 * n + k)]);
+          for (int k = 0; k < 3; ++k) corner[k] = transition_vertex(side, axes, u, v, found.edge[3 * n + k]);
           add_triangle(corner[0], corner[1], corner[2]);
         }
       }
@@ -457,7 +456,7 @@ class Extraction {
   const ScalarField<Sample>& field_;
   Room& room_;
   int level_;
-  std::array<bool, 6> transition_{};
+  bool transition_[6] = {};
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
 };
