@@ -17,9 +17,9 @@ namespace karst::app {
 struct ScriptStep {
   enum Kind : std::uint8_t { edit, undo, redo };
   Kind kind = edit;
-  bool joined = false;   // with the edit before it: one step of undo
-  Edit what;             // of edit
-  std::string material;  // of paint, by name: what.material is not known then
+  bool joined = false;        // with the edit before it: one step of undo
+  Edit what;                  // of edit
+  std::string material = {};  // of paint, by name: what.material is not known then
 };
 
 inline constexpr std::size_t kMostScriptSteps = 1'000'000;
