@@ -21,7 +21,7 @@
 
 #include "terrain/field/scalar_field.h"
 #include "terrain/patch/octahedral.h"
-#include "terrain/surface/isosurface/extract_block.h"
+#include "terrain/isosurface/extract_block.h"
 
 namespace karst::core {
 namespace {
