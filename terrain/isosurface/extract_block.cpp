@@ -8,8 +8,8 @@
 #include <cstring>
 
 #include "terrain/base/simd.h"
-#include "terrain/patch/octahedral.h"
 #include "terrain/isosurface/cell_tables.h"
+#include "terrain/patch/octahedral.h"
 
 namespace karst::core {
 namespace {
