@@ -13,6 +13,7 @@
 #include "renderer/input/frame_block.h"
 #include "renderer/input/surroundings_block.h"
 #include "renderer/passes/terrain_pass.h"
+#include "scene/frame/materials/upload_materials.h"
 
 namespace karst {
 namespace core {
@@ -91,7 +92,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     if (*gl.message() != '\0') world.say(Severity::error, gl.message());
     return created;
   }
-  if (const Status status = upload_materials(); !status.ok()) return status;
+  if (const Status status = upload_materials(world, gl); !status.ok()) return status;
   for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
     const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
     if (!status.ok()) return status;
@@ -126,52 +127,6 @@ void RendererObject::forget_vertices() {
   imagery_.forget();
   shadows_.forget();
   first_frame_ = true;
-}
-
-// An image at a time, through the staging memory.
-Status RendererObject::upload_materials() {
-  const MaterialSet& set = world.terrain.world.materials();
-  if (gl.settings().material_count == 0) return {};
-  Status status = gl.set_materials(set);
-  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
-    for (int level = 0; status.ok() && level < texture_levels(set.side, array); ++level) {
-      const auto image = world.staging.first(texture_image_bytes(set.format, set.side, array, level));
-      for (std::uint32_t layer = 0; status.ok() && layer < set.count; ++layer) {
-        status = world.terrain.world.read_textures(array, level, layer, 1, image);
-        if (status.ok()) status = gl.upload_textures(array, level, static_cast<int>(layer), 1, image);
-      }
-    }
-  }
-  world.editor.unshown = {};
-  const BlendMap& map = set.blend_map;
-  return status.ok() && map.exists() ? upload_paint({{0, 0}, {map.width, map.depth}}) : status;
-}
-
-// As many rows at a time as the staging memory holds. What is painted lies in memory.
-Status RendererObject::upload_paint(const TexelRect& texels) {
-  const core::World& terrain = world.terrain.world;
-  const std::size_t whole = terrain.materials().blend_map.width * kBlendTexelBytes;
-  const std::size_t from = texels.low.x * kBlendTexelBytes;
-  const std::size_t row = (texels.high.x - texels.low.x) * kBlendTexelBytes;
-  const auto most = static_cast<std::uint32_t>(world.staging.size() / row);
-  KARST_ASSERT(most > 0);
-  TexelRect piece = texels;
-  for (; piece.low.y < texels.high.y; piece.low.y = piece.high.y) {
-    piece.high.y = std::min(piece.low.y + most, texels.high.y);
-    const std::uint32_t rows = piece.high.y - piece.low.y;
-    const auto bytes = world.staging.first(rows * row);
-    if (terrain.is_paintable()) {
-      for (std::uint32_t k = 0; k < rows; ++k) {
-        const auto there = terrain.painted_texels().subspan((piece.low.y + k) * whole + from, row);
-        std::ranges::copy(there, bytes.subspan(k * row, row).begin());
-      }
-    } else if (const Status status = terrain.read_blend_rows(piece.low.y, rows, bytes); !status.ok()) {
-      return status;
-    }
-    if (const Status status = gl.upload_blend_texels(piece, bytes); !status.ok()) return status;
-  }
-  gl.finish_blend_map();
-  return {};
 }
 
 // Through the staging memory too.
@@ -283,17 +238,7 @@ Status RendererObject::follow_edits(double work_ms) {
       return status;
     sky_version_ = editor.sky_version;
   }
-  PaintChange& paint = editor.unshown;
-  if (paint.changed && gl.settings().blend_width > 0) {
-    if (paint.materials) {
-      if (const Status status = gl.set_materials(world.terrain.world.materials()); !status.ok())
-        return status;
-    }
-    if (paint.texels.exists()) {
-      if (const Status status = upload_paint(paint.texels); !status.ok()) return status;
-    }
-  }
-  paint = {};
+  if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
   edit_version_ = editor.version;
