@@ -21,6 +21,11 @@
 
 namespace karst::test {
 
+// Does all that edits left for later.
+inline void settle(World& world) {
+  for (Settled done; !world.is_settled();) settle_some(world, done);
+}
+
 // One that is loaded. edit_patches 0: the least that holds it. octets: of room beyond those of the file; 0:
 // as many as go with the patches.
 class LoadedWorld : public TerrainParts {
@@ -38,7 +43,9 @@ class LoadedWorld : public TerrainParts {
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
   }
 
-  std::vector<std::byte> save() const {
+  // Once all that edits left for later is done.
+  std::vector<std::byte> save() {
+    settle(world);
     std::vector<std::byte> out;
     std::vector<PatchId> room(world.patch_count());
     const auto append = [&](std::span<const std::byte> bytes) {
@@ -128,16 +135,10 @@ inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
   return facts_of(world, measure.out);
 }
 
-// Does all that edits left for later.
-inline void settle(World& world) {
-  for (Settled done; !world.is_settled();) settle_some(world, done);
-}
-
 // Live against saved, loaded and measured, once it is settled: by key, to the bit.
 inline void expect_as_loaded(LoadedWorld& live) {
-  settle(live.world);
   const std::vector<std::byte> saved = live.save();
-  const LoadedWorld fresh(saved);
+  LoadedWorld fresh(saved);
   const World& a = live.world;
   const World& b = fresh.world;
   ASSERT_EQ(a.surface().patches.size() - a.free_patches(), b.patch_count());
