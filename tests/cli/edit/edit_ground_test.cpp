@@ -120,7 +120,7 @@ TEST_F(KarstEditGround, AGeoreferencedDem) {
     EXPECT_EQ(result.code, 0) << result.err;
     return test::read_text(out);
   };
-  for (const char* const place : {"3000,3500,2500,0,-35", "@-118.2,34.3,6000,0,-60"})
+  for (const char* const place : {"3000,3500,2500,0,-35", "@-118.12,34.28,6000,0,-45"})
     EXPECT_FALSE(drawn("utm.karst", place) == drawn("hill.karst", place)) << place;
   const char* const away = "-9000,4000,0,90,-60";
   EXPECT_TRUE(drawn("utm.karst", away) == drawn("hill.karst", away));
