@@ -240,7 +240,7 @@ TEST_F(Edits, HeightsOfPatchesAreOneStroke) {
   editor_->end_stroke();
   EXPECT_GT(before.distance - middle().distance, 0.8);
   EXPECT_GT(test::share_beyond(intact, shot(view, 1e-6), 8), 0.02);
-  const Pixels up = shot(view);  // settled
+  const Pixels up = shot(view);
   EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
   ASSERT_TRUE(editor_->undo(result).ok());
   EXPECT_TRUE(result.changed);
