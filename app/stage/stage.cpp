@@ -31,14 +31,17 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
-// What is taken back takes a quarter, patches (some 350 bytes each) a quarter, tiles of a ground (41,700
-// bytes) the rest; a world without a ground has no tiles, and one without voxels no patches.
-void divide_edit_memory(std::uint64_t bytes, Needs& needs) {
+// What is taken back takes a quarter, patches (some 350 bytes each, and as many in each region) a quarter,
+// tiles of a ground (41,700 bytes) the rest; a world without a ground has no tiles, and one without voxels no
+// patches.
+void divide_edit_memory(std::uint64_t bytes, std::uint32_t regions, Needs& needs) {
   constexpr std::uint64_t kBytesAPatch = 350, kBytesATile = 41'700;
+  const auto limited = [](std::uint64_t count, std::uint64_t most) {
+    return static_cast<std::uint32_t>(std::min(count, most));
+  };
   needs.undo_bytes = bytes / 4;
-  needs.edit_patches =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 4 / kBytesAPatch, 1u << 20));
-  needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 2 / kBytesATile, 65'536));
+  needs.edit_patches = limited(bytes / 4 / kBytesAPatch / std::max(regions, 1u), 1u << 20);
+  needs.edit_tiles = limited(bytes / 2 / kBytesATile, 65'536);
 }
 
 // Counts karst's heap calls between on(true) and on(false).
@@ -70,7 +73,7 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   plan_.needs.queries = needs.queries;
   plan_.needs.query_patches = needs.query_patches;
   overlay_bytes_ = needs.overlay_bytes;
-  divide_edit_memory(needs.edit_bytes, plan_.needs);
+  edit_bytes_ = needs.edit_bytes;
   std::int64_t start = now_ns();
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;
@@ -127,6 +130,7 @@ bool Stage::may_share_depth() const {
 Error Stage::make_plan_for(const Head& head) {
   const WorldInfo info = info_of(head);
   Needs& needs = plan_.needs;
+  divide_edit_memory(edit_bytes_, info.regions, needs);
   plan_.placement.axes = Axes::east_up_south;
   needs.level = static_cast<std::uint32_t>(scene_.level);
   needs.query_level = needs.level;  // cameras stand on what is drawn
