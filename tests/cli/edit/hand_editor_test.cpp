@@ -198,7 +198,7 @@ TEST_F(HandEditorTest, WhatCannotBeDoneIsSaidOnceAndChangesNothing) {
   open(16);
   event(Kind::key, KEY_SPACE, true);
   frame(2);
-  EXPECT_NE(hand_->message().find("edit_patches"), std::string::npos) << hand_->message();
+  EXPECT_NE(hand_->message().find("--edit-memory takes more"), std::string::npos) << hand_->message();
   EXPECT_EQ(hand_->take_news(), hand_->message());
   frame(60);
   EXPECT_EQ(hand_->take_news(), "");
