@@ -260,11 +260,17 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
 Status RendererObject::follow_edits() {
   if (edit_version_ == world.editor.version) return {};
   if (world.editor.sky_version > edit_version_) {
-    if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
-      return status;
+    for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+      if (const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n); !status.ok())
+        return status;
+    }
   }
   shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
+  // A region with a patch that lacks vertices would close.
+  if (world.terrain.world.ground().region_count > 0) {
+    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+  }
   edit_version_ = world.editor.version;
   return {};
 }

@@ -129,7 +129,7 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches == 0 || world.ground.exists()) return;
+  if (needs.edit_patches == 0 || world.info.patches == 0) return;
   World::add_edit_room(needs.edit_patches, config);
 }
 

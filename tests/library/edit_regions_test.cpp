@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// Edits of voxels in regions of a ground: all that follows is what a file of the edited world loads, and the
+// rims stay.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "tests/library/ground_file.h"
+#include "tests/support/edited_world.h"
+#include "tests/support/heap_count.h"
+
+namespace karst::core {
+namespace {
+
+using test::LoadedWorld;
+using test::MemoryGround;
+using test::TestWorld;
+
+constexpr std::uint32_t kRoom = 1'500;
+
+// Nodes of size 0 are two voxels wide.
+struct Place {
+  glm::ivec3 extent;
+  int first[2];
+  int height;  // of its corner
+};
+constexpr Place kPlaces[] = {
+    {{15, 18, 13}, {9, 7}, 0}, {{13, 16, 17}, {20, 8}, 3}, {{17, 18, 13}, {40, 30}, 1}};
+
+double ground_height(double x, double z) {
+  return 10 + 2 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
+}
+
+std::unique_ptr<TestWorld> voxels_of(const Place& place, std::uint64_t seed) {
+  const glm::dvec3 corner(2 * (place.first[0] - kPlaces[0].first[0]), place.height,
+                          2 * (place.first[1] - kPlaces[0].first[1]));
+  auto world = std::make_unique<TestWorld>(
+      place.extent,
+      [=](glm::ivec3 v) {
+        const glm::dvec3 at = corner + glm::dvec3(v) + 0.5;
+        return at.y < ground_height(at.x, at.z);
+      },
+      true);
+  world->roughen(2, seed, 900);
+  return world;
+}
+
+std::vector<std::byte> file_of(std::size_t count) {
+  std::vector<std::unique_ptr<TestWorld>> worlds;
+  std::vector<const TestWorld*> regions;
+  std::vector<test::MemoryRegion> places;
+  for (std::size_t n = 0; n < count; ++n) {
+    const Place& place = kPlaces[n];
+    worlds.push_back(voxels_of(place, 3 + n));
+    regions.push_back(worlds.back().get());
+    const double reach = kStepsPerVoxel * glm::length(glm::dvec3(place.extent));
+    places.push_back({place.extent.x,
+                      place.extent.z,
+                      place.first[0],
+                      place.first[1],
+                      {4.0 * kStepsPerVoxel, reach},
+                      place.extent.y,
+                      place.height});
+  }
+  const MemoryGround ground(
+      241, 201, 4096, 4096,
+      [](std::int64_t i, std::int64_t k) {
+        const double x = 0.5 + 0.5 * double(i) - 2 * kPlaces[0].first[0];
+        const double z = 0.5 + 0.5 * double(k) - 2 * kPlaces[0].first[1];
+        return static_cast<std::int32_t>(ground_height(x, z) * kStepsPerVoxel / kVertexStep);
+      },
+      places);
+  return test::ground_file(ground, regions);
+}
+
+// Somewhere in a region, or at its sides.
+Edit random_edit(test::Random& random, const WorldPart& part) {
+  Edit edit = test::random_voxel_edit(random, part.extent, part.octree->depth());
+  const glm::dvec3 inwards = 0.5 * glm::dvec3(part.extent) - edit.place;
+  const glm::dvec3 shift = glm::dvec3(part.corner) + (random.below(4) == 0 ? 0.0 : 0.6) * inwards;
+  edit.place += shift;
+  edit.to += shift;
+  return edit;
+}
+
+TEST(EditRegions, HundredsOfEditsAreWhatAFileLoads) {
+  for (const std::size_t count : {1u, 3u}) {
+    LoadedWorld live(file_of(count), kRoom);
+    World& world = live.world;
+    ASSERT_TRUE(world.is_editable());
+    ASSERT_EQ(world.parts().size(), count);
+    test::expect_as_loaded(live);
+    test::Random random{17 + count};
+    std::vector<std::uint32_t> changed(count), refused(count);
+    for (int n = 0; n < 250; ++n) {
+      const std::size_t at = static_cast<std::size_t>(random.below(static_cast<int>(count)));
+      EditChange change;
+      const std::size_t before = test::heap_calls();
+      const Status status = edit_shape(world, random_edit(random, world.parts()[at]), change);
+      EXPECT_EQ(test::heap_calls(), before);
+      if (!status.ok()) {
+        // It reaches the outermost voxels alone.
+        ASSERT_STREQ(status.field(), "place") << status.what();
+        ++refused[at];
+        continue;
+      }
+      if (!change.changed) continue;
+      ++changed[change.part];
+      EXPECT_EQ(change.part, at);
+      for (const PatchId patch : change.touched) ASSERT_EQ(world.part_number(patch), at);
+      for (const PatchId patch : change.vanished) ASSERT_EQ(world.part_number(patch), at);
+      test::expect_as_loaded(live);
+      if (testing::Test::HasFatalFailure()) FAIL() << count << " regions, edit " << n;
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+      EXPECT_GT(changed[n], 120u / count);
+      EXPECT_GT(refused[n], 0u);
+    }
+  }
+}
+
+// The outermost voxels of a region stay, whatever is larger than it.
+TEST(EditRegions, SidesAndTheLowestVoxelsStay) {
+  for (const EditTool tool : {EditTool::clear, EditTool::fill}) {
+    LoadedWorld live(file_of(1), 4'000);
+    World& world = live.world;
+    const WorldPart& part = world.parts()[0];
+    std::vector<bool> before;
+    const auto each = [&](const auto& visit) {
+      for (int z = 0; z < part.extent.z; ++z) {
+        for (int y = 0; y < part.extent.y; ++y) {
+          for (int x = 0; x < part.extent.x; ++x) visit(glm::ivec3(x, y, z));
+        }
+      }
+    };
+    each([&](glm::ivec3 v) { before.push_back(part.octree->filled(v)); });
+    Edit all;
+    all.tool = tool;
+    all.place = glm::dvec3(part.extent) / 2.0;
+    all.radius = 1000;
+    EditChange change;
+    const Status status = edit_shape(world, all, change);
+    ASSERT_TRUE(status.ok()) << status.what() << status.value();
+    EXPECT_TRUE(change.changed);
+    std::size_t at = 0;
+    each([&](glm::ivec3 v) {
+      const bool side = v.x < kSideVoxels || v.z < kSideVoxels || v.x >= part.extent.x - kSideVoxels ||
+                        v.z >= part.extent.z - kSideVoxels;
+      const bool end = tool == EditTool::clear ? v.y == 0 : v.y == part.extent.y - 1;
+      const bool stays = side || end;
+      EXPECT_EQ(part.octree->filled(v), stays ? before[at] : tool == EditTool::fill);
+      ++at;
+    });
+    test::expect_as_loaded(live);
+  }
+}
+
+TEST(EditRegions, WhatIsBesideThemIsTold) {
+  LoadedWorld live(file_of(2), kRoom);
+  World& world = live.world;
+  const std::vector<std::byte> before = live.save();
+  Edit edit;
+  edit.radius = 2;
+  const auto refused = [&](glm::dvec3 place, double radius, const char* field) {
+    edit.place = place;
+    edit.radius = radius;
+    EditChange change;
+    const Status status = edit_shape(world, edit, change);
+    EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+    EXPECT_STREQ(status.field(), field) << status.what();
+    EXPECT_FALSE(change.changed);
+  };
+  refused({-20, 8, 5}, 2, "place");
+  refused({1, 8, 5}, 1.9, "place");  // the outermost voxels alone
+  refused({8, 60, 5}, 2, "place");
+  refused({18, 8, 8}, 30, "place");  // both
+  edit.octree_level = 9;
+  refused({8, 8, 5}, 2, "octree_level");
+  EXPECT_TRUE(live.save() == before);
+  // Without room there are no edits.
+  LoadedWorld plain(file_of(2));
+  EXPECT_FALSE(plain.world.is_editable());
+  EXPECT_EQ(plain.world.free_patches(), 0u);
+}
+
+}  // namespace
+}  // namespace karst::core
