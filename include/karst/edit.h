@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Edits: dig, fill, raise, smooth, between frames, in memory that the plan counts (Needs::edit_patches,
-// Needs::edit_tiles). Voxels or samples of the ground change; all that follows from them (surface, levels of
-// detail, errors, boxes, shadows, answers of queries) is as if the world had been baked so.
+// Needs::edit_tiles, Needs::undo_bytes). Voxels or samples of the ground change; all that follows from them
+// (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if the world had been baked
+// so.
 //
 //   Editor* editor = nullptr;
 //   world.take_editor(editor);
 //   Edit dig;  dig.tool = EditTool::clear;  dig.place = hit.place;  dig.radius_m = 3;
 //   EditResult changed;
 //   editor->apply(dig, changed);   // changed.low .. high: for the host's physics
+//   editor->undo(changed);
 //   editor->save(sink);
 #pragma once
 
@@ -62,6 +64,15 @@ struct EditResult {
   Vec3 low, high;                        // box of all that changed, before and after
   std::uint32_t patches = 0, nodes = 0;  // that are made anew
   std::uint64_t version = 0;             // of the world, one more with each change
+  // Of apply(): whether it can be taken back. Where undo_bytes has no room for what its step keeps, the edit
+  // is made all the same, and neither that step nor any before it can be taken back.
+  bool can_undo = false;
+};
+
+struct UndoState {
+  std::uint32_t undo_steps = 0;  // that can be taken back
+  std::uint32_t redo_steps = 0;  // that were taken back and can be done again
+  std::uint64_t lost_steps = 0;  // that were done and can't be taken back any more, for want of undo_bytes
 };
 
 // Where bytes go, in order. write returns false where it cannot take them.
@@ -82,6 +93,20 @@ class KARST_API Editor {
   // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
   // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
+
+  // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second
+  // begin_stroke() end it; a step that changed nothing is none.
+  void begin_stroke() noexcept;
+  void end_stroke() noexcept;
+
+  // Takes the last step back, or does the last one that was taken back again: the world is then what it was
+  // before, or after it, to the bit. An edit forgets what could be done again. Steps are kept in undo_bytes;
+  // the oldest ones give way to new ones, and one that takes up to half of undo_bytes is kept for certain.
+  // result.changed false: there is no such step. They need no more room than the step's edits did and do not
+  // fail for want of any; errors of reading, as apply().
+  Status undo(EditResult& result) noexcept;
+  Status redo(EditResult& result) noexcept;
+  UndoState undo_state() const noexcept;
 
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
   // limit_reached ("sink"); unsupported ("ground") where heights of the ground were edited.

@@ -47,6 +47,8 @@ struct Needs {
   // Patches that edits may add to those of the file, and that one edit may make anew, 0..2^20; 0: nothing is
   // edited. All heights are held in memory then.
   std::uint32_t edit_patches = 0;
+  // Of memory for what steps of edits keep to be taken back (karst/edit.h), 0..2^30; 0: none can be.
+  std::uint64_t undo_bytes = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed
   std::uint64_t max_gpu_bytes = 64ull << 20;
 };

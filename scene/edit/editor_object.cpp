@@ -43,26 +43,41 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
   result = {};
   result.version = version;
-  const core::Edit made = in_voxels(edit);
-  core::World& terrain = world.terrain.world;
-  if (terrain.ground().exists() && !edits_voxels(made.tool)) return apply_to_ground(made, result);
-  if (const Status status = check_edit(made, terrain); !status.ok()) return status;
-  if (!edits_voxels(made.tool))
-    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
-  EditChange change;
-  if (const Status status = edit_shape(terrain, made, change); !status.ok()) return status;
-  return change.changed ? follow(change, result) : Status();
+  // In a stroke a step is open.
+  const bool alone = log.exists() && !log.is_open();
+  if (alone) log.begin();
+  const Status status = make(in_voxels(edit), result);
+  result.can_undo = result.changed && log.exists() && !log.is_lost();
+  if (alone) log.end();
+  if (result.changed) result.version = ++version;
+  return status;
 }
 
-Status EditorObject::apply_to_ground(const core::Edit& edit, EditResult& result) {
-  GroundChange change;
-  std::uint32_t nodes = 0;
-  if (const Status status = edit_ground(world, edit, nullptr, change, nodes); !status.ok()) return status;
-  if (!change.changed) return {};
+Status EditorObject::make(const core::Edit& edit, EditResult& result) {
+  UndoLog* const kept = log.exists() ? &log : nullptr;
+  core::World& terrain = world.terrain.world;
+  if (terrain.ground().exists() && !edits_voxels(edit.tool)) {
+    GroundChange change;
+    std::uint32_t nodes = 0;
+    const Status status = edit_ground(world, edit, kept, change, nodes);
+    if (status.ok()) follow_ground(change, nodes, result);
+    return status;
+  }
+  if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
+  if (!edits_voxels(edit.tool))
+    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
+  if (terrain.ground().exists()) {
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+  }
+  EditChange change;
+  if (const Status status = edit_shape(terrain, edit, change); !status.ok()) return status;
+  if (change.changed && kept != nullptr) kept->lose();
+  return follow(change, result);
+}
+
+void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result) {
+  if (!change.changed) return;
   ground_changed = true;
-  result.changed = true;
-  result.version = ++version;
-  result.nodes = nodes;
   world.show_box();
   const GroundInfo& ground = world.terrain.world.ground();
   const auto voxels = [&](std::int64_t i, std::int32_t height, std::int64_t k) {
@@ -72,38 +87,39 @@ Status EditorObject::apply_to_ground(const core::Edit& edit, EditResult& result)
   };
   show_extent(voxels(change.samples.low[0], change.least, change.samples.low[1]),
               voxels(change.samples.high[0], change.greatest, change.samples.high[1]), result);
-  return {};
+  result.nodes += nodes;
 }
 
-// The box of two corners, voxels, in the simulator's frame.
 void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels,
                                EditResult& result) const {
   const glm::dvec3 side[2] = {low_voxels, high_voxels};
-  glm::dvec3 low(0.0), high(0.0);
+  glm::dvec3 low = to_glm(result.low), high = to_glm(result.high);
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 at = to_glm(world.placement.place_of_voxels(
         {side[corner & 1].x, side[corner >> 1 & 1].y, side[corner >> 2 & 1].z}));
-    low = corner == 0 ? at : glm::min(low, at);
-    high = corner == 0 ? at : glm::max(high, at);
+    const bool first = corner == 0 && !result.changed;
+    low = first ? at : glm::min(low, at);
+    high = first ? at : glm::max(high, at);
   }
+  result.changed = true;
   result.low = from_glm(low);
   result.high = from_glm(high);
 }
 
 Status EditorObject::follow(const EditChange& change, EditResult& result) {
-  ++version;
-  if (change.sky_changed) sky_version = version;
+  if (!change.changed) return {};
+  if (change.sky_changed) sky_version = version + 1;
   const Status status = world.terrain.residency.follow_edit(change.touched, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);
   }
   world.show_box();
-  result.changed = true;
-  result.version = version;
-  result.patches = static_cast<std::uint32_t>(change.touched.size());
-  show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
-              glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
+  show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
+              corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
+  result.patches += static_cast<std::uint32_t>(change.touched.size());
   return status;
 }
 

@@ -71,6 +71,7 @@ Status check_needs(const Needs& needs) {
   }
   if (needs.edit_patches > 1u << 20)
     return refuse("more than 2^20 patches", "edit_patches", needs.edit_patches);
+  if (needs.undo_bytes > 1u << 30) return refuse("more than 2^30 bytes", "undo_bytes", needs.undo_bytes);
   return {};
 }
 
@@ -129,8 +130,9 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches == 0 || world.info.patches == 0) return;
-  World::add_edit_room(needs.edit_patches, config);
+  if (needs.edit_patches > 0 && world.info.patches > 0) World::add_edit_room(needs.edit_patches, config);
+  if (config.edit_patches > 0 || config.edit_tiles > 0)
+    config.undo_bytes = static_cast<std::uint32_t>(needs.undo_bytes);
 }
 
 // Holds fewer heights where all is more than may be taken; what is missing is read from the file when it is
@@ -230,7 +232,8 @@ ByteSource byte_source(const Source& source) {
 }
 
 std::uint64_t PlanLayout::cpu_bytes() const {
-  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes + reading_bytes + edit_bytes;
+  return std::uint64_t{objects_bytes} + staging_bytes + terrain_bytes + reading_bytes + edit_bytes +
+         undo_bytes;
 }
 
 namespace {
@@ -253,6 +256,7 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
     EditGround::add_to(edits, layout.edit_limits);
     layout.edit_bytes = whole_lines(sizeof(EditGround)) + edits.cpu_bytes();
   }
+  layout.undo_bytes = whole_lines(layout.config.undo_bytes);
   Budget query;
   Query::add_to(query, layout.query_limits);
   layout.query_bytes = query.cpu_bytes();
@@ -377,6 +381,7 @@ void fill_plan(const PlanLayout& layout, Plan& plan) {
   add_term(plan, "staging", false, layout.staging_bytes);
   add_term(plan, "reading", false, layout.reading_bytes);
   add_term(plan, "ground_edits", false, layout.edit_bytes);
+  add_term(plan, "undo", false, layout.undo_bytes);
   for (const ConfigField& field : kConfigFields) {
     if (plan.limit_count == std::size(plan.limits)) break;
     plan.limits[plan.limit_count++] = {

@@ -36,6 +36,7 @@ struct PlanLayout {
   std::size_t terrain_bytes = 0;
   std::size_t reading_bytes = 0;  // of tiles of the ground
   std::size_t edit_bytes = 0;     // of edits of the ground
+  std::size_t undo_bytes = 0;     // of steps of edits
   std::size_t query_bytes = 0;    // of one query; there are needs.queries
 
   std::uint64_t cpu_bytes() const;

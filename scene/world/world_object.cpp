@@ -121,6 +121,8 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
       return status;
   }
 
+  editor.log.create(pieces.take(layout.undo_bytes));
+
   shown = public_info(world.reader());
   show_box();
 

@@ -14,7 +14,9 @@
 #include "scene/world/query_object.h"
 #include "scene/world/tile_reader.h"
 #include "terrain/edit/edit.h"
+#include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/shape/edit_shape.h"
+#include "terrain/edit/undo_log.h"
 #include "terrain/world/terrain_parts.h"
 
 namespace karst::core {
@@ -28,9 +30,15 @@ struct EditorObject final : karst::Editor {
   ~EditorObject() = default;
 
   Status apply(const karst::Edit& edit, EditResult& result);
+  // undo_steps.cpp
+  void begin_stroke();
+  void end_stroke();
+  Status take_step(bool back, EditResult& result);
+  UndoState undo_state() const;
   Status save(const Sink& sink);
 
   WorldObject& world;
+  UndoLog log;
   std::uint64_t version = 0;      // one more with each change
   std::uint64_t sky_version = 0;  // the last one that changed the sky
   bool ground_changed = false;
@@ -38,9 +46,12 @@ struct EditorObject final : karst::Editor {
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
+  Status make(const core::Edit& edit, EditResult& result);
+  void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
-  Status apply_to_ground(const core::Edit& edit, EditResult& result);
+  // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
+  Status take_part(UndoPart part, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

@@ -48,6 +48,7 @@ struct Config {
   std::uint32_t image_layers = 0;
   std::uint32_t edit_tiles = 0;
   std::uint32_t edit_patches = 0;
+  std::uint32_t undo_bytes = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1 in each view; value() is what the field holds.
@@ -81,7 +82,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 20> kConfigFields = {{
+inline constexpr std::array<ConfigField, 21> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -131,6 +132,8 @@ inline constexpr std::array<ConfigField, 20> kConfigFields = {{
      "41 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
      "some 350 bytes of working memory each; 0: nothing is edited"},
+    {"undo_bytes", &Config::undo_bytes, 0, 0, 1u << 30, "bytes that steps of edits keep to be taken back",
+     "the oldest steps give way; 0: nothing is taken back"},
 }};
 
 }  // namespace karst::core

@@ -2,7 +2,6 @@
 #include "terrain/edit/undo_log.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "terrain/base/check.h"
 
@@ -11,14 +10,14 @@ namespace karst::core {
 void UndoLog::create(std::span<std::byte> memory) {
   memory_ = memory.first(std::min(memory.size(), std::size_t{1} << 31));
   KARST_ASSERT(reinterpret_cast<std::uintptr_t>(memory_.data()) % 8 == 0);
+  open_ = open_lost_ = false;
+  lost_ = 0;
   clear();
 }
 
 void UndoLog::clear() {
   base_ = head_ = wrap_ = cursor_ = 0;
-  open_ = false;
   open_cells_ = steps_ = done_ = 0;
-  lost_ = 0;
 }
 
 std::size_t UndoLog::before(std::size_t at) const {
@@ -30,7 +29,8 @@ std::size_t UndoLog::before(std::size_t at) const {
 
 void UndoLog::begin() {
   KARST_ASSERT(!open_);
-  open_ = true;
+  open_ = fresh_part_ = true;
+  open_lost_ = false;
   open_cells_ = 0;
 }
 
@@ -77,55 +77,48 @@ bool UndoLog::make_place(std::size_t total, std::size_t& at) {
   return true;
 }
 
-Status UndoLog::add(CellKind kind, std::uint64_t key, std::span<const std::byte> bytes) {
+void UndoLog::lose() {
   KARST_ASSERT(open_);
+  if (open_lost_) return;
+  // What lies before it cannot be taken back without it.
+  lost_ += std::uint64_t{done_} + 1;
+  open_lost_ = fresh_part_ = true;
+  clear();
+}
+
+std::span<std::byte> UndoLog::add(CellKind kind, std::uint64_t key, std::size_t bytes) {
+  KARST_ASSERT(open_);
+  if (open_lost_) return {};
   if (open_cells_ == 0) forget_undone();
-  const std::size_t total = cell_bytes(bytes.size());
+  const std::size_t total = cell_bytes(bytes);
   std::size_t at = 0;
   if (!make_place(total, at)) {
-    std::size_t step = total;
-    std::size_t end = head_;
-    for (std::uint32_t n = 0; n < open_cells_; ++n) {
-      end = before(end);
-      step += header(end).total;
-    }
-    cursor_ = head_;
-    return {StatusCode::limit_reached, "what a step of undo keeps finds no room", "undo_bytes", 2 * step};
+    lose();
+    return {};
   }
   Header& head = header(at);
   head = {key,
           static_cast<std::uint32_t>(total),
-          static_cast<std::uint32_t>(bytes.size()),
+          static_cast<std::uint32_t>(bytes),
           kind,
           open_cells_ == 0,
           false,
+          fresh_part_,
           {}};
-  if (!bytes.empty()) std::memcpy(memory_.data() + at + sizeof(Header), bytes.data(), bytes.size());
+  if (fresh_part_) {
+    fresh_part_ = false;
+    part_kind_ = kind;
+    ++part_number_;
+  }
   std::memcpy(memory_.data() + at + total - kFooterBytes, &head.total, sizeof head.total);
   ++open_cells_;
   cursor_ = head_;
-  return {};
-}
-
-bool UndoLog::holds(CellKind kind, std::uint64_t key) const {
-  std::size_t at = head_;
-  for (std::uint32_t n = 0; n < open_cells_; ++n) {
-    at = before(at);
-    if (header(at).kind == kind && header(at).key == key) return true;
-  }
-  return false;
-}
-
-void UndoLog::drop_cells(std::uint32_t cells) {
-  KARST_ASSERT(open_ && cells <= open_cells_);
-  if (open_cells_ == 0) return;
-  for (; open_cells_ > cells; --open_cells_) head_ = before(head_);
-  cursor_ = head_;
+  return memory_.subspan(at + sizeof(Header), bytes);
 }
 
 void UndoLog::end() {
   KARST_ASSERT(open_);
-  open_ = false;
+  open_ = open_lost_ = false;
   if (open_cells_ == 0) return;
   header(before(head_)).last = true;
   ++steps_;

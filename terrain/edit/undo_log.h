@@ -1,33 +1,44 @@
 // SPDX-License-Identifier: MIT
-// Steps that can be taken back, in a ring of fixed size: what was there before, cell by cell. A *cell* is
-// what an edit replaces as a whole (a block of voxels, the heights of a patch, a block of the ground's
-// samples). Taking a step back exchanges each of its cells with what the log has of it, and so does taking it
-// again: no edit needs an inverse.
+// Steps that can be taken back, in a ring of fixed size. A step is made of *parts*, each of which is taken
+// back, and done again, as one: an edit, or several that changed the same kind of thing. A part is made of
+// *cells*: what an edit replaces as a whole (a block of the ground's samples, the heights of a patch), as it
+// was before. Whoever gets a part knows by its kind what to do with it: to exchange each cell with what is
+// there, or to read what it needs; what it leaves in the cells it gets again when the part's turn comes anew.
 //
 //   log.begin();
-//   log.add(kind, key, before)  for each cell, before it is changed; once a cell and step
+//   log.begin_part(kind);               // for each edit, once nothing of it can fail any more
+//   log.add(kind, key, before)          // for each cell, before it is changed; once a cell and part
 //   log.end();
-//   log.undo([](UndoCell cell) { ... });  log.redo(...)
+//   log.undo([](UndoPart part) { for (UndoCell cell : part) ... });  log.redo(...)
 //
-// The oldest steps give way to new ones. A step that is larger than the ring is refused; one larger than
-// half of it may be.
+// The oldest steps give way to new ones. A step that finds no room even so is lost, and with it all steps
+// before it; one that takes half of the ring finds room.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
-
-#include "karst/status.h"
 
 namespace karst::core {
 
-enum class CellKind : std::uint8_t { voxels, patch_heights, ground_samples, paint };
+// Of cells. A part goes by the kind of its first one.
+enum class CellKind : std::uint8_t {
+  none,
+  voxel_edit,      // an edit of voxels itself (terrain/edit/shape/shape_undo.h); voxels, heights follow
+  voxels,          // a cube of them
+  patch_heights,   // of a patch, by its key, and its material
+  ground_samples,  // a block of them (terrain/edit/ground/edit_ground.h)
+  paint
+};
 
 struct UndoCell {
-  CellKind kind = CellKind::voxels;
+  CellKind kind = CellKind::none;
   std::uint64_t key = 0;       // what the kind goes by
-  std::span<std::byte> bytes;  // in: what shall be there; out: what was there, as many
+  std::span<std::byte> bytes;  // aligned to 8
 };
+
+class UndoPart;
 
 class UndoLog {
  public:
@@ -38,55 +49,48 @@ class UndoLog {
 
   // memory: borrowed, aligned to 8; 2^31 bytes of it are used at most.
   void create(std::span<std::byte> memory);
+  bool exists() const { return !memory_.empty(); }
   // Forgets all steps.
   void clear();
 
   // Begins a step. Precondition: none is open.
   void begin();
   bool is_open() const { return open_; }
-  // Of the open step. What was taken back can't be taken again from then on. limit_reached ("undo_bytes",
-  // bytes that would do): nothing is added, but older steps may be lost.
-  Status add(CellKind kind, std::uint64_t key, std::span<const std::byte> before);
-  // Whether the open step has the cell.
-  bool holds(CellKind kind, std::uint64_t key) const;
-  // Cells of the open step.
-  std::uint32_t open_cells() const { return open_cells_; }
-  // Forgets those beyond the first `cells`: of an edit that failed. Precondition: there are as many.
-  void drop_cells(std::uint32_t cells);
+  // The next cell is the first one of a part. Precondition: a step is open.
+  void begin_part() { fresh_part_ = true; }
+  // The open step's last part, to which the next cell belongs: its kind, and a number that no other has.
+  // none, where there is no such part.
+  CellKind open_part() const { return fresh_part_ || !open_ ? CellKind::none : part_kind_; }
+  std::uint64_t part_number() const { return part_number_; }
+
+  // Room for a cell, to be written at once. Precondition: a step is open. What was taken back can't be taken
+  // again from then on. Empty, where bytes > 0, once the step is lost.
+  std::span<std::byte> add(CellKind kind, std::uint64_t key, std::size_t bytes);
+  void add(CellKind kind, std::uint64_t key, std::span<const std::byte> before) {
+    const std::span<std::byte> room = add(kind, key, before.size());
+    if (!room.empty()) std::memcpy(room.data(), before.data(), before.size());
+  }
+  // Gives the open step up, of which not all can be kept. Precondition: a step is open.
+  void lose();
+  // Whether the open step is lost. Then nothing is kept of it, nor of those before it.
+  bool is_lost() const { return open_lost_; }
   // A step without cells is none.
   void end();
 
-  // Calls exchange(UndoCell) for the cells of a step, the last one first to take it back, the first one first
-  // to take it again. False: there is no step, or one is open.
-  template <class Exchange>
-  bool undo(const Exchange& exchange) {
-    if (open_ || done_ == 0) return false;
-    for (bool first = false; !first;) {
-      cursor_ = before(cursor_);
-      first = header(cursor_).first;
-      exchange(cell(cursor_));
-    }
-    --done_;
-    return true;
-  }
-  template <class Exchange>
-  bool redo(const Exchange& exchange) {
-    if (open_ || done_ == steps_) return false;
-    for (bool last = false; !last;) {
-      if (is_wrapped() && cursor_ == wrap_) cursor_ = 0;
-      last = header(cursor_).last;
-      exchange(cell(cursor_));
-      cursor_ += header(cursor_).total;
-    }
-    ++done_;
-    return true;
-  }
+  // Calls take(UndoPart) for the parts of a step, the last one first to take it back, the first one first to
+  // do it again. False: there is no step, or one is open.
+  template <class Take>
+  bool undo(const Take& take);
+  template <class Take>
+  bool redo(const Take& take);
 
   std::uint32_t undo_steps() const { return done_; }
   std::uint32_t redo_steps() const { return steps_ - done_; }
-  std::uint64_t lost_steps() const { return lost_; }  // since clear()
+  std::uint64_t lost_steps() const { return lost_; }  // since create()
 
  private:
+  friend class UndoPart;
+
   // In front of a cell's bytes; behind them, in 8 more, `total` stands once more.
   struct Header {
     std::uint64_t key;
@@ -94,7 +98,8 @@ class UndoLog {
     std::uint32_t bytes;
     CellKind kind;
     bool first, last;  // of its step
-    std::uint8_t unused[5];
+    bool begins_part;
+    std::uint8_t unused[4];
   };
   static_assert(sizeof(Header) == 24);
   static constexpr std::size_t kFooterBytes = 8;
@@ -107,6 +112,8 @@ class UndoLog {
   }
   // Cells lie in [base_, head_), or in [base_, wrap_) and [0, head_).
   bool is_wrapped() const { return head_ < base_; }
+  // Where a cell lies that is behind the end of another.
+  std::size_t place(std::size_t end) const { return is_wrapped() && end == wrap_ ? 0 : end; }
   // Where the cell in front of a place begins. Precondition: there is one.
   std::size_t before(std::size_t at) const;
   void forget_undone();
@@ -119,10 +126,81 @@ class UndoLog {
   std::size_t wrap_ = 0;
   std::size_t cursor_ = 0;  // what was taken back lies behind it
   bool open_ = false;
+  bool open_lost_ = false;
+  bool fresh_part_ = true;
+  CellKind part_kind_ = CellKind::none;
   std::uint32_t open_cells_ = 0;
+  std::uint64_t part_number_ = 0;
   std::uint32_t steps_ = 0;  // closed ones
   std::uint32_t done_ = 0;
   std::uint64_t lost_ = 0;
 };
+
+// Cells in the order in which they were added. Valid while undo() or redo() calls.
+class UndoPart {
+ public:
+  class Iterator {
+   public:
+    UndoCell operator*() const { return log_->cell(at_); }
+    Iterator& operator++() {
+      at_ = log_->place(at_ + log_->header(at_).total);
+      ++number_;
+      return *this;
+    }
+    bool operator==(const Iterator& other) const { return number_ == other.number_; }
+
+   private:
+    friend class UndoPart;
+    Iterator(UndoLog* log, std::size_t at, std::uint32_t number) : log_(log), at_(at), number_(number) {}
+    UndoLog* log_;
+    std::size_t at_;
+    std::uint32_t number_;
+  };
+
+  CellKind kind() const { return (*begin()).kind; }
+  Iterator begin() const { return {log_, at_, 0}; }
+  Iterator end() const { return {log_, at_, cells_}; }
+
+ private:
+  friend class UndoLog;
+  UndoPart(UndoLog* log, std::size_t at, std::uint32_t cells) : log_(log), at_(at), cells_(cells) {}
+  UndoLog* log_;
+  std::size_t at_;
+  std::uint32_t cells_;
+};
+
+template <class Take>
+bool UndoLog::undo(const Take& take) {
+  if (open_ || done_ == 0) return false;
+  for (bool first = false; !first;) {
+    std::uint32_t cells = 0;
+    do {
+      cursor_ = before(cursor_);
+      ++cells;
+    } while (!header(cursor_).begins_part);
+    first = header(cursor_).first;
+    take(UndoPart(this, cursor_, cells));
+  }
+  --done_;
+  return true;
+}
+
+template <class Take>
+bool UndoLog::redo(const Take& take) {
+  if (open_ || done_ == steps_) return false;
+  cursor_ = place(cursor_);
+  for (bool last = false; !last;) {
+    const std::size_t at = cursor_;
+    std::uint32_t cells = 0;
+    do {
+      last = header(cursor_).last;
+      cursor_ = place(cursor_ + header(cursor_).total);
+      ++cells;
+    } while (!last && !header(cursor_).begins_part);
+    take(UndoPart(this, at, cells));
+  }
+  ++done_;
+  return true;
+}
 
 }  // namespace karst::core

@@ -29,9 +29,11 @@ class GroundEdits : public test::HostTest {
     Needs needs;
     needs.queries = 1;
     needs.edit_tiles = tiles;
+    needs.undo_bytes = undo_bytes_;
     needs.shadow_maps = shadows ? 2 : 0;
     open(needs, {}, {}, std::move(file));
   }
+  std::uint64_t undo_bytes_ = 0;
   core::WorldObject& world() { return static_cast<core::WorldObject&>(*host_->world); }
 
   double height(double x, double z) {
@@ -143,6 +145,93 @@ TEST_F(GroundEdits, ByTheEditor) {
   const Status saved = editor->save(nowhere);
   EXPECT_EQ(saved.code(), StatusCode::unsupported);
   EXPECT_STREQ(saved.field(), "ground");
+  host_->world->release(editor);
+}
+
+// A stroke is one step; pictures, answers and the state are those of before, and those of after.
+TEST_F(GroundEdits, AStrokeIsTakenBackAndDoneAgain) {
+  undo_bytes_ = 1 << 20;
+  open_file(test::ground_file(test::rough_ground(), test::kRoughSpacing_m), false, 64);
+  Editor* editor = nullptr;
+  ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  const auto expect_state = [&](std::uint32_t undo, std::uint32_t redo, std::uint64_t lost) {
+    const UndoState state = editor->undo_state();
+    EXPECT_EQ(state.undo_steps, undo);
+    EXPECT_EQ(state.redo_steps, redo);
+    EXPECT_EQ(state.lost_steps, lost);
+  };
+  ViewState shown = test::looking(*host_->world, {2900, 420, 2520}, {3000, 60, 2400}, kWidth, kHeight);
+  shown.error_px = 1;
+  FrameResult frame;
+  EditResult result;
+  ASSERT_TRUE(editor->undo(result).ok());
+  EXPECT_FALSE(result.changed);
+  const Pixels before = picture(shown, frame);
+  const double was = height(3000, 2400);
+  Edit hill;
+  hill.tool = EditTool::extrude;
+  hill.radius_m = 60;
+  hill.strength_m = 25;
+  Vec3 low, high;
+  editor->begin_stroke();
+  for (int n = 0; n < 5; ++n) {
+    const double x = 2960 + 20.0 * n;
+    hill.place = host_->world->from_world({x, height(x, 2400), 2400});
+    ASSERT_TRUE(editor->apply(hill, result).ok());
+    EXPECT_TRUE(result.can_undo);
+    EXPECT_EQ(result.version, static_cast<std::uint64_t>(n) + 1);
+    low = n == 0 ? result.low : low;
+    high = result.high;
+  }
+  editor->end_stroke();
+  expect_state(1, 0, 0);
+  const Pixels after = picture(shown, frame);
+  const double is = height(3000, 2400);
+  EXPECT_GT(is, was + 25);
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE(editor->undo(result).ok());
+    expect_state(0, 1, 0);
+    EXPECT_TRUE(result.changed);
+    EXPECT_EQ(result.version, 6u + 2 * static_cast<unsigned>(round));
+    EXPECT_GT(result.nodes, 20u);
+    // Of all the stroke.
+    EXPECT_LE(std::min(result.low.x, result.high.x), std::min(low.x, high.x));
+    EXPECT_GE(std::max(result.low.x, result.high.x), std::max(low.x, high.x));
+    EXPECT_EQ(height(3000, 2400), was);
+    EXPECT_EQ(test::largest_difference(picture(shown, frame), before), 0);
+    ASSERT_TRUE(editor->redo(result).ok());
+    expect_state(1, 0, 0);
+    EXPECT_EQ(height(3000, 2400), is);
+    EXPECT_EQ(test::largest_difference(picture(shown, frame), after), 0);
+  }
+  ASSERT_TRUE(editor->redo(result).ok());
+  EXPECT_FALSE(result.changed);
+  // What fails is no step and forgets none; a step that is too large is made and forgets all.
+  ASSERT_TRUE(editor->undo(result).ok());
+  Edit wrong = hill;
+  wrong.radius_m = -1;
+  EXPECT_FALSE(editor->apply(wrong, result).ok());
+  expect_state(0, 1, 0);
+  ASSERT_TRUE(editor->apply(hill, result).ok());
+  expect_state(1, 0, 0);
+  host_->world->release(editor);
+  close();
+  undo_bytes_ = 8192;
+  open_file(test::ground_file(test::rough_ground(), test::kRoughSpacing_m), false, 64);
+  ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  hill.place = host_->world->from_world({3040, height(3040, 2400), 2400});
+  hill.radius_m = 20;
+  ASSERT_TRUE(editor->apply(hill, result).ok());
+  EXPECT_TRUE(result.can_undo);
+  hill.radius_m = 200;
+  const double low_hill = height(3040, 2400);
+  ASSERT_TRUE(editor->apply(hill, result).ok());
+  EXPECT_TRUE(result.changed);
+  EXPECT_FALSE(result.can_undo);
+  EXPECT_GT(height(3040, 2400), low_hill + 20);
+  expect_state(0, 0, 2);
+  ASSERT_TRUE(editor->undo(result).ok());
+  EXPECT_FALSE(result.changed);
   host_->world->release(editor);
 }
 

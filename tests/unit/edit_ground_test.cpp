@@ -73,6 +73,30 @@ class Edited {
     return all;
   }
 
+  // Heights and measures of all tiles of all sizes.
+  std::vector<std::byte> facts() const {
+    std::vector<std::byte> all;
+    const auto put = [&](const auto& value) {
+      const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
+      all.insert(all.end(), bytes, bytes + sizeof value);
+    };
+    const GroundInfo& info = file_.info();
+    for (int size = 0; size <= info.top_size(); ++size) {
+      for (int z = 0; z <= (nodes_along(info, 1, size) - 1) / kTileNodes; ++z) {
+        for (int x = 0; x <= (nodes_along(info, 0, size) - 1) / kTileNodes; ++x) {
+          const Tile& one = tile({size, x, z});
+          put(one.heights);
+          for (const NodeMeasure& node : one.nodes) {
+            put(node.low);
+            put(node.high);
+            put(node.thresholds);
+          }
+        }
+      }
+    }
+    return all;
+  }
+
   EditGround editor;
 
  private:
@@ -236,36 +260,54 @@ TEST(EditGround, CoarseSizesNeverSayLessThanIsThere) {
   EXPECT_GT(raised, 0);
 }
 
+// Steps of one edit and of many, close to each other and far apart: also what coarse sizes keep of the file.
 TEST(EditGround, StepsAreTakenBackAndAgainToTheBit) {
-  Edited edited(150, 129, 64);
-  std::vector<std::uint64_t> memory(1 << 19);
+  Edited edited(300, 280, 128);
+  std::vector<std::uint64_t> memory(1 << 20);
   UndoLog log;
   log.create(std::as_writable_bytes(std::span(memory)));
   std::mt19937 random(11);
-  std::vector<std::vector<std::int32_t>> states = {edited.samples()};
-  for (int n = 0; n < 40; ++n) {
-    GroundChange change;
-    log.begin();
-    ASSERT_TRUE(edited.editor.apply(random_edit(random, 150, 129), &log, change).ok());
-    log.end();
-    if (change.changed) states.push_back(edited.samples());
-  }
-  ASSERT_EQ(log.undo_steps(), states.size() - 1);
-  const auto exchange = [&](UndoCell cell) { edited.editor.exchange(cell); };
+  std::vector<std::vector<std::byte>> states = {edited.facts()};
+  std::uint64_t edits = 0, parts = 0;
   GroundChange change;
-  for (std::size_t n = states.size() - 1; n > 0; --n) {
-    ASSERT_TRUE(log.undo(exchange));
-    edited.editor.finish(change);
-    ASSERT_EQ(edited.samples(), states[n - 1]) << n;
+  for (int n = 0; n < 40; ++n) {
+    bool changed = false;
+    Edit edit = random_edit(random, 300, 280);
+    log.begin();
+    const std::uint64_t first = log.part_number();
+    for (int dab = n % 2 == 0 ? 0 : n; dab >= 0; --dab) {
+      ASSERT_TRUE(edited.editor.apply(edit, &log, change).ok());
+      changed = changed || change.changed;
+      edits += change.changed;
+      // A line of dabs, or here and there.
+      if (n % 4 == 1) {
+        edit = random_edit(random, 300, 280);
+      } else {
+        edit.place += glm::dvec3(2, 0, 1);
+        edit.to += glm::dvec3(2, 0, 1);
+      }
+    }
+    log.end();
+    parts += log.part_number() - first;
+    if (changed) states.push_back(edited.facts());
   }
-  // Also what coarse sizes keep of the file.
-  EXPECT_EQ(expect_as_made(edited, "after all was taken back"), 0u);
-  for (std::size_t n = 1; n < states.size(); ++n) {
-    ASSERT_TRUE(log.redo(exchange));
-    edited.editor.finish(change);
-    ASSERT_EQ(edited.samples(), states[n]) << n;
+  EXPECT_GT(parts, 60u) << "of " << edits;
+  EXPECT_LT(parts, edits * 6 / 10) << "of " << edits;
+  ASSERT_EQ(log.undo_steps(), states.size() - 1);
+  ASSERT_EQ(log.lost_steps(), 0u);
+  const auto exchange = [&](UndoPart part) { edited.editor.exchange(part, change); };
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t n = states.size() - 1; n > 0; --n) {
+      ASSERT_TRUE(log.undo(exchange));
+      ASSERT_TRUE(edited.facts() == states[n - 1]) << n;
+    }
+    EXPECT_EQ(expect_as_made(edited, "after all was taken back"), 0u);
+    for (std::size_t n = 1; n < states.size(); ++n) {
+      ASSERT_TRUE(log.redo(exchange));
+      ASSERT_TRUE(edited.facts() == states[n]) << n;
+    }
+    expect_as_made(edited, "after all was done again");
   }
-  expect_as_made(edited, "after all was done again");
 }
 
 TEST(EditGround, ErrorsChangeNothing) {
@@ -284,8 +326,9 @@ TEST(EditGround, ErrorsChangeNothing) {
     GroundChange change;
     log.begin();
     const Status status = edited.editor.apply(edit, &log, change);
-    EXPECT_EQ(log.open_cells(), 0u) << field;
+    EXPECT_EQ(log.open_part(), CellKind::none) << field;
     log.end();
+    EXPECT_EQ(log.undo_steps() + log.lost_steps(), 0u) << field;
     EXPECT_FALSE(status.ok()) << field;
     EXPECT_STREQ(status.field(), field);
     EXPECT_FALSE(change.changed);
@@ -312,8 +355,8 @@ TEST(EditGround, ErrorsChangeNothing) {
   Edit flat = with(&Edit::tool, EditTool::flatten);
   flat.up = {1, 0, 0};
   refuse("up", flat);
-  // All of the ground, in a log and a pool that are too small.
-  refuse("undo_bytes", with(&Edit::radius, 1e300));
+  // All of the ground, in a pool that is too small: nothing that was kept is lost for it.
+  refuse("edit_tiles", with(&Edit::radius, 1e300));
   GroundChange change;
   const Status status = edited.editor.apply(with(&Edit::radius, 1e300), nullptr, change);
   EXPECT_EQ(status.code(), StatusCode::limit_reached);

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -31,18 +31,24 @@ struct Edited {
   explicit Edited(std::size_t bytes) : memory(bytes / 8) {
     log.create(std::as_writable_bytes(std::span(memory)));
   }
-  void exchange(UndoCell cell) {
-    std::vector<std::byte>& there = cells[cell.key];
-    ASSERT_EQ(there.size(), cell.bytes.size());
-    std::swap_ranges(there.begin(), there.end(), cell.bytes.begin());
+  // Parts are exchanged as a whole; within them no cell is twice.
+  void exchange(UndoPart part) {
+    for (const UndoCell cell : part) {
+      ASSERT_EQ(cell.kind, part.kind());
+      std::vector<std::byte>& there = cells[cell.key];
+      ASSERT_EQ(there.size(), cell.bytes.size());
+      std::swap_ranges(there.begin(), there.end(), cell.bytes.begin());
+    }
   }
   bool undo() {
-    return log.undo([&](UndoCell cell) { exchange(cell); });
+    return log.undo([&](UndoPart part) { exchange(part); });
   }
   bool redo() {
-    return log.redo([&](UndoCell cell) { exchange(cell); });
+    return log.redo([&](UndoPart part) { exchange(part); });
   }
 };
+
+constexpr CellKind kKinds[] = {CellKind::voxels, CellKind::paint};
 
 TEST(UndoLog, ATenThousandStepsBackAndForth) {
   Random random{5};
@@ -52,34 +58,52 @@ TEST(UndoLog, ATenThousandStepsBackAndForth) {
     for (std::uint64_t key = 0; key < 30; ++key) world.cells[key] = random_bytes(random, key % 7 * 9);
     std::vector<Cells> states{world.cells};  // oldest first
     std::size_t now = 0;
-    std::size_t undone_to_the_end = 0, refused = 0;
+    std::size_t undone_to_the_end = 0, lost = 0, parts = 0;
     for (int round = 0; round < 10'000; ++round) {
       // In turns more is done, and more taken back.
       const bool back = round / 100 % 2 == 1;
       const int what = random.below(10);
       if (what < (back ? 1 : 5)) {
         world.log.begin();
-        const Cells before = world.cells;
-        bool fits = true;
-        const int count = random.below(6);
-        for (int n = 0; fits && n < count; ++n) {
-          const auto key = static_cast<std::uint64_t>(random.below(30));
-          std::vector<std::byte>& cell = world.cells[key];
-          if (world.log.holds(CellKind::paint, key)) continue;
-          fits = world.log.add(CellKind::paint, key, cell).ok();
-          if (fits) cell = random_bytes(random, cell.size());
-        }
-        if (!fits || random.below(8) == 0) {  // refused, or an edit that fails
-          world.log.drop_cells(0);
-          world.cells = before;
-          refused += !fits;
-        }
-        const bool step = world.log.open_cells() > 0;
         const std::uint32_t steps = world.log.undo_steps();
+        const std::uint64_t lost_before = world.log.lost_steps();
+        std::vector<std::uint64_t> in_part;
+        CellKind kind = CellKind::none;
+        const int count = random.below(6);
+        int added = 0;
+        for (int n = 0; n < count; ++n) {
+          if (n == 0 || random.below(3) == 0) {
+            world.log.begin_part();
+            EXPECT_EQ(world.log.open_part(), CellKind::none);
+            kind = kKinds[random.below(2)];
+            in_part.clear();
+          }
+          const auto key = static_cast<std::uint64_t>(random.below(30));
+          if (std::ranges::find(in_part, key) != in_part.end()) continue;
+          std::vector<std::byte>& cell = world.cells[key];
+          const std::uint64_t number = world.log.part_number();
+          world.log.add(kind, key, cell);
+          ASSERT_EQ(world.log.open_part(), world.log.is_lost() ? CellKind::none : kind);
+          if (!world.log.is_lost()) {
+            EXPECT_EQ(world.log.part_number(), number + in_part.empty());
+            parts += in_part.empty();
+          }
+          in_part.push_back(key);
+          cell = random_bytes(random, cell.size());
+          ++added;
+        }
+        const bool gone = world.log.is_lost();
         world.log.end();
-        // Cells that were added and dropped have forgotten what could be taken again.
-        if (world.log.redo_steps() == 0) states.resize(now + 1);
-        if (step) {
+        EXPECT_FALSE(world.log.is_lost());
+        // Cells that were added have forgotten what could be taken again, also those of a step that is lost.
+        if (added > 0) states.resize(now + 1);
+        if (gone) {
+          ASSERT_EQ(world.log.undo_steps(), 0u);
+          ASSERT_EQ(world.log.lost_steps(), lost_before + steps + 1);
+          states.assign(1, world.cells);
+          now = 0;
+          ++lost;
+        } else if (added > 0) {
           ASSERT_LE(world.log.undo_steps(), steps + 1);
           states.push_back(world.cells);
           ++now;
@@ -102,21 +126,40 @@ TEST(UndoLog, ATenThousandStepsBackAndForth) {
     if (bytes < 10'000) {
       EXPECT_GT(world.log.lost_steps(), 100u);
     }
-    EXPECT_EQ(refused > 0, bytes == 256) << refused;
+    EXPECT_EQ(lost > 0, bytes == 256) << lost;
+    EXPECT_GT(parts, 2'000u);
   }
 }
 
-TEST(UndoLog, AStepTooLargeIsRefusedWithWhatWouldDo) {
+// It is lost with all before it; the next one is kept again. Half of the ring has room, wherever it begins.
+TEST(UndoLog, AStepTooLargeIsLost) {
   Edited world(1024);
-  world.log.begin();
   const std::vector<std::byte> cell(400);
-  ASSERT_TRUE(world.log.add(CellKind::voxels, 1, cell).ok());
-  ASSERT_TRUE(world.log.add(CellKind::voxels, 2, cell).ok());
-  const Status status = world.log.add(CellKind::voxels, 3, cell);
-  EXPECT_EQ(status.code(), StatusCode::limit_reached);
-  EXPECT_STREQ(status.field(), "undo_bytes");
-  EXPECT_EQ(status.value(), 2 * 3 * UndoLog::cell_bytes(400));
-  EXPECT_EQ(world.log.open_cells(), 2u);
+  const auto step = [&](int cells) {
+    world.log.begin();
+    for (std::uint64_t key = 0; key < static_cast<std::uint64_t>(cells); ++key)
+      world.log.add(CellKind::voxels, key, cell);
+    const bool lost = world.log.is_lost();
+    world.log.end();
+    return lost;
+  };
+  for (std::uint64_t key = 0; key < 3; ++key) world.cells[key] = cell;
+  EXPECT_FALSE(step(1));
+  EXPECT_FALSE(step(1));
+  EXPECT_EQ(world.log.undo_steps(), 2u);
+  EXPECT_TRUE(step(3));
+  EXPECT_EQ(world.log.undo_steps(), 0u);
+  EXPECT_EQ(world.log.lost_steps(), 3u);
+  EXPECT_FALSE(world.undo());
+  for (int n = 0; n < 7; ++n) {
+    EXPECT_FALSE(step(1));
+    EXPECT_TRUE(world.undo());
+    EXPECT_TRUE(world.redo());
+  }
+  // Without memory nothing is kept, and nothing lost that could be.
+  Edited none(0);
+  EXPECT_FALSE(none.log.exists());
+  EXPECT_FALSE(none.undo());
 }
 
 }  // namespace

@@ -194,40 +194,8 @@ Status too_steep() {
 
 }  // namespace
 
-// Blocks of a tile that have changed samples.
-Status EditGround::keep_blocks(NodeKey key, const Tile& tile, const GridRect& changed, UndoLog& log) {
-  Scratch& scratch = blocks_.scratch[0];
-  const std::int64_t first[2] = {key.x * std::int64_t{kTileQuads}, key.z * std::int64_t{kTileQuads}};
-  for (std::int64_t z = changed.low[1] / kBlock; z <= changed.high[1] / kBlock; ++z) {
-    for (std::int64_t x = changed.low[0] / kBlock; x <= changed.high[0] / kBlock; ++x) {
-      bool any = false;
-      for (int k = 0; k < kBlock; ++k) {
-        for (int i = 0; i < kBlock; ++i) {
-          const std::int64_t at_i = x * kBlock + i - first[0], at_k = z * kBlock + k - first[1];
-          const bool is_there = at_i <= kTileQuads && at_k <= kTileQuads;
-          const std::int32_t before =
-              is_there ? tile.height(static_cast<int>(at_i), static_cast<int>(at_k)) : 0;
-          scratch.block[k * kBlock + i] = before;
-          const std::int64_t sample[2] = {first[0] + at_i, first[1] + at_k};
-          const bool is_changed = sample[0] >= changed.low[0] && sample[0] <= changed.high[0] &&
-                                  sample[1] >= changed.low[1] && sample[1] <= changed.high[1];
-          any = any || (is_changed && scratch.fresh[at_k * (kTileQuads + 1) + at_i] != before);
-        }
-      }
-      const std::uint64_t block = static_cast<std::uint64_t>(z) << 32 | static_cast<std::uint64_t>(x);
-      if (!any || log.holds(CellKind::ground_samples, block)) continue;
-      if (const Status status =
-              log.add(CellKind::ground_samples, block, std::as_bytes(std::span(scratch.block)));
-          !status.ok()) {
-        return status;
-      }
-    }
-  }
-  return {};
-}
-
 // What an edit would change, and whether it may.
-Status EditGround::try_out(const Edit& edit, const GridRect& samples, UndoLog* log, GroundChange& change) {
+Status EditGround::try_out(const Edit& edit, const GridRect& samples, GroundChange& change) {
   const std::int32_t* const fresh = blocks_.scratch[0].fresh;
   const GridRect nodes = nodes_with(info_, 0, samples);
   for (std::int64_t tz = nodes.low[1] / kTileNodes; tz <= nodes.high[1] / kTileNodes; ++tz) {
@@ -238,13 +206,11 @@ Status EditGround::try_out(const Edit& edit, const GridRect& samples, UndoLog* l
       if (const Status status = make_fresh(edit, key, *tile, samples); !status.ok()) return status;
       const auto to_be = [&](std::int64_t i, std::int64_t k) { return fresh[k * (kTileQuads + 1) + i]; };
       const GridRect vertices = vertices_of(key, samples);
-      GridRect own;
       for (std::int64_t k = vertices.low[1]; k <= vertices.high[1]; ++k) {
         for (std::int64_t i = vertices.low[0]; i <= vertices.high[0]; ++i) {
           const std::int32_t before = tile->height(static_cast<int>(i), static_cast<int>(k));
           const std::int64_t x = tx * kTileQuads + i, z = tz * kTileQuads + k;
           if (to_be(i, k) == before || owner(0, x) != tx || owner(1, z) != tz) continue;
-          own.take(x, z);
           if (!change.samples.exists()) change.least = change.greatest = before;
           change.samples.take(x, z);
           change.least = std::min({change.least, before, to_be(i, k)});
@@ -265,8 +231,6 @@ Status EditGround::try_out(const Edit& edit, const GridRect& samples, UndoLog* l
           if (!fits(info_, node, low, high)) return too_steep();
         }
       }
-      if (log == nullptr || !own.exists()) continue;
-      if (const Status status = keep_blocks(key, *tile, own, *log); !status.ok()) return status;
     }
   }
   return {};
@@ -314,8 +278,77 @@ Status EditGround::check_fit(const GroundChange& change) {
   return {};
 }
 
+// An edit goes on with the part before it where all that lies between them is there to be made anew, and is
+// not much more than both.
+void EditGround::choose_part(const GridRect& samples, UndoLog& log) {
+  constexpr std::int64_t kMostTimes = 4;
+  const auto area = [](const GridRect& rect) {
+    return (rect.high[0] - rect.low[0] + 1) * (rect.high[1] - rect.low[1] + 1);
+  };
+  if (log.open_part() == CellKind::ground_samples) {
+    GridRect both = part_samples_;
+    both.take(samples.low[0], samples.low[1]);
+    both.take(samples.high[0], samples.high[1]);
+    bool joins = area(both) <= kMostTimes * (part_area_ + area(samples));
+    for (int size = 0; size <= info_.top_size() && joins; ++size) {
+      const GridRect tiles = tiles_around(info_, size, both);
+      for (std::int64_t z = tiles.low[1]; z <= tiles.high[1]; ++z) {
+        for (std::int64_t x = tiles.low[0]; x <= tiles.high[0]; ++x) {
+          joins = joins && overlay_.find(
+                               {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)}) != nullptr;
+        }
+      }
+    }
+    if (joins) {
+      part_samples_ = both;
+      part_area_ += area(samples);
+      return;
+    }
+  }
+  log.begin_part();
+  part_samples_ = samples;
+  part_area_ = area(samples);
+}
+
+// Blocks of a tile that have changed samples, its own, which are as they were.
+void EditGround::keep_blocks(EditedTile& edited, const GridRect& changed, UndoLog& log) const {
+  const std::int32_t* const fresh = blocks_.scratch[0].fresh;
+  const NodeKey key = edited.key;
+  const std::int64_t first[2] = {key.x * std::int64_t{kTileQuads}, key.z * std::int64_t{kTileQuads}};
+  std::int32_t block[kBlock * kBlock];
+  for (std::int64_t z = changed.low[1] / kBlock; z <= changed.high[1] / kBlock; ++z) {
+    for (std::int64_t x = changed.low[0] / kBlock; x <= changed.high[0] / kBlock; ++x) {
+      const std::int64_t bit = 5 * (z - first[1] / kBlock) + x - first[0] / kBlock;
+      if (log.open_part() != CellKind::none && edited.part == log.part_number() &&
+          (edited.kept >> bit & 1u) != 0) {
+        continue;
+      }
+      bool any = false;
+      for (int k = 0; k < kBlock; ++k) {
+        for (int i = 0; i < kBlock; ++i) {
+          const std::int64_t at_i = x * kBlock + i - first[0], at_k = z * kBlock + k - first[1];
+          const bool is_there = at_i <= kTileQuads && at_k <= kTileQuads;
+          const std::int32_t before =
+              is_there ? edited.tile.height(static_cast<int>(at_i), static_cast<int>(at_k)) : 0;
+          block[k * kBlock + i] = before;
+          const std::int64_t sample[2] = {first[0] + at_i, first[1] + at_k};
+          const bool is_changed = sample[0] >= changed.low[0] && sample[0] <= changed.high[0] &&
+                                  sample[1] >= changed.low[1] && sample[1] <= changed.high[1];
+          any = any || (is_changed && fresh[at_k * (kTileQuads + 1) + at_i] != before);
+        }
+      }
+      if (!any) continue;
+      log.add(CellKind::ground_samples, static_cast<std::uint64_t>(z) << 32 | static_cast<std::uint64_t>(x),
+              std::as_bytes(std::span(block)));
+      if (edited.part != log.part_number()) edited.kept = 0;
+      edited.part = log.part_number();
+      edited.kept |= 1u << bit;
+    }
+  }
+}
+
 // Of tiles of size 0 their own samples; those of others in their rims stay as they are meanwhile.
-void EditGround::set_heights(const Edit& edit, const GridRect& samples) {
+void EditGround::set_heights(const Edit& edit, const GridRect& samples, UndoLog* log) {
   const std::int32_t* const fresh = blocks_.scratch[0].fresh;
   const GridRect nodes = nodes_with(info_, 0, samples);
   for (std::int64_t tz = nodes.low[1] / kTileNodes; tz <= nodes.high[1] / kTileNodes; ++tz) {
@@ -325,16 +358,26 @@ void EditGround::set_heights(const Edit& edit, const GridRect& samples) {
       const Status status = make_fresh(edit, key, edited.tile, samples);
       KARST_ASSERT(status.ok());
       const GridRect vertices = vertices_of(key, samples);
-      for (std::int64_t k = vertices.low[1]; k <= vertices.high[1]; ++k) {
-        for (std::int64_t i = vertices.low[0]; i <= vertices.high[0]; ++i) {
-          if (owner(0, tx * kTileQuads + i) != tx || owner(1, tz * kTileQuads + k) != tz) continue;
-          std::int32_t& own = edited.tile.heights[(k + kTileRim) * kTileSide + i + kTileRim];
-          const std::int32_t height = fresh[k * (kTileQuads + 1) + i];
-          if (own == height) continue;
-          own = height;
-          edited.stamp = stamp_;
+      const auto each_changed = [&](const auto& visit) {
+        for (std::int64_t k = vertices.low[1]; k <= vertices.high[1]; ++k) {
+          for (std::int64_t i = vertices.low[0]; i <= vertices.high[0]; ++i) {
+            const std::int64_t x = tx * kTileQuads + i, z = tz * kTileQuads + k;
+            if (owner(0, x) != tx || owner(1, z) != tz) continue;
+            std::int32_t& own = edited.tile.heights[(k + kTileRim) * kTileSide + i + kTileRim];
+            const std::int32_t height = fresh[k * (kTileQuads + 1) + i];
+            if (own != height) visit(own, height, x, z);
+          }
         }
+      };
+      GridRect changed;
+      if (log != nullptr) {
+        each_changed([&](std::int32_t, std::int32_t, std::int64_t x, std::int64_t z) { changed.take(x, z); });
       }
+      if (changed.exists()) keep_blocks(edited, changed, *log);
+      each_changed([&](std::int32_t& own, std::int32_t height, std::int64_t, std::int64_t) {
+        own = height;
+        edited.stamp = stamp_;
+      });
     }
   }
 }
@@ -415,20 +458,16 @@ Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
   if (const Status status = check(edit); !status.ok()) return status;
   const GridRect samples = footprint(edit);
   if (!samples.exists()) return {};
-  const std::uint32_t cells = log != nullptr ? log->open_cells() : 0;
   GroundChange planned;
-  Status status = try_out(edit, samples, log, planned);
-  if (status.ok() && planned.samples.exists()) status = check_regions(planned.samples);
-  if (status.ok() && planned.samples.exists()) status = reserve(planned.samples);
-  if (status.ok() && planned.samples.exists()) status = check_fit(planned);
-  if (!status.ok()) {
-    if (log != nullptr) log->drop_cells(cells);
-    return status;
-  }
+  if (const Status status = try_out(edit, samples, planned); !status.ok()) return status;
+  if (const Status status = check_regions(planned.samples); !status.ok()) return status;
   if (!planned.samples.exists()) return {};
+  if (const Status status = reserve(planned.samples); !status.ok()) return status;
+  if (const Status status = check_fit(planned); !status.ok()) return status;
   ++stamp_;
   change = planned;
-  set_heights(edit, planned.samples);
+  if (log != nullptr) choose_part(planned.samples, *log);
+  set_heights(edit, planned.samples, log);
   follow(change);
   return {};
 }
@@ -500,13 +539,12 @@ void EditGround::grow_region(std::size_t region, const RegionGrowth& growth, Gro
   count_tiles(change);
 }
 
-void EditGround::exchange(UndoCell cell) {
-  KARST_ASSERT(cell.bytes.size() == sizeof(Scratch::block));
-  std::int32_t* const block = blocks_.scratch[0].block;
-  std::memcpy(block, cell.bytes.data(), sizeof(Scratch::block));
+void EditGround::exchange(UndoCell cell, GroundChange& change) {
+  KARST_ASSERT(cell.kind == CellKind::ground_samples && cell.bytes.size() == 4 * kBlock * kBlock);
+  std::int32_t block[kBlock * kBlock];
+  std::memcpy(block, cell.bytes.data(), sizeof block);
   const auto first_x = static_cast<std::int64_t>(cell.key & 0xffffffffu) * kBlock;
   const auto first_z = static_cast<std::int64_t>(cell.key >> 32) * kBlock;
-  GroundChange& change = exchanged_;
   for (std::int64_t z = first_z; z < std::min(first_z + kBlock, info_.samples[1]); ++z) {
     for (std::int64_t x = first_x; x < std::min(first_x + kBlock, info_.samples[0]); ++x) {
       const NodeKey key{0, static_cast<std::int32_t>(owner(0, x)), static_cast<std::int32_t>(owner(1, z))};
@@ -521,25 +559,18 @@ void EditGround::exchange(UndoCell cell) {
       change.samples.take(x, z);
       change.least = std::min({change.least, own, other});
       change.greatest = std::max({change.greatest, own, other});
+      edited->stamp = stamp_;
       std::swap(own, other);
     }
   }
-  std::memcpy(cell.bytes.data(), block, sizeof(Scratch::block));
+  std::memcpy(cell.bytes.data(), block, sizeof block);
 }
 
-void EditGround::finish(GroundChange& change) {
-  change = exchanged_;
-  exchanged_ = {};
-  if (!change.samples.exists()) return;
+void EditGround::exchange(UndoPart part, GroundChange& change) {
+  change = {};
   ++stamp_;
-  for (std::int64_t tz = owner(1, change.samples.low[1]); tz <= owner(1, change.samples.high[1]); ++tz) {
-    for (std::int64_t tx = owner(0, change.samples.low[0]); tx <= owner(0, change.samples.high[0]); ++tx) {
-      EditedTile* const tile =
-          overlay_.find({0, static_cast<std::int32_t>(tx), static_cast<std::int32_t>(tz)});
-      if (tile != nullptr) tile->stamp = stamp_;
-    }
-  }
-  follow(change);
+  for (const UndoCell cell : part) exchange(cell, change);
+  if (change.samples.exists()) follow(change);
 }
 
 std::uint32_t EditGround::show(const GroundChange& change, Ground& ground) const {

@@ -8,7 +8,7 @@
 //   ground.attach(info, root, editor.overlay().source());
 //   log.begin();  editor.apply(edit, &log, change);  log.end();
 //   editor.show(change, ground);                       // what is drawn of it from now on
-//   log.undo([&](UndoCell cell) { editor.exchange(cell); });  editor.finish(change);
+//   log.undo([&](UndoPart part) { editor.exchange(part, change); ... });
 #pragma once
 
 #include <array>
@@ -44,7 +44,8 @@ class EditGround {
     std::uint32_t tiles = 0;    // Config::edit_tiles; 0: nothing is edited
     std::size_t workspace = 0;  // bytes that reading a tile takes
   };
-  // Cells of the log: 16 x 16 samples of size 0, row by row, 4 bytes each; key: z << 32 | x of the block.
+  // Cells of the log, ground_samples: 16 x 16 samples of size 0, row by row, 4 bytes each; key: z << 32 | x
+  // of the block. Edits that follow each other in a step are one part where that is less.
   static constexpr int kBlock = 16;
 
   static void add_to(Budget& budget, const Limits& limits);
@@ -61,14 +62,13 @@ class EditGround {
   const GroundOverlay& overlay() const { return overlay_; }
 
   // invalid_argument names the field of karst::Edit; unsupported ("ground"): of what grounds it cannot edit;
-  // limit_reached: "edit_tiles" with how many it takes, or what UndoLog::add() says; and errors of reading.
-  // After an error no height has changed. log: null, or with a step open. Precondition: exists().
+  // limit_reached: "edit_tiles" with how many it takes; and errors of reading. After an error no height has
+  // changed, and nothing is in the log. log: null, or with a step open. Precondition: exists().
   Status apply(const Edit& edit, UndoLog* log, GroundChange& change);
 
-  // Cells of steps that are taken back or again, and what follows from all of them. Precondition: the log's
-  // cells are of this ground.
-  void exchange(UndoCell cell);
-  void finish(GroundChange& change);
+  // A part that is taken back or done again, and what follows from it. Precondition: its cells are of this
+  // ground.
+  void exchange(UndoPart part, GroundChange& change);
 
   // Before the voxels of a region are edited, for what its thresholds may have to allow for then. box: around
   // the region's surface as it is, from its corner, lattice steps. limit_reached ("edit_tiles"), and errors
@@ -94,7 +94,6 @@ class EditGround {
   struct Scratch {
     MeasureEdits::Scratch measure;
     std::int32_t fresh[(kTileQuads + 1) * (kTileQuads + 1)];
-    std::int32_t block[kBlock * kBlock];
   };
   struct Blocks {
     GroundOverlay::Storage overlay;
@@ -117,14 +116,16 @@ class EditGround {
   double edited(const Edit& edit, const Tile& tile, std::int64_t i, std::int64_t k, int at_i, int at_k) const;
   Status make_fresh(const Edit& edit, NodeKey key, const Tile& tile, const GridRect& samples);
   GridRect vertices_of(NodeKey tile, const GridRect& samples) const;
-  Status try_out(const Edit& edit, const GridRect& samples, UndoLog* log, GroundChange& change);
-  Status keep_blocks(NodeKey key, const Tile& tile, const GridRect& changed, UndoLog& log);
+  Status try_out(const Edit& edit, const GridRect& samples, GroundChange& change);
   Status reserve(const GridRect& samples, int least_size = 0);
   void count_tiles(GroundChange& change) const;
   Status check_regions(const GridRect& samples) const;
   std::span<const RegionGrowth> growths() const { return std::span(growths_).first(info_.regions().size()); }
   Status check_fit(const GroundChange& change);
-  void set_heights(const Edit& edit, const GridRect& samples);
+  void choose_part(const GridRect& samples, UndoLog& log);
+  void keep_blocks(EditedTile& edited, const GridRect& changed, UndoLog& log) const;
+  void set_heights(const Edit& edit, const GridRect& samples, UndoLog* log);
+  void exchange(UndoCell cell, GroundChange& change);
   void set_sizes(int size, const GridRect& samples);
   void follow(GroundChange& change);
 
@@ -136,7 +137,9 @@ class EditGround {
   std::array<LatticeBox, kMostRegions> boxes_{};  // of regions that are reserved
   std::uint32_t reserved_ = 0;                    // bit n: region n
   std::uint64_t stamp_ = 0;
-  GroundChange exchanged_;
+  // The open part of the log.
+  GridRect part_samples_;
+  std::int64_t part_area_ = 0;  // sum over its edits
   Status trouble_;
 };
 

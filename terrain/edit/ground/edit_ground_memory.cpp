@@ -24,7 +24,6 @@ void EditGround::attach(const GroundInfo& info, const Tile& root, const TileSour
                         const TileReading& reading) {
   info_ = info;
   overlay_.reset(file, reading);
-  exchanged_ = {};
   growths_ = {};
   reserved_ = 0;
   trouble_ = {};

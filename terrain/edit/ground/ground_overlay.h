@@ -41,6 +41,9 @@ struct EditedTile {
   NodeKey key;
   std::int32_t next = -1;   // of its chain in the table
   std::uint64_t stamp = 0;  // the update that changed it last
+  // Blocks of its samples that the part of the undo log of that number has (EditGround::kBlock); bit 5 z + x.
+  std::uint64_t part = 0;
+  std::uint32_t kept = 0;
 
   bool knows(int node) const { return (known[node >> 6] >> (node & 63) & 1u) != 0; }
   void know(int node) { known[node >> 6] |= std::uint64_t{1} << (node & 63); }

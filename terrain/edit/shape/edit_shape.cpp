@@ -6,14 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <glm/common.hpp>
-
 #include "terrain/base/check.h"
-#include "terrain/base/checksum.h"
 #include "terrain/edit/brush.h"
 #include "terrain/edit/shape/edit_octree.h"
 #include "terrain/edit/shape/new_heights.h"
-#include "terrain/measure/measure_patches.h"
 #include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/surface/bezier/update_surface.h"
 
@@ -142,11 +138,12 @@ class ShapeEdit {
     heights.first_block = all_.first;
     heights.heights = all_.heights;
     heights.run();
+    FollowChange follow(all_, level_, change);
     std::size_t vanished = 0, changed = updated.vanished;
     for (const PatchChange& one : changes) {
       if (one.kind == PatchChange::vanished) {
-        join(change.box, box_before(one.slot));
-        forget(one.slot);
+        join(change.box, follow.box_before(one.slot));
+        follow.forget(one.slot);
         if (all_.surface.is_free(one.slot)) room_.changed[vanished++] = one.slot;
       } else {
         room_.changed[changed++] = one.slot;
@@ -154,72 +151,8 @@ class ShapeEdit {
       }
     }
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
-    change.vanished = room_.changed.first(vanished);
-    const Status status =
-        find_touched(all_.surface, room_.changed.subspan(updated.vanished, changed - updated.vanished),
-                     room_.touched, change.touched);
-    KARST_ASSERT(status.ok());  // counted before
-    static_cast<void>(status);
-    measure(change);
-    derive(change);
-    name_for_world(change);
-  }
-
-  // Numbers of the part become the world's.
-  void name_for_world(EditChange& change) {
-    if (all_.first == 0) return;
-    for (PatchId& patch : room_.changed.first(change.vanished.size())) patch += all_.first;
-    for (PatchId& patch : room_.touched.first(change.touched.size())) patch += all_.first;
-  }
-
-  // What culling reads is still that of before.
-  LatticeBox box_before(PatchId slot) const {
-    return all_.boxes[slot / PatchBoxes::kPatches].box(slot % PatchBoxes::kPatches);
-  }
-
-  static void join(LatticeBox& box, const LatticeBox& other) {
-    if (is_nowhere(other)) return;
-    box = {glm::min(box.min, other.min), glm::max(box.max, other.max)};
-  }
-
-  void forget(PatchId slot) {
-    if (!all_.surface.is_free(slot)) return;  // it is taken again
-    all_.bounds[slot] = {};
-    all_.cones[slot] = all_.shading_cones[slot] = {};
-    const std::size_t values = level_error_values(level_);
-    std::ranges::fill(all_.level_errors.subspan(slot * values, values), std::uint16_t{0});
-    if (!all_.overrides.empty()) all_.overrides[slot] = 0;
-  }
-
-  void measure(EditChange& change) {
-    if (change.touched.empty()) return;
-    MeasurePatches measure;
-    measure.surface = all_.surface;
-    measure.heights = all_.heights->heights();
-    measure.list = change.touched;
-    measure.borders = room_.borders.first(change.touched.size());
-    measure.out = {all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
-    KARST_ASSERT(measure.validate().ok());
-    const MeasurePatches::Room room{make_patch_scratch(room_.scratch), room_.vertices};
-    for (const PatchId patch : change.touched) join(change.box, box_before(patch));
-    measure.measure(0, measure.count(), room);
-    measure.join(0, measure.count());
-    for (const PatchId patch : change.touched) join(change.box, patch_box(all_.surface, all_.bounds, patch));
-  }
-
-  void derive(EditChange& change) {
-    for (const std::span<const PatchId> list : {change.vanished, change.touched}) {
-      for (const PatchId patch : list) {
-        fill_patch_boxes(all_.surface, all_.bounds, patch, patch + 1, all_.boxes);
-        const Status status = all_.tree->update(all_.surface, all_.bounds, patch, 1);
-        KARST_ASSERT(status.ok());
-        static_cast<void>(status);
-      }
-    }
-    all_.occluders->build(*all_.octree, all_.extent, all_.surface, all_.bounds);
-    const std::uint32_t sky = crc32c(std::as_bytes(all_.sky->cells()));
-    all_.sky->build(*all_.octree, all_.extent, all_.mirrors);
-    change.sky_changed = crc32c(std::as_bytes(all_.sky->cells())) != sky;
+    follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
+               room_.changed.first(vanished), true);
   }
 
   World::Editable all_;

@@ -7,28 +7,12 @@
 //   // vertices of change.touched are to be made anew; those of change.vanished are nobody's
 #pragma once
 
-#include <span>
-
-#include <glm/vec3.hpp>
-
 #include "karst/status.h"
 #include "terrain/edit/edit.h"
-#include "terrain/surface/patch.h"
-#include "terrain/view/frustum.h"
+#include "terrain/edit/follow_change.h"
 #include "terrain/world/world.h"
 
 namespace karst::core {
-
-struct EditChange {
-  bool changed = false;  // false: the world was so already
-  std::size_t part = 0;  // the world's that changed
-  LatticeBox box{};      // of all that changed, before and after; from the part's corner
-  bool sky_changed = false;
-  // The world's patches whose vertices or measures may be others, ascending, and slots that became free.
-  // Valid until the next edit.
-  std::span<const PatchId> touched;
-  std::span<const PatchId> vanished;
-};
 
 // In regions of a ground the outermost voxels stay as they are, whatever the shape: kSideVoxels at the sides,
 // so that the rim and the belt that joins it to the ground do, and the lowest one. An edit that reaches none

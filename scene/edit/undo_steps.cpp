@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// Strokes, undo and redo of karst::Editor.
+#include "scene/edit/ground_edits.h"
+#include "scene/world/world_object.h"
+
+namespace karst {
+namespace core {
+namespace {
+
+EditorObject& self(karst::Editor* editor) {
+  return *static_cast<EditorObject*>(editor);
+}
+
+}  // namespace
+
+void EditorObject::begin_stroke() {
+  end_stroke();
+  if (log.exists()) log.begin();
+}
+
+void EditorObject::end_stroke() {
+  if (log.is_open()) log.end();
+}
+
+// A part of a step that is taken back or done again, and what follows from it for frames and queries. Each
+// kind of part has its own way.
+Status EditorObject::take_part(UndoPart part, EditResult& result) {
+  switch (part.kind()) {
+    case CellKind::ground_samples: {
+      GroundChange change;
+      world.ground_edits->exchange(part, change);
+      follow_ground(change, show_ground_change(world, change), result);
+      return {};
+    }
+    default:
+      return {};
+  }
+}
+
+Status EditorObject::take_step(bool back, EditResult& result) {
+  end_stroke();
+  result = {};
+  Status first;
+  const auto take = [&](UndoPart part) {
+    const Status status = take_part(part, result);
+    if (first.ok()) first = status;
+  };
+  static_cast<void>(back ? log.undo(take) : log.redo(take));
+  result.version = result.changed ? ++version : version;
+  return first;
+}
+
+UndoState EditorObject::undo_state() const {
+  return {log.undo_steps(), log.redo_steps(), log.lost_steps()};
+}
+
+}  // namespace core
+
+void Editor::begin_stroke() noexcept {
+  core::self(this).begin_stroke();
+}
+
+void Editor::end_stroke() noexcept {
+  core::self(this).end_stroke();
+}
+
+Status Editor::undo(EditResult& result) noexcept {
+  return core::self(this).take_step(true, result);
+}
+
+Status Editor::redo(EditResult& result) noexcept {
+  return core::self(this).take_step(false, result);
+}
+
+UndoState Editor::undo_state() const noexcept {
+  return static_cast<const core::EditorObject*>(this)->undo_state();
+}
+
+}  // namespace karst

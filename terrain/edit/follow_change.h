@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What follows in a world from patches that an edit changed, whatever it edited: measures, boxes, the tree,
+// rock that hides and the sky. Afterwards they are what a file of the edited world would be loaded with.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "terrain/surface/patch.h"
+#include "terrain/view/frustum.h"
+#include "terrain/world/world.h"
+
+namespace karst::core {
+
+struct EditChange {
+  bool changed = false;  // false: the world was so already
+  std::size_t part = 0;  // the world's that changed
+  LatticeBox box{};      // of all that changed, before and after; from the part's corner
+  bool sky_changed = false;
+  // The world's patches whose vertices or measures may be others, ascending, and slots that became free.
+  // Valid until the next edit.
+  std::span<const PatchId> touched;
+  std::span<const PatchId> vanished;
+};
+
+// Larger by another; by one of free slots not.
+void join(LatticeBox& box, const LatticeBox& other);
+
+class FollowChange {
+ public:
+  // change: the box of what changed so far; all else is filled in.
+  FollowChange(const World::Editable& all, int level, EditChange& change)
+      : all_(all), level_(level), change_(change) {}
+
+  // The box of a patch before the edit, until run().
+  LatticeBox box_before(PatchId slot) const {
+    return all_.boxes[slot / PatchBoxes::kPatches].box(slot % PatchBoxes::kPatches);
+  }
+  // Nothing is known any more of a slot that is free now.
+  void forget(PatchId slot);
+  // changed: patches that are others now, in any order, none of them free; with those that share a corner
+  // with them no more than EditRoom::touched has room for. vanished: slots that are free now, ascending, at
+  // the front of EditRoom::changed. All of them are the part's own; in the change they are the world's.
+  // voxels: whether those changed, too.
+  void run(std::span<const PatchId> changed, std::span<const PatchId> vanished, bool voxels);
+
+ private:
+  void measure();
+  void derive(bool voxels);
+  void name_for_world();
+
+  World::Editable all_;
+  int level_;
+  EditChange& change_;
+};
+
+}  // namespace karst::core
