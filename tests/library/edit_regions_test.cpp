@@ -3,10 +3,14 @@
 // rims stay.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <vector>
 
+#include "terrain/edit/regions/region_growth.h"
+#include "terrain/patch/displacement.h"
 #include "tests/library/ground_file.h"
+#include "tests/support/edited_ground.h"
 #include "tests/support/edited_world.h"
 #include "tests/support/heap_count.h"
 
@@ -46,24 +50,22 @@ std::unique_ptr<TestWorld> voxels_of(const Place& place, std::uint64_t seed) {
   return world;
 }
 
-std::vector<std::byte> file_of(std::size_t count) {
-  std::vector<std::unique_ptr<TestWorld>> worlds;
-  std::vector<const TestWorld*> regions;
+constexpr double kFileError = 4.0 * kStepsPerVoxel;
+
+MemoryGround ground_of(std::size_t count) {
   std::vector<test::MemoryRegion> places;
   for (std::size_t n = 0; n < count; ++n) {
     const Place& place = kPlaces[n];
-    worlds.push_back(voxels_of(place, 3 + n));
-    regions.push_back(worlds.back().get());
     const double reach = kStepsPerVoxel * glm::length(glm::dvec3(place.extent));
     places.push_back({place.extent.x,
                       place.extent.z,
                       place.first[0],
                       place.first[1],
-                      {4.0 * kStepsPerVoxel, reach},
+                      {kFileError, reach},
                       place.extent.y,
                       place.height});
   }
-  const MemoryGround ground(
+  return MemoryGround(
       241, 201, 4096, 4096,
       [](std::int64_t i, std::int64_t k) {
         const double x = 0.5 + 0.5 * double(i) - 2 * kPlaces[0].first[0];
@@ -71,7 +73,16 @@ std::vector<std::byte> file_of(std::size_t count) {
         return static_cast<std::int32_t>(ground_height(x, z) * kStepsPerVoxel / kVertexStep);
       },
       places);
-  return test::ground_file(ground, regions);
+}
+
+std::vector<std::byte> file_of(std::size_t count) {
+  std::vector<std::unique_ptr<TestWorld>> worlds;
+  std::vector<const TestWorld*> regions;
+  for (std::size_t n = 0; n < count; ++n) {
+    worlds.push_back(voxels_of(kPlaces[n], 3 + n));
+    regions.push_back(worlds.back().get());
+  }
+  return test::ground_file(ground_of(count), regions);
 }
 
 // Somewhere in a region, or at its sides.
@@ -182,6 +193,71 @@ TEST(EditRegions, WhatIsBesideThemIsTold) {
   LoadedWorld plain(file_of(2));
   EXPECT_FALSE(plain.world.is_editable());
   EXPECT_EQ(plain.world.free_patches(), 0u);
+}
+
+// Points of a region's surface, and how far the ground that stands for it is from them: as it is baked.
+double measured_error(const LoadedWorld& live, std::size_t n,
+                      const std::function<double(double, double)>& height) {
+  const WorldPart& part = live.world.parts()[n];
+  const int level = live.world.info().level;
+  std::vector<glm::dvec3> points;
+  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
+  double most = 0;
+  for (PatchId p = 0; p < part.patches(); ++p) {
+    if (part.surface.is_free(p)) continue;
+    displaced_positions(part.surface, live.world.heights(), level, p, places);
+    const glm::dvec3 at = glm::dvec3(patch_origin(part.surface.volume_of(p)));
+    for (const glm::ivec3 place : places) {
+      points.push_back((at + glm::dvec3(place)) / double{kStepsPerVoxel});
+      most = std::max(most, points.back().y - height(points.back().x, points.back().z));
+    }
+  }
+  for (double z = 0.5; z <= part.extent.z - 0.5; z += 0.5) {
+    for (double x = 0.5; x <= part.extent.x - 0.5; x += 0.5) {
+      const glm::dvec3 from(x, height(x, z), z);
+      double nearest = 1e9;
+      for (const glm::dvec3& point : points) nearest = std::min(nearest, glm::length(point - from));
+      most = std::max(most, nearest);
+    }
+  }
+  return most * kStepsPerVoxel;
+}
+
+// What thresholds allow for is no less than how far the region is from the ground after each edit.
+TEST(EditRegions, GrowthIsNoLessThanIsMeasured) {
+  const MemoryGround ground = ground_of(3);
+  LoadedWorld live(file_of(3), kRoom);
+  test::EditedGround edited(ground, 200);
+  test::Random random{77};
+  double tightest = 0, grown = 0, measured = 0;
+  int count = 0;
+  for (int n = 0; n < 120; ++n) {
+    const auto at = static_cast<std::size_t>(random.below(3));
+    const WorldPart& part = live.world.parts()[at];
+    Edit edit = random_edit(random, part);
+    if (n % 2 == 0) edit.tool = EditTool::clear;
+    edit.radius *= 1.5;
+    ASSERT_TRUE(edited.edits.reserve_region(at, part.tree->around_all(glm::ivec3(0))).ok());
+    EditChange change;
+    if (!edit_shape(live.world, edit, change).ok() || !change.changed) continue;
+    const FindRegionGrowth find{&live.world, &edited.edits, at, change.box, change.touched};
+    const RegionGrowth growth = find.run();
+    EXPECT_GE(growth.error, edited.edits.growth(at).error);
+    EXPECT_GE(growth.reach, edited.edits.growth(at).reach);
+    GroundChange raised;
+    edited.edits.grow_region(at, growth, raised);
+    const double is = measured_error(live, at, [&](double x, double z) {
+      return ground_height(x + part.corner.x, z + part.corner.z) - part.corner.y;
+    });
+    ASSERT_LE(is, kFileError + growth.error + 0.3 * kStepsPerVoxel) << n;
+    tightest = std::max(tightest, is / (kFileError + growth.error));
+    grown = std::max(grown, growth.error), measured = std::max(measured, is);
+    ++count;
+  }
+  std::printf("%d edits: a region is %.2f of what is allowed for off at most, %.2f voxels; grown by %.2f\n",
+              count, tightest, measured / kStepsPerVoxel, grown / kStepsPerVoxel);
+  EXPECT_GT(count, 50);
+  EXPECT_GT(measured, kFileError);
 }
 
 }  // namespace
