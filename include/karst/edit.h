@@ -88,10 +88,13 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches), and heights of grounds on planes
-  // without regions (extrude to level; Needs::edit_tiles); paint is refused, and so is the rest.
-  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
-  // "max_octets", with what it would take. After an error nothing has changed, to the bit.
+  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches) or, with a ground, of its regions
+  // (Needs::edit_tiles besides); and heights of grounds on planes (extrude to level; Needs::edit_tiles) where
+  // no region stands. Paint is refused, and so is the rest. Of a region's voxels the outermost stay: three at
+  // its sides, where the ground begins, and the lowest; so its size bounds what can be dug. "place": the edit
+  // reaches no other voxels of a region, or those of two. invalid_argument names the field. limit_reached
+  // names the field of Needs that is too small, or "max_octets", with what it would take. After an error
+  // nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
   // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second
