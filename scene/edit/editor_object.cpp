@@ -70,8 +70,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     if (const Status status = reserve_region(world, edit); !status.ok()) return status;
   }
   EditChange change;
-  if (const Status status = edit_shape(terrain, edit, change); !status.ok()) return status;
-  if (change.changed && kept != nullptr) kept->lose();
+  if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
   return follow(change, result);
 }
 

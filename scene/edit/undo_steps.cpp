@@ -2,6 +2,7 @@
 // Strokes, undo and redo of karst::Editor.
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/edit/undo/take_part.h"
 
 namespace karst {
 namespace core {
@@ -22,19 +23,17 @@ void EditorObject::end_stroke() {
   if (log.is_open()) log.end();
 }
 
-// A part of a step that is taken back or done again, and what follows from it for frames and queries. Each
-// kind of part has its own way.
-Status EditorObject::take_part(UndoPart part, EditResult& result) {
-  switch (part.kind()) {
-    case CellKind::ground_samples: {
-      GroundChange change;
-      world.ground_edits->exchange(part, change);
-      follow_ground(change, show_ground_change(world, change), result);
-      return {};
-    }
-    default:
-      return {};
+// A part of a step that is taken back or done again, and what follows from it for frames and queries.
+Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
+  if (part.kind() == CellKind::ground_samples) {
+    GroundChange change;
+    world.ground_edits->exchange(part, change);
+    follow_ground(change, show_ground_change(world, change), result);
+    return {};
   }
+  EditChange change;
+  core::take_part(world.terrain.world, part, back, change);
+  return follow(change, result);
 }
 
 Status EditorObject::take_step(bool back, EditResult& result) {
@@ -42,7 +41,7 @@ Status EditorObject::take_step(bool back, EditResult& result) {
   result = {};
   Status first;
   const auto take = [&](UndoPart part) {
-    const Status status = take_part(part, result);
+    const Status status = take_part(part, back, result);
     if (first.ok()) first = status;
   };
   static_cast<void>(back ? log.undo(take) : log.redo(take));

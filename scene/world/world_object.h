@@ -51,7 +51,7 @@ struct EditorObject final : karst::Editor {
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
-  Status take_part(UndoPart part, EditResult& result);
+  Status take_part(UndoPart part, bool back, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

@@ -3,15 +3,17 @@
 // rims stay.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <vector>
 
 #include "terrain/edit/regions/region_growth.h"
+#include "terrain/edit/undo/take_part.h"
 #include "terrain/patch/displacement.h"
 #include "tests/library/ground_file.h"
-#include "tests/support/edited_ground.h"
 #include "tests/support/edited_world.h"
+#include "tests/support/ground_editor.h"
 #include "tests/support/heap_count.h"
 
 namespace karst::core {
@@ -131,6 +133,47 @@ TEST(EditRegions, HundredsOfEditsAreWhatAFileLoads) {
   }
 }
 
+// Of all regions, in one log.
+TEST(EditRegions, EditsAreTakenBackAndDoneAgainToTheBit) {
+  LoadedWorld live(file_of(3), kRoom);
+  test::Random random{41};
+  std::vector<std::uint64_t> memory(1 << 18);
+  UndoLog log;
+  log.create(std::as_writable_bytes(std::span(memory)));
+  std::vector<std::vector<std::byte>> states = {live.save()};
+  std::array<int, 3> changed{};
+  while (states.size() < 60) {
+    const auto at = static_cast<std::size_t>(random.below(3));
+    log.begin();
+    EditChange change;
+    const Status status = edit_shape(live.world, random_edit(random, live.world.parts()[at]), &log, change);
+    log.end();
+    if (!status.ok() || !change.changed) continue;
+    ++changed[change.part];
+    states.push_back(live.save());
+  }
+  for (const int of_part : changed) EXPECT_GT(of_part, 9);
+  ASSERT_EQ(log.lost_steps(), 0u);
+  const auto take = [&](bool back) {
+    return [&, back](UndoPart part) {
+      EditChange change;
+      take_part(live.world, part, back, change);
+      EXPECT_TRUE(change.changed);
+      for (const PatchId patch : change.touched) EXPECT_EQ(live.world.part_number(patch), change.part);
+    };
+  };
+  for (std::size_t n = states.size() - 1; n > 0; --n) {
+    ASSERT_TRUE(log.undo(take(true)));
+    ASSERT_TRUE(live.save() == states[n - 1]) << n;
+    if (n % 10 == 0) test::expect_as_loaded(live);
+  }
+  for (std::size_t n = 1; n < states.size(); ++n) {
+    ASSERT_TRUE(log.redo(take(false)));
+    ASSERT_TRUE(live.save() == states[n]) << n;
+  }
+  test::expect_as_loaded(live);
+}
+
 // The outermost voxels of a region stay, whatever is larger than it.
 TEST(EditRegions, SidesAndTheLowestVoxelsStay) {
   for (const EditTool tool : {EditTool::clear, EditTool::fill}) {
@@ -227,7 +270,7 @@ double measured_error(const LoadedWorld& live, std::size_t n,
 TEST(EditRegions, GrowthIsNoLessThanIsMeasured) {
   const MemoryGround ground = ground_of(3);
   LoadedWorld live(file_of(3), kRoom);
-  test::EditedGround edited(ground, 200);
+  test::GroundEditor edited(ground, 200);
   test::Random random{77};
   double tightest = 0, grown = 0, measured = 0;
   int count = 0;

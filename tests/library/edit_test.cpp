@@ -16,6 +16,7 @@ Needs edit_needs() {
   Needs needs;
   needs.edit_patches = 4'000;
   needs.queries = 1;
+  needs.undo_bytes = 4 << 20;
   return needs;
 }
 
@@ -158,6 +159,60 @@ TEST_F(Edits, FramesAreThoseOfTheWorldAsItIs) {
   begin(file);
   EXPECT_EQ(test::largest_difference(live, shot(view)), 0);
   EXPECT_TRUE(answers() == asked);
+}
+
+// What is drawn, asked and saved is that of before, and that of after.
+TEST_F(Edits, StepsAreTakenBackAndDoneAgain) {
+  begin();
+  const Hit at = middle();
+  const ViewState view = view_of(at.place);
+  struct Seen {
+    Pixels pixels;
+    double distance;
+    std::vector<std::byte> file;
+  };
+  const auto see = [&] { return Seen{shot(view), middle().distance, saved()}; };
+  const auto expect_seen = [&](const Seen& seen) {
+    EXPECT_EQ(test::largest_difference(shot(view), seen.pixels), 0);
+    EXPECT_EQ(middle().distance, seen.distance);
+    EXPECT_TRUE(saved() == seen.file);
+  };
+  std::vector<Seen> seen = {see()};
+  Edit edit;
+  EditResult result;
+  for (unsigned step = 0; step < 3; ++step) {
+    if (step == 1) editor_->begin_stroke();
+    for (int n = 0; n < (step == 1 ? 3 : 1); ++n) {
+      edit.tool = step == 2 ? EditTool::fill : EditTool::clear;
+      edit.place = {at.place.x + n, at.place.y - step, at.place.z};
+      edit.radius_m = 2.5;
+      ASSERT_TRUE(editor_->apply(edit, result).ok());
+      EXPECT_TRUE(result.changed);
+      EXPECT_TRUE(result.can_undo);
+    }
+    editor_->end_stroke();
+    EXPECT_EQ(editor_->undo_state().undo_steps, step + 1);
+    seen.push_back(see());
+  }
+  const std::uint64_t version = result.version;
+  for (std::size_t n = 3; n-- > 0;) {
+    ASSERT_TRUE(editor_->undo(result).ok());
+    EXPECT_TRUE(result.changed);
+    EXPECT_GT(result.patches, 0u);
+    EXPECT_EQ(result.version, version + 3 - n);
+    EXPECT_LT(result.low.x, at.place.x);
+    EXPECT_GT(result.high.x, at.place.x);
+    expect_seen(seen[n]);
+  }
+  ASSERT_TRUE(editor_->undo(result).ok());
+  EXPECT_FALSE(result.changed);
+  EXPECT_EQ(editor_->undo_state().redo_steps, 3u);
+  for (std::size_t n = 1; n <= 3; ++n) {
+    ASSERT_TRUE(editor_->redo(result).ok());
+    expect_seen(seen[n]);
+  }
+  EXPECT_EQ(editor_->undo_state().redo_steps, 0u);
+  EXPECT_EQ(editor_->undo_state().lost_steps, 0u);
 }
 
 TEST_F(Edits, WhatThePlanHasNoRoomForIsTold) {

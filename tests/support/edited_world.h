@@ -20,15 +20,17 @@
 
 namespace karst::test {
 
-// One that is loaded. edit_patches 0: the least that holds it.
+// One that is loaded. edit_patches 0: the least that holds it. octets: of room beyond those of the file; 0:
+// as many as go with the patches.
 class LoadedWorld : public TerrainParts {
  public:
-  explicit LoadedWorld(std::vector<std::byte> bytes, std::uint32_t edit_patches = 0)
+  explicit LoadedWorld(std::vector<std::byte> bytes, std::uint32_t edit_patches = 0, std::uint32_t octets = 0)
       : file_(std::move(bytes)) {
     WorldReader reader;
     EXPECT_TRUE(reader.open(ByteSource::of(file_)).ok());
     Config config = World::config_for(reader.info(), reader.info().level, reader.ground());
     if (edit_patches > 0) World::add_edit_room(edit_patches, config);
+    if (octets > 0) config.max_octets = reader.info().octets + octets;
     memory_ = AlignedBytes(static_cast<std::size_t>(terrain_budget(config).cpu_bytes()));
     Status status = create(config, memory_.bytes());
     if (status.ok()) status = load(ByteSource::of(file_));

@@ -183,7 +183,7 @@ std::vector<NormalCone> TestWorld::shading_cones() const {
   return cones;
 }
 
-std::vector<std::byte> TestWorld::file() const {
+std::vector<std::byte> TestWorld::file(const WorldMaterials& materials) const {
   const core::WorldInfo i = info();
   std::vector<std::byte> mask((i.patches + 7) / 8, std::byte{0});
   for (std::uint32_t p = 0; p < i.height_blocks; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
@@ -197,7 +197,8 @@ std::vector<std::byte> TestWorld::file() const {
     out.insert(out.end(), bytes.begin(), bytes.end());
     return true;
   };
-  const WorldWriter writer{i, &octree_, {patch_keys, mask, heights_, errors, boxes, normals, shading}};
+  const WorldWriter writer{
+      i, &octree_, {patch_keys, mask, heights_, errors, boxes, normals, shading}, materials};
   require(writer.run(ByteSink::to(append)));
   return out;
 }

@@ -76,7 +76,7 @@ class TestWorld {
   // The world as a .karst file: what WorldWriter makes of it. Without heights no patch has a block.
   core::WorldInfo info() const;
   std::vector<PatchKey> keys() const;
-  std::vector<std::byte> file() const;
+  std::vector<std::byte> file(const WorldMaterials& materials = WorldMaterials()) const;
   double voxel_size_m = 1;
 
   // Vertices of one patch in slot order.

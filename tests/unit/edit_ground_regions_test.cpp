@@ -7,12 +7,12 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/edited_ground.h"
+#include "tests/support/ground_editor.h"
 
 namespace karst::core {
 namespace {
 
-using test::EditedGround;
+using test::GroundEditor;
 using test::MemoryGround;
 using test::MemoryRegion;
 
@@ -51,7 +51,7 @@ bool is_near_region(const GroundInfo& info, NodeKey node) {
 
 TEST(EditGroundRegions, IsAsAGroundMadeOfTheEditedSamplesBesideThem) {
   const MemoryGround file = ground(height_of, regions());
-  EditedGround edited(file, 400);
+  GroundEditor edited(file, 400);
   test::Random random{5};
   int refused = 0, changed = 0;
   constexpr EditTool kTools[] = {EditTool::extrude, EditTool::smooth, EditTool::noise, EditTool::level};
@@ -116,7 +116,7 @@ TEST(EditGroundRegions, IsAsAGroundMadeOfTheEditedSamplesBesideThem) {
 // region is that far off.
 TEST(EditGroundRegions, ThresholdsGrowWithARegion) {
   const MemoryGround file = ground(height_of, regions());
-  EditedGround edited(file, 400);
+  GroundEditor edited(file, 400);
   ASSERT_TRUE(edited.edits.reserve_region(0, {glm::ivec3(0), glm::ivec3(1)}).ok());
   RegionGrowth growth;
   std::vector<std::uint16_t> last;
@@ -168,7 +168,7 @@ TEST(EditGroundRegions, ThresholdsGrowWithARegion) {
 
 TEST(EditGroundRegions, RoomForThresholdsIsAskedForFirst) {
   const MemoryGround file = ground(height_of, regions());
-  EditedGround edited(file, 3);
+  GroundEditor edited(file, 3);
   const Status status = edited.edits.reserve_region(1, {});
   EXPECT_EQ(status.code(), StatusCode::limit_reached);
   EXPECT_STREQ(status.field(), "edit_tiles");

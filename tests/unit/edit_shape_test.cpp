@@ -157,5 +157,41 @@ TEST(EditShape, FailuresChangeNothing) {
   EXPECT_STREQ(edit_shape(plain.world, dig, change).field(), "world");
 }
 
+// What could not be taken back is not done: what is there before takes room, too.
+TEST(EditShape, WhatGoesCountsAsWell) {
+  Edit all;
+  all.place = {7, 5, 6};
+  all.radius = 1e5;
+  const LoadedWorld plain(rough_world(2).file());
+  const std::uint32_t patches = plain.world.patch_count();
+  for (const std::uint32_t room : {patches - 1, patches}) {
+    LoadedWorld live(rough_world(2).file(), room);
+    const std::vector<std::byte> before = live.save();
+    std::vector<std::uint64_t> memory(1 << 17);
+    UndoLog log;
+    log.create(std::as_writable_bytes(std::span(memory)));
+    EditChange change;
+    log.begin();
+    const Status status = edit_shape(live.world, all, &log, change);
+    log.end();
+    if (room < patches) {
+      ASSERT_EQ(status.code(), StatusCode::limit_reached);
+      EXPECT_STREQ(status.field(), "edit_patches");
+      EXPECT_EQ(status.value(), patches);
+      EXPECT_EQ(log.undo_steps() + log.lost_steps(), 0u);
+      EXPECT_TRUE(live.save() == before);
+      continue;
+    }
+    ASSERT_TRUE(status.ok()) << status.field() << status.value();
+    EXPECT_EQ(live.world.free_patches(), live.world.patch_count());
+    ASSERT_TRUE(log.undo([&](UndoPart part) { undo_shape(live.world, part, change); }));
+    EXPECT_EQ(change.touched.size(), patches);
+    EXPECT_TRUE(live.save() == before);
+    test::expect_as_loaded(live);
+    ASSERT_TRUE(log.redo([&](UndoPart part) { redo_shape(live.world, part, change); }));
+    EXPECT_EQ(live.world.free_patches(), live.world.patch_count());
+  }
+}
+
 }  // namespace
 }  // namespace karst::core

@@ -10,6 +10,7 @@
 #include "terrain/edit/brush.h"
 #include "terrain/edit/shape/edit_octree.h"
 #include "terrain/edit/shape/new_heights.h"
+#include "terrain/edit/shape/shape_undo.h"
 #include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/surface/bezier/update_surface.h"
 
@@ -59,9 +60,10 @@ class ShapeEdit {
  public:
   // edit: from the part's corner.
   ShapeEdit(World& world, std::size_t part, const Edit& edit)
-      : all_(world.edit(part)), room_(*all_.room), edit_(edit), level_(world.info().level) {}
+      : all_(world.edit(part)), room_(*all_.room), part_(part), edit_(edit), level_(world.info().level) {}
 
-  Status run(EditChange& change) {
+  // log: may be null.
+  Status run(UndoLog* log, EditChange& change) {
     Octree& octree = *all_.octree;
     // The surface has no top above the highest voxels in use.
     glm::ivec3 low(0), high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
@@ -76,22 +78,36 @@ class ShapeEdit {
     if (const Status status = make.run(made); !status.ok()) return status;
     if (made.root == old_root) return {};
     octree.set_root(made.root);
-    UpdateSurface::Result updated;
-    if (const Status status = extract(made, updated); !status.ok()) {
+    UpdateSurface update;
+    if (const Status status = extract(made, update); !status.ok()) {
       octree.set_root(old_root);
       EditOctree::release(octree, made.root, old_root);
       return status;
     }
-    EditOctree::release(octree, old_root, made.root);
-    change.changed = true;
-    change.box = {made.low * kStepsPerVoxel, (made.high + 1) * kStepsPerVoxel};
-    follow(updated, change);
+    if (log != nullptr) {
+      keep_shape_edit(all_, part_, {edit_, made.low, made.high}, old_root, update.list_lost(room_.changed),
+                      level_, *log);
+    }
+    put(update, old_root, made, nullptr, change);
     return {};
   }
 
+  void take_back(UndoPart part, EditChange& change) {
+    Octree& octree = *all_.octree;
+    const VoxelEditCell edit = kept_edit(part);
+    const Octree::Node old_root = octree.root();
+    const EditOctree::Result made{restore_voxels(octree, part), edit.low, edit.high};
+    octree.set_root(made.root);
+    UpdateSurface update;
+    const Status status = extract(made, update);
+    KARST_ASSERT(status.ok());  // checked when the edit was made
+    static_cast<void>(status);
+    put(update, old_root, made, &part, change);
+  }
+
  private:
-  // Counts first; nothing of the world but its octree has changed where it fails.
-  Status extract(const EditOctree::Result& made, UpdateSurface::Result& updated) {
+  // Counts first. Nothing of the world but its octree has changed. There is room to take it back, too.
+  Status extract(const EditOctree::Result& made, UpdateSurface& update) {
     const CornerBox box = corners_touched(made.low, made.high);
     ExtractSurface extract;
     extract.octree = all_.octree;
@@ -114,13 +130,30 @@ class ShapeEdit {
     extract.scratch = room_.table;
     ExtractSurface::Result fresh;
     if (const Status status = extract.run(fresh); !status.ok()) return too_small(count.patches);
-    UpdateSurface update;
     update.fresh = {room_.volumes.first(fresh.volumes), room_.patches.first(fresh.patches)};
     update.box = box;
     update.slots = all_.slots;
     update.changes = room_.changes;
+    std::uint32_t before = 0;
+    if (const Status status = update.check(before); !status.ok()) return too_small(status.value());
+    if (before > room_.patches.size()) return too_small(before);
+    // Around the box all stays as it is.
+    const std::uint32_t all_before = all.patches - count.patches + before;
+    if (all_before >= room_.touched.size()) return too_small(all_before / World::EditRoom::kTouched + 1);
+    return {};
+  }
+
+  // From here on nothing fails. part: that is taken back; null: patches that are new get new heights.
+  void put(const UpdateSurface& update, Octree::Node old_root, const EditOctree::Result& made,
+           const UndoPart* part, EditChange& change) {
+    EditOctree::release(*all_.octree, old_root, made.root);
+    UpdateSurface::Result updated;
     const Status status = update.run(updated);
-    return status.ok() ? status : too_small(status.value());
+    KARST_ASSERT(status.ok());
+    static_cast<void>(status);
+    change.changed = true;
+    change.box = {made.low * kStepsPerVoxel, (made.high + 1) * kStepsPerVoxel};
+    follow(updated, part, change);
   }
 
   static Status too_small(std::uint64_t patches) {
@@ -128,8 +161,7 @@ class ShapeEdit {
             patches};
   }
 
-  void follow(const UpdateSurface::Result& updated, EditChange& change) {
-    const std::span<const PatchChange> changes = room_.changes.first(updated.changes);
+  void make_heights(std::span<const PatchChange> changes) {
     NewHeights heights;
     heights.surface = all_.surface;
     heights.changes = changes;
@@ -138,6 +170,11 @@ class ShapeEdit {
     heights.first_block = all_.first;
     heights.heights = all_.heights;
     heights.run();
+  }
+
+  void follow(const UpdateSurface::Result& updated, const UndoPart* part, EditChange& change) {
+    const std::span<const PatchChange> changes = room_.changes.first(updated.changes);
+    if (part == nullptr) make_heights(changes);
     FollowChange follow(all_, level_, change);
     std::size_t vanished = 0, changed = updated.vanished;
     for (const PatchChange& one : changes) {
@@ -150,6 +187,7 @@ class ShapeEdit {
         if (one.kind == PatchChange::appeared && !all_.overrides.empty()) all_.overrides[one.slot] = 0;
       }
     }
+    if (part != nullptr) restore_patches(all_, level_, *part);
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
     follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
                room_.changed.first(vanished), true);
@@ -157,6 +195,7 @@ class ShapeEdit {
 
   World::Editable all_;
   const World::EditRoom& room_;
+  std::size_t part_;
   const Edit& edit_;
   int level_;
 };
@@ -205,12 +244,28 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
   return {};
 }
 
-Status edit_shape(World& world, const Edit& edit, EditChange& change) {
+Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& change) {
   change = {};
   if (const Status status = check_edit(edit, world); !status.ok()) return status;
   KARST_ASSERT(edits_voxels(edit.tool));
   if (const Status status = part_of_edit(edit, world, change.part); !status.ok()) return status;
-  return ShapeEdit(world, change.part, from_part(edit, world.parts()[change.part])).run(change);
+  return ShapeEdit(world, change.part, from_part(edit, world.parts()[change.part])).run(log, change);
+}
+
+void undo_shape(World& world, UndoPart part, EditChange& change) {
+  change = {};
+  const VoxelEditCell kept = kept_edit(part);
+  change.part = kept_part(part);
+  ShapeEdit(world, change.part, kept.edit).take_back(part, change);
+}
+
+void redo_shape(World& world, UndoPart part, EditChange& change) {
+  change = {};
+  const VoxelEditCell kept = kept_edit(part);
+  change.part = kept_part(part);
+  const Status status = ShapeEdit(world, change.part, kept.edit).run(nullptr, change);
+  KARST_ASSERT(status.ok());
+  static_cast<void>(status);
 }
 
 }  // namespace karst::core

@@ -5,11 +5,13 @@
 //   EditChange change;
 //   edit_shape(world, edit, change);     // World::is_editable()
 //   // vertices of change.touched are to be made anew; those of change.vanished are nobody's
+//   log.undo([&](UndoPart part) { undo_shape(world, part, change); ... });
 #pragma once
 
 #include "karst/status.h"
 #include "terrain/edit/edit.h"
 #include "terrain/edit/follow_change.h"
+#include "terrain/edit/undo_log.h"
 #include "terrain/world/world.h"
 
 namespace karst::core {
@@ -20,11 +22,20 @@ namespace karst::core {
 inline constexpr int kSideVoxels = 3;
 
 // invalid_argument naming the field of the edit that is out of its range, or "world" where it cannot be
-// edited. limit_reached ("max_octets", "edit_patches", value: that it would take). Nothing has changed then.
+// edited. limit_reached ("max_octets", "edit_patches", value: that it, or taking it back, would take).
+// Nothing has changed then, and nothing is in the log.
 Status check_edit(const Edit& edit, const World& world);
 // The part that an edit of voxels changes, or "place". Precondition: check_edit().
 Status part_of_edit(const Edit& edit, const World& world, std::size_t& part);
-// Precondition: edits_voxels(edit.tool).
-Status edit_shape(World& world, const Edit& edit, EditChange& change);
+// log: null, or with a step open. Precondition: edits_voxels(edit.tool).
+Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& change);
+inline Status edit_shape(World& world, const Edit& edit, EditChange& change) {
+  return edit_shape(world, edit, nullptr, change);
+}
+
+// A part of the kind voxel_edit is taken back, or done again: neither fails. Precondition: the world is as it
+// was after the edit, or before it.
+void undo_shape(World& world, UndoPart part, EditChange& change);
+void redo_shape(World& world, UndoPart part, EditChange& change);
 
 }  // namespace karst::core

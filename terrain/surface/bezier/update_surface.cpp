@@ -69,6 +69,7 @@ struct UpdateSurface::Counts {
   std::uint64_t volumes = 0;  // in use afterwards
   std::uint64_t patches = 0;
   std::uint64_t changes = 0;
+  std::uint64_t before = 0;  // patches in the box
 };
 
 // Calls visit(slot) for the volumes in the box, before anything is changed. Looks at the box's corners or at
@@ -119,6 +120,7 @@ UpdateSurface::Counts UpdateSurface::count() const {
     counts.patches += kept;
   });
   counts.changes += fresh.patches.size() - counts.patches;  // what appears
+  counts.before = old_patches;
   counts.volumes = slots->volume_count_ - old_volumes + fresh.volumes.size();
   counts.patches = slots->table_->size() - old_patches + fresh.patches.size();
   return counts;
@@ -212,9 +214,25 @@ void UpdateSurface::link_outside(const Volume& volume) const {
   }
 }
 
-Status UpdateSurface::run(Result& result) const {
-  result = {};
+std::span<PatchId> UpdateSurface::list_lost(std::span<PatchId> out) const {
+  std::size_t lost = 0;
+  for_each_old([&](std::uint32_t slot) {
+    const Volume& old = slots->volumes_[slot];
+    const Volume* now = fresh_volume(key_of(old, 0));
+    const bool stays = now != nullptr && now->configuration == old.configuration;
+    for (std::uint32_t c = 0; c < old.patch_count && !stays; ++c)
+      out[lost++] = slots->table_->find(key_of(old, c));
+  });
+  return out.first(lost);
+}
+
+Status UpdateSurface::check(std::uint32_t& patches_before) const {
   const Counts counts = count();
+  patches_before = static_cast<std::uint32_t>(counts.before);
+  return check(counts);
+}
+
+Status UpdateSurface::check(const Counts& counts) const {
   if (counts.volumes > slots->volumes_.size())
     return {StatusCode::limit_reached, "intersection volumes are used up", "max_volumes", counts.volumes};
   if (counts.patches > slots->patches_.size())
@@ -222,6 +240,12 @@ Status UpdateSurface::run(Result& result) const {
   if (counts.changes > changes.size())
     return {StatusCode::limit_reached, "more patches change than the list has room for", "changes",
             counts.changes};
+  return {};
+}
+
+Status UpdateSurface::run(Result& result) const {
+  result = {};
+  if (const Status status = check(count()); !status.ok()) return status;
   remove_old(result);
   put_patches(result);
   for (std::size_t p = 0; p < fresh.patches.size(); ++p) {

@@ -94,6 +94,10 @@ struct UpdateSurface {
     std::uint32_t kept = 0;  // patches in the box that are still there, changed or not
   };
 
+  // What run() fails of, and how many patches are in the box before it.
+  Status check(std::uint32_t& patches_before) const;
+  // Patches that run() takes away or reshapes: their slots, as they are before it. out: as many as changes.
+  std::span<PatchId> list_lost(std::span<PatchId> out) const;
   // limit_reached ("max_volumes", "max_patches", "changes", value: what it would take) where there is no
   // room: nothing has changed then.
   Status run(Result& result) const;
@@ -105,6 +109,7 @@ struct UpdateSurface {
   void for_each_old(const Visit& visit) const;
   const Volume* fresh_volume(PatchKey key) const;
   Counts count() const;
+  Status check(const Counts& counts) const;
   void remove_old(Result& result) const;
   void put_patches(Result& result) const;
   void link_inside(const Patch& fresh_patch, Patch& patch) const;
