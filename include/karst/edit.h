@@ -88,13 +88,19 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches) or, with a ground, of its regions
-  // (Needs::edit_tiles besides); and heights of grounds on planes (extrude to level; Needs::edit_tiles) where
-  // no region stands. Paint is refused, and so is the rest. Of a region's voxels the outermost stay: three at
-  // its sides, where the ground begins, and the lowest; so its size bounds what can be dug. "place": the edit
-  // reaches no other voxels of a region, or those of two. invalid_argument names the field. limit_reached
-  // names the field of Needs that is too small, or "max_octets", with what it would take. After an error
-  // nothing has changed, to the bit.
+  // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
+  // Needs::edit_patches); voxels of a ground's regions (clear, fill; Needs::edit_patches and edit_tiles); and
+  // heights of grounds on planes where no region stands (extrude to level; Needs::edit_tiles). Paint is
+  // refused, and so is the rest.
+  //
+  // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
+  // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two.
+  //
+  // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
+  // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to
+  // go; flatten and level move it the less the more its direction runs along the plane.
+  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
+  // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
   // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second
@@ -105,8 +111,8 @@ class KARST_API Editor {
   // Takes the last step back, or does the last one that was taken back again: the world is then what it was
   // before, or after it, to the bit. An edit forgets what could be done again. Steps are kept in undo_bytes;
   // the oldest ones give way to new ones, and one that takes up to half of undo_bytes is kept for certain.
-  // result.changed false: there is no such step. They need no more room than the step's edits did and do not
-  // fail for want of any; errors of reading, as apply().
+  // result.changed false: there is no such step, or all that it did was undone by itself. They need no more
+  // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
   Status redo(EditResult& result) noexcept;
   UndoState undo_state() const noexcept;

@@ -481,6 +481,7 @@ void World::open_slots() {
   free = {};
   free.volume = kNoVolume;
   free.height_block = kNoHeights;
+  std::ranges::fill(blocks_.edit.kept, 0u);
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
     const Counts file = file_counts(n), slots = slot_counts(n);

@@ -156,10 +156,10 @@ TEST(EditRegions, EditsAreTakenBackAndDoneAgainToTheBit) {
   ASSERT_EQ(log.lost_steps(), 0u);
   const auto take = [&](bool back) {
     return [&, back](UndoPart part) {
-      EditChange change;
-      take_part(live.world, part, back, change);
-      EXPECT_TRUE(change.changed);
-      for (const PatchId patch : change.touched) EXPECT_EQ(live.world.part_number(patch), change.part);
+      take_part(live.world, part, back, [&](const EditChange& change) {
+        EXPECT_TRUE(change.changed);
+        for (const PatchId patch : change.touched) EXPECT_EQ(live.world.part_number(patch), change.part);
+      });
     };
   };
   for (std::size_t n = states.size() - 1; n > 0; --n) {

@@ -226,4 +226,20 @@ inline Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
   return edit;
 }
 
+// And of heights.
+inline Edit random_heights_edit(Random& random, glm::ivec3 extent) {
+  Edit edit = random_voxel_edit(random, extent, 0);
+  edit.octree_level = 0;
+  edit.tool = static_cast<EditTool>(static_cast<int>(EditTool::extrude) + random.below(5));
+  edit.shape = static_cast<BrushShape>(1 + random.below(4));
+  edit.half += 0.1;
+  edit.up = glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.4;
+  edit.strength = 2 * random.unit() - 1;
+  edit.amount = random.unit();
+  edit.hardness = random.unit();
+  edit.wave = 0.3 + 3 * random.unit();
+  edit.seed = static_cast<std::uint32_t>(random.next());
+  return edit;
+}
+
 }  // namespace karst::test

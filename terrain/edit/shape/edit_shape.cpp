@@ -60,7 +60,11 @@ class ShapeEdit {
  public:
   // edit: from the part's corner.
   ShapeEdit(World& world, std::size_t part, const Edit& edit)
-      : all_(world.edit(part)), room_(*all_.room), part_(part), edit_(edit), level_(world.info().level) {}
+      : all_(world.edit(part)),
+        room_(*all_.room),
+        part_(static_cast<std::uint32_t>(part)),
+        edit_(edit),
+        level_(world.info().level) {}
 
   // log: may be null.
   Status run(UndoLog* log, EditChange& change) {
@@ -85,7 +89,7 @@ class ShapeEdit {
       return status;
     }
     if (log != nullptr) {
-      keep_shape_edit(all_, part_, {edit_, made.low, made.high}, old_root, update.list_lost(room_.changed),
+      keep_shape_edit(all_, {edit_, made.low, made.high, part_}, old_root, update.list_lost(room_.changed),
                       level_, *log);
     }
     put(update, old_root, made, nullptr, change);
@@ -195,7 +199,7 @@ class ShapeEdit {
 
   World::Editable all_;
   const World::EditRoom& room_;
-  std::size_t part_;
+  std::uint32_t part_;
   const Edit& edit_;
   int level_;
 };
@@ -255,14 +259,14 @@ Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& chan
 void undo_shape(World& world, UndoPart part, EditChange& change) {
   change = {};
   const VoxelEditCell kept = kept_edit(part);
-  change.part = kept_part(part);
+  change.part = kept.part;
   ShapeEdit(world, change.part, kept.edit).take_back(part, change);
 }
 
 void redo_shape(World& world, UndoPart part, EditChange& change) {
   change = {};
   const VoxelEditCell kept = kept_edit(part);
-  change.part = kept_part(part);
+  change.part = kept.part;
   const Status status = ShapeEdit(world, change.part, kept.edit).run(nullptr, change);
   KARST_ASSERT(status.ok());
   static_cast<void>(status);

@@ -122,10 +122,10 @@ class RestoreVoxels {
 
 }  // namespace
 
-void keep_shape_edit(const World::Editable& all, std::size_t part, const VoxelEditCell& edit,
-                     Octree::Node old_root, std::span<const PatchId> lost, int level, UndoLog& log) {
+void keep_shape_edit(const World::Editable& all, const VoxelEditCell& edit, Octree::Node old_root,
+                     std::span<const PatchId> lost, int level, UndoLog& log) {
   log.begin_part();
-  log.add(CellKind::voxel_edit, part, std::as_bytes(std::span(&edit, 1)));
+  log.add(CellKind::voxel_edit, 0, std::as_bytes(std::span(&edit, 1)));
   const Octree& octree = *all.octree;
   KeepVoxels(octree, log).run(old_root, octree.root(), glm::ivec3(0), octree.depth());
   const std::size_t block_bytes = sizeof(std::int16_t) * static_cast<std::size_t>(patch_vertices(level));

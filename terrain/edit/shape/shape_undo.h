@@ -4,7 +4,7 @@
 // it again it is made anew, in the same world.
 //
 // Cells of such a part, in this order:
-//   voxel_edit     VoxelEditCell; key: the number of the world's part
+//   voxel_edit     VoxelEditCell; key: 0
 //   voxels         a cube that was all the same: no bytes; one of 8 voxels a side (or the whole octree): a
 //   bit
 //                  each, x fastest, then y, then z; key: VoxelCube. In the octree's order in space
@@ -28,6 +28,7 @@ namespace karst::core {
 struct VoxelEditCell {
   Edit edit;                   // from the corner of the world's part
   glm::ivec3 low{0}, high{0};  // voxels that it changed lie there, both ends included
+  std::uint32_t part = 0;      // of the world
 };
 
 struct VoxelCube {
@@ -57,15 +58,11 @@ struct PatchCell {
 
 // Begins a part and adds an edit to it: made, made of the octree's old root; lost: patches that are gone or
 // reshaped afterwards. The world is as it was, but for its octree's root.
-void keep_shape_edit(const World::Editable& all, std::size_t part, const VoxelEditCell& edit,
-                     Octree::Node old_root, std::span<const PatchId> lost, int level, UndoLog& log);
+void keep_shape_edit(const World::Editable& all, const VoxelEditCell& edit, Octree::Node old_root,
+                     std::span<const PatchId> lost, int level, UndoLog& log);
 
 // The edit that a part is of. Precondition: its kind is voxel_edit.
 VoxelEditCell kept_edit(UndoPart part);
-// The world's part that it changed. The same.
-inline std::size_t kept_part(UndoPart part) {
-  return static_cast<std::size_t>((*part.begin()).key);
-}
 // A tree with the voxels of a part's cells beside the octree's own, as EditOctree makes one. It takes no more
 // octets than there were in use while the edit was made.
 Octree::Node restore_voxels(Octree& octree, UndoPart part);

@@ -24,9 +24,10 @@ constexpr const char* kDig =
 
 class KarstEdit : public testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { bake("2"); }
+  void bake(const char* levels) {
     const ProcessResult made =
-        run_process(KARST_BAKE_PATH, {"--sample", "hills", "--no-ground", "--voxel", "32", "--levels", "2",
+        run_process(KARST_BAKE_PATH, {"--sample", "hills", "--no-ground", "--voxel", "32", "--levels", levels,
                                       "--materials", "none", "--quiet", "-o", world()});
     ASSERT_EQ(made.code, 0) << made.err;
   }
@@ -72,11 +73,28 @@ TEST_F(KarstEdit, UndoAndRedoOfAScript) {
                             "\n";
   const ProcessResult result = edit(std::string(kDig) + other + undo + undo + redo + redo + undo, "b.karst");
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_NE(result.out.find("2 edits (0 changed nothing), 3 taken back, 2 done again"), std::string::npos)
+  EXPECT_NE(result.out.find("3 edits (0 changed nothing), 3 taken back, 2 done again"), std::string::npos)
       << result.out;
   EXPECT_TRUE(bytes("a.karst") == bytes("b.karst"));
   ASSERT_EQ(edit(std::string(kDig) + undo + undo + undo + redo + redo + redo, "c.karst").code, 0);
   EXPECT_TRUE(bytes("a.karst") == bytes("c.karst"));
+}
+
+// Edits that are joined are taken back together; steps that find no room in the memory that a script begins
+// with do in more.
+TEST_F(KarstEdit, ManyStepsAreAllTakenBack) {
+  bake("5");
+  std::string script, undo;
+  for (int n = 0; n < 12; ++n) {
+    script += n % 2 == 0 ? R"({"tool": "clear")" : R"({"tool": "fill")";
+    script += ", \"place_m\": [" + std::to_string(50 * (n / 2) - 150) + ", 30, 0], \"radius_m\": 100";
+    script += n % 4 == 3 ? ", \"joined\": true}\n" : "}\n";
+    if (n % 4 != 3) undo += "{\"tool\": \"undo\"}\n";
+  }
+  const ProcessResult result = edit(script + undo, "b.karst");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("12 edits (0 changed nothing), 9 taken back"), std::string::npos) << result.out;
+  EXPECT_TRUE(bytes("b.karst") == bytes("w.karst"));
 }
 
 TEST_F(KarstEdit, FailuresSayWhatIsWrongAndWriteNothing) {

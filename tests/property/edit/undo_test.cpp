@@ -64,9 +64,7 @@ class Voxels : public Subject {
     return status;
   }
   void take(UndoPart part, bool back) override {
-    EditChange change;
-    take_part(live_.world, part, back, change);
-    EXPECT_TRUE(change.changed);
+    take_part(live_.world, part, back, [](const EditChange& change) { EXPECT_TRUE(change.changed); });
   }
   void check_closed() const override { ASSERT_EQ(test::open_edges(live_.world), 0u); }
   void check_deeply() const override { test::expect_as_loaded(live_); }
