@@ -234,6 +234,11 @@ Status Renderer::upload_vertices(const PageTable& pages, PatchId patch, std::uin
   return pages_.upload(device_, pages, patch, first, vertices, origin, row, shading);
 }
 
+Status Renderer::upload_shading(const PageTable& pages, PatchId patch, std::uint32_t vertices,
+                                glm::ivec3 origin, std::uint32_t row, PatchShading shading) {
+  return pages_.upload_shading(pages, patch, vertices, origin, row, shading);
+}
+
 Status Renderer::upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
                              std::span<const GpuVertex, kNodePageVertices> vertices) {
   fences_.wait(device_.gl);

@@ -118,6 +118,10 @@ class Renderer {
   Status upload_vertices(const PageTable& pages, PatchId patch, std::uint32_t first,
                          std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                          PatchShading shading = {});
+  // Writes the texels of the pages that hold so many vertices of a patch, which stay as they are. Errors as
+  // above.
+  Status upload_shading(const PageTable& pages, PatchId patch, std::uint32_t vertices, glm::ivec3 origin,
+                        std::uint32_t row, PatchShading shading);
   // Copies a node's vertices to a page, counted among those of families, and writes its texel, which goes to
   // pages.family_texels; the same rules of what may be written and drawn. invalid_argument naming page,
   // origin, size, quadrant, row or material; limit_reached as above. Nothing was written then.

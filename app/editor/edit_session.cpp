@@ -181,8 +181,10 @@ Error EditSession::undo(bool& changed) {
   changed = false;
   if (undo_steps() == 0) return {};
   EditResult result;
+  const std::uint32_t steps = editor_->undo_state().undo_steps;
   if (const Status status = editor_->undo(result); !status.ok()) return {"undo", status};
-  if (!result.changed) return {};
+  // What a step did may have been nothing in all.
+  if (editor_->undo_state().undo_steps == steps) return {};
   changed = true;
   undone_.push_back(done_.back());
   done_.pop_back();
@@ -199,8 +201,9 @@ Error EditSession::redo(bool& changed) {
   changed = false;
   if (redo_steps() == 0) return {};
   EditResult result;
+  const std::uint32_t steps = editor_->undo_state().redo_steps;
   if (const Status status = editor_->redo(result); !status.ok()) return {"redo", status};
-  if (!result.changed) return {};
+  if (editor_->undo_state().redo_steps == steps) return {};
   changed = true;
   done_.push_back(undone_.back());
   undone_.pop_back();

@@ -178,6 +178,7 @@ void HandEditor::step_back_or_again(bool undo) {
   bool changed = false;
   const Error error = undo ? session_->undo(changed) : session_->redo(changed);
   if (!error.ok()) return say(error.text(), true);
+  changes_ += changed;
   if (!changed) say(undo ? "there is nothing to take back" : "there is nothing to do again", false);
 }
 
@@ -249,6 +250,7 @@ bool HandEditor::dab(std::int64_t now_ns) {
   }
   EditResult result;
   const Error error = session_->apply(edit, result);
+  changes_ += result.changed;
   stroke_->last = aimed_.place;
   stroke_->surface = aimed_.surface;
   stroke_->at_ns = now_ns;

@@ -45,6 +45,9 @@ class HandEditor {
   // A line on the screen, until the next command.
   void tell(const std::string& text) { say(text, false); }
 
+  // Edits, steps taken back and done again that changed the world.
+  std::uint64_t changes() const { return changes_; }
+
   const Brush& brush() const { return brush_; }
   const std::string& message() const { return message_; }
   // Has something been said that standard error should have, too? Empty: no. Asked once.
@@ -113,6 +116,7 @@ class HandEditor {
   std::vector<Asked> asked_;
   bool changed_ = true;
   bool saves_next_ = false;
+  std::uint64_t changes_ = 0;
   bool shows_help_ = true;
   std::string message_, news_;
   bool is_error_ = false;

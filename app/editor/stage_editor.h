@@ -12,6 +12,7 @@
 #include "app/overlay/overlay.h"
 #include "app/stage/stage.h"
 #include "platform/base/error.h"
+#include "platform/frame_times.h"
 #include "platform/input.h"
 
 namespace karst::app {
@@ -45,6 +46,8 @@ class StageEditor {
   void before_frame(StageView& view, int quarter_turns, std::int64_t now_ns);
   // After it: whether there is more to do in the next one.
   bool take_changed() { return hand_ && hand_->take_changed(); }
+  // Milliseconds of the frames' edits, those alone that changed the world.
+  const Series& edit_ms() const { return edit_ms_; }
 
  private:
   bool open_ = false;
@@ -55,6 +58,7 @@ class StageEditor {
   World* world_ = nullptr;
   Query* query_ = nullptr;
   std::optional<HandEditor> hand_;
+  Series edit_ms_;
   OverlayMesh mesh_;
   Overlay overlay_;
 };

@@ -401,7 +401,7 @@ bool View::context_is_lost() {
 
 Error View::write_statistics() {
   if (options_.stats.empty()) return {};
-  const std::string text = statistics_.json(*display_, stage_, camera_.poses());
+  const std::string text = statistics_.json(*display_, stage_, camera_.poses(), editor_.edit_ms());
   if (options_.stats == "-") {
     std::fputs(text.c_str(), stdout);
     return flush_output();

@@ -110,6 +110,21 @@ Status VertexPages::upload(const GlDevice& device, const PageTable& pages, Patch
   return {};
 }
 
+Status VertexPages::upload_shading(const PageTable& pages, PatchId patch, std::uint32_t vertices,
+                                   glm::ivec3 origin, std::uint32_t row, PatchShading shading) {
+  if (shading.material > kMostMaterials) {
+    return invalid("not a material plus 1", "shading", shading.material);
+  }
+  if (const Status status = check(pages, patch, 0, vertices, origin, row); !status.ok()) return status;
+  std::uint32_t page = pages.first_page[patch];
+  for (std::uint32_t place = 0; place < pages_for(vertices); ++place, page = pages.next_page[page]) {
+    pages.texels[page] =
+        make_page_texel(origin, 0, place, row, shading.material, (shading.needs & kShadeCave) != 0);
+    changed_page_rows_.set(page >> KARST_PAGE_ROW_BITS);
+  }
+  return {};
+}
+
 Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page,
                                 const NodePage& node,
                                 std::span<const GpuVertex, kNodePageVertices> vertices) {

@@ -62,6 +62,8 @@ class VertexPages {
   Status upload(const GlDevice& device, const PageTable& pages, PatchId patch, std::uint32_t first,
                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                 PatchShading shading);
+  Status upload_shading(const PageTable& pages, PatchId patch, std::uint32_t vertices, glm::ivec3 origin,
+                        std::uint32_t row, PatchShading shading);
   Status upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page, const NodePage& node,
                      std::span<const GpuVertex, kNodePageVertices> vertices);
   Status upload_morph_rows(const GlDevice& device, std::uint32_t first_row,

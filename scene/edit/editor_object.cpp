@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // karst::Editor.
+#include <chrono>
+#include <limits>
+
 #include <glm/common.hpp>
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
+#include "terrain/edit/settle.h"
 #include "tiles/write_tile.h"
 
 namespace karst {
@@ -112,8 +116,7 @@ void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& h
 
 Status EditorObject::follow(const EditChange& change, EditResult& result) {
   if (!change.changed) return {};
-  if (change.sky_changed) sky_version = version + 1;
-  const Status status = world.terrain.residency.follow_edit(change.touched, change.vanished);
+  world.terrain.residency.follow_edit(change.touched, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);
@@ -124,11 +127,29 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
               corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
   if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
-  return status;
+  return {};
+}
+
+void EditorObject::settle(double most_ms) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const auto spent_ms = [&] {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  };
+  core::World& terrain = world.terrain.world;
+  while (!terrain.is_settled() && spent_ms() < most_ms) {
+    Settled done;
+    settle_some(terrain, done);
+    if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
+    if (!done.sky_changed) continue;
+    world.terrain.residency.follow_sky(done.part);
+    ++sky_version;
+  }
 }
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
+  settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
                          return host.write(host.user, piece);

@@ -110,6 +110,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   }
   shadows.nearest_voxels = std::min(std::ldexp(shadows.nearest_voxels, finer), shadows.reach_voxels / 4);
   edit_version_ = world.editor.version;
+  sky_version_ = world.editor.sky_version;
   work_.create(world.terrain, gl, inspection);
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);
@@ -256,22 +257,30 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   return {};
 }
 
-// What edits have changed since the last frame, all of it: no frame shows a part of an edit.
-Status RendererObject::follow_edits() {
-  if (edit_version_ == world.editor.version) return {};
-  if (world.editor.sky_version > edit_version_) {
+// What edits have changed since the last frame, all of it: no frame shows a part of an edit. What they left
+// for later takes half the time of frames without one; without a limit it is done at once.
+Status RendererObject::follow_edits(double work_ms) {
+  EditorObject& editor = world.editor;
+  const bool edited = edit_version_ != editor.version;
+  if (first_frame_ || work_ms == 0) {
+    editor.settle(kInfinite);
+  } else if (!edited) {
+    editor.settle(work_ms / 2);
+  }
+  if (sky_version_ != editor.sky_version) {
     for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
       if (const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n); !status.ok())
         return status;
     }
+    sky_version_ = editor.sky_version;
   }
-  shadows_.forget();
+  if (edited) shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
   // A region with a patch that lacks vertices would close.
   if (world.terrain.world.ground().region_count > 0) {
     if (const Status status = work_.make_bases(costs); !status.ok()) return status;
   }
-  edit_version_ = world.editor.version;
+  edit_version_ = editor.version;
   return {};
 }
 
@@ -407,7 +416,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   skips.cave = inspection.skip_cave;
   if (const Status status = residency.set_shading_skips(skips); !status.ok()) return status;
   residency.begin_frame();
-  if (const Status status = follow_edits(); !status.ok()) return status;
+  if (const Status status = follow_edits(input.work_ms); !status.ok()) return status;
   work_.begin_frame(input.work_ms > 0);
   const bool waits = first_frame_ || input.work_ms == 0;
   work_ms_ = input.work_ms;

@@ -47,7 +47,7 @@ struct RendererObject final : karst::Renderer {
   Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun, std::uint32_t shadow_view);
-  Status follow_edits();
+  Status follow_edits(double work_ms);
   Status select(bool cuts);
   Status complete(bool cuts);
   void count_views();
@@ -70,6 +70,7 @@ struct RendererObject final : karst::Renderer {
   std::uint32_t limits_ = 0;
   std::uint32_t made_ = 0;          // by the last end()
   std::uint64_t edit_version_ = 0;  // of the world, as it is on the GPU
+  std::uint64_t sky_version_ = 0;
   bool first_frame_ = true;
 };
 

@@ -68,7 +68,7 @@ Status VertexWork::remake(FrameCosts& costs) {
   Status status;
   while (status.ok() && terrain_->residency.remake_next(next, status)) {
     status = upload(next);
-    ++costs.generated;
+    costs.generated += next.vertices.empty() ? 0u : 1u;
   }
   costs.generate_ms += ms_since(start);
   return status;

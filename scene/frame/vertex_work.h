@@ -62,6 +62,11 @@ class VertexWork {
   Status make_bases(FrameCosts& costs);
 
   Status upload(const PatchUpload& upload) {
+    if (upload.vertices.empty()) {
+      return renderer_->upload_shading(terrain_->residency.pages(), upload.patch,
+                                       static_cast<std::uint32_t>(upload.first_vertex), upload.origin,
+                                       upload.row, upload.shading);
+    }
     return renderer_->upload_vertices(terrain_->residency.pages(), upload.patch,
                                       static_cast<std::uint32_t>(upload.first_vertex), upload.vertices,
                                       upload.origin, upload.row, upload.shading);

@@ -37,10 +37,13 @@ struct EditorObject final : karst::Editor {
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
+  // Does what edits left for later, for so many milliseconds or until all is done.
+  void settle(double most_ms);
+
   WorldObject& world;
   UndoLog log;
   std::uint64_t version = 0;      // one more with each change
-  std::uint64_t sky_version = 0;  // the last one that changed the sky
+  std::uint64_t sky_version = 0;  // one more with each change of the sky
   bool ground_changed = false;
   std::atomic<bool> taken{false};
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Four lanes of float or int32 as compiler vector types: SSE2 or NEON where the target has them, plain scalar
-// code elsewhere. Every operation is lane-wise IEEE arithmetic without contraction, so the bits are the same
-// on all of them.
+// Four lanes of float or int32, two of double, as compiler vector types: SSE2 or NEON where the target has
+// them, plain scalar code elsewhere. Every operation is lane-wise IEEE arithmetic without contraction, so the
+// bits are the same on all of them.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,8 @@ namespace karst::core::simd {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Short4 = std::int16_t __attribute__((vector_size(8)));
+using Double2 = double __attribute__((vector_size(16)));
+using Long2 = std::int64_t __attribute__((vector_size(16)));
 
 inline constexpr int kLanes = 4;
 
@@ -124,6 +126,27 @@ inline unsigned lanes(Int4 mask) {
 #endif
 }
 
+// Bit n: value n of sixteen is below 0.
+inline std::uint32_t signs(const std::int8_t* sixteen) {
+#if defined(__SSE2__)
+  return static_cast<std::uint32_t>(_mm_movemask_epi8(load<__m128i>(sixteen)));
+#else
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(sixteen[i] < 0) << i;
+  return bits;
+#endif
+}
+inline std::uint32_t signs(const std::int16_t* sixteen) {
+#if defined(__SSE2__)
+  return static_cast<std::uint32_t>(
+      _mm_movemask_epi8(_mm_packs_epi16(load<__m128i>(sixteen), load<__m128i>(sixteen + 8))));
+#else
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(sixteen[i] < 0) << i;
+  return bits;
+#endif
+}
+
 // How many of eight values, each within 0..0x7fff, are greater than v, which is, too.
 inline int count_greater(const std::uint16_t* eight, std::int32_t v) {
 #if defined(__SSE2__)
@@ -146,6 +169,51 @@ inline Float4 sqrt(Float4 v) {
 #else
   return Float4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 #endif
+}
+
+// --- Two doubles
+
+inline Double2 splat(double v) {
+  return Double2{v, v};
+}
+inline Double2 load(const double* p) {
+  return load<Double2>(p);
+}
+inline void store(double* p, Double2 v) {
+  std::memcpy(p, &v, sizeof v);
+}
+// Lanes 0 and 1.
+inline Double2 to_double(Int4 v) {
+#if defined(__SSE2__)
+  return Double2(_mm_cvtepi32_pd(__m128i(v)));
+#else
+  return Double2{static_cast<double>(v[0]), static_cast<double>(v[1])};
+#endif
+}
+// a > b ? a : b, and a < b ? a : b.
+inline Double2 max(Double2 a, Double2 b) {
+#if defined(__SSE2__)
+  return Double2(_mm_max_pd(__m128d(a), __m128d(b)));
+#else
+  return Double2{a[0] > b[0] ? a[0] : b[0], a[1] > b[1] ? a[1] : b[1]};
+#endif
+}
+inline Double2 min(Double2 a, Double2 b) {
+#if defined(__SSE2__)
+  return Double2(_mm_min_pd(__m128d(a), __m128d(b)));
+#else
+  return Double2{a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1]};
+#endif
+}
+inline Double2 sqrt(Double2 v) {
+#if defined(__SSE2__)
+  return Double2(_mm_sqrt_pd(__m128d(v)));
+#else
+  return Double2{__builtin_sqrt(v[0]), __builtin_sqrt(v[1])};
+#endif
+}
+inline bool any(Long2 mask) {
+  return (mask[0] | mask[1]) != 0;
 }
 
 // Rows become columns.

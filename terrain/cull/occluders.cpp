@@ -45,7 +45,48 @@ bool touches(const LatticeBox& a, glm::dvec3 low, glm::dvec3 high) {
   return true;
 }
 
-// All that a patch's displaced surface, and its way there from the undisplaced one, can touch.
+// Calls visit(face) for each face of its volume on which the patch has an edge that leads nowhere: the world
+// ends there. Faces as in case_tables.h.
+template <class Visit>
+void for_each_open_face(const Surface& surface, PatchId id, Visit visit) {
+  const Patch& patch = surface.patches[id];
+  const PatchCase& shape = kCaseTable[surface.volume_of(id).configuration].patch[patch.case_patch];
+  for (std::size_t e = 0; e < 4; ++e) {
+    if (!patch.neighbour[e].exists() && shape.edge[e].kind == CaseEdge::external) visit(shape.edge[e].a);
+  }
+}
+
+// Calls visit(patch) for all whose boxes, made larger by `wide`, touch low..high, and maybe some beside them,
+// until it returns false; by a stack of nodes: row << 28 | node. Whether none did.
+template <class Visit>
+bool for_each_near(const BoundsTree& tree, const Surface& surface, glm::dvec3 low, glm::dvec3 high,
+                   double wide, Visit visit) {
+  if (tree.rows() == 0) return true;  // a ground has no patches
+  std::uint32_t stack[BoundsTree::kFanOut * BoundsTree::kMaxRows];
+  int top = 0;
+  stack[top++] = static_cast<std::uint32_t>(tree.rows() - 1) << 28;
+  while (top > 0) {
+    const std::uint32_t entry = stack[--top];
+    const int row = static_cast<int>(entry >> 28);
+    const std::uint32_t n = entry & 0x0fffffffu;
+    if (!touches(tree.node(row, n), low - wide, high + wide)) continue;
+    if (row == 0) {
+      const PatchId first = tree.first_patch(0, n);
+      for (PatchId id = first; id < first + tree.patch_count(0, n); ++id) {
+        if (!surface.is_free(id) && !visit(id)) return false;
+      }
+      continue;
+    }
+    const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
+    for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) {
+      stack[top++] = static_cast<std::uint32_t>(row - 1) << 28 | child;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 LatticeBox swept_box(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id) {
   const Patch& patch = surface.patches[id];
   const Volume& volume = surface.volumes[patch.volume];
@@ -63,19 +104,6 @@ LatticeBox swept_box(const Surface& surface, std::span<const PatchBounds> bounds
   box.max += Occluders::kMargin;
   return box;
 }
-
-// Calls visit(face) for each face of its volume on which the patch has an edge that leads nowhere: the world
-// ends there. Faces as in case_tables.h.
-template <class Visit>
-void for_each_open_face(const Surface& surface, PatchId id, Visit visit) {
-  const Patch& patch = surface.patches[id];
-  const PatchCase& shape = kCaseTable[surface.volume_of(id).configuration].patch[patch.case_patch];
-  for (std::size_t e = 0; e < 4; ++e) {
-    if (!patch.neighbour[e].exists() && shape.edge[e].kind == CaseEdge::external) visit(shape.edge[e].a);
-  }
-}
-
-}  // namespace
 
 std::size_t Occluders::word_count(glm::ivec3 extent, int cell_log2) {
   const glm::ivec3 cells = cells_of(extent, cell_log2);
@@ -102,17 +130,37 @@ void Occluders::clear_cells(Kind kind, glm::ivec3 low, glm::ivec3 high) {
   }
 }
 
-void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size) {
+void Occluders::fill_cells(glm::ivec3 low, glm::ivec3 high) {
+  const auto fill_row = [](std::uint64_t* row, int first, int last) {
+    for (int w = first / 64; w <= last / 64; ++w) row[w] |= mask_of(w, first, last);
+  };
+  for (const Bits& bits : bits_) {
+    for (int y = low.y; y <= high.y; ++y) {
+      for (int z = low.z; z <= high.z; ++z)
+        fill_row(bits.along_x.data() + (y * size_.z + z) * words_x_, low.x, high.x);
+      for (int x = low.x; x <= high.x; ++x)
+        fill_row(bits.along_z.data() + (y * size_.x + x) * words_z_, low.z, high.z);
+    }
+  }
+}
+
+void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size,
+                             glm::ivec3 low, glm::ivec3 high) {
+  const int shift = cell_bits(cell_log2_);
+  const glm::ivec3 first = origin * kStepsPerVoxel >> shift;
+  const glm::ivec3 last = ((origin + size) * kStepsPerVoxel - 1) >> shift;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (first[axis] > high[axis] || last[axis] < low[axis]) return;
+  }
   if (Octree::is_leaf(node)) {
-    const Kind other = Octree::is_filled(node) ? Kind::air : Kind::rock;
-    const int shift = cell_bits(cell_log2_);
-    clear_cells(other, origin * kStepsPerVoxel >> shift, ((origin + size) * kStepsPerVoxel - 1) >> shift);
+    clear_cells(Octree::is_filled(node) ? Kind::air : Kind::rock, glm::max(first, low),
+                glm::min(last, high));
     return;
   }
   const int half = size / 2;
   for (int o = 0; o < 8; ++o) {
     clear_leaves(octree, octree.child(node, o), origin + half * glm::ivec3(o & 1, o >> 1 & 1, o >> 2 & 1),
-                 half);
+                 half, low, high);
   }
 }
 
@@ -159,30 +207,64 @@ void Occluders::build(const Octree& octree, glm::ivec3 extent, const Surface& su
     bits.along_x = take(rows(size_.z) * static_cast<std::size_t>(words_x_));
     bits.along_z = take(rows(size_.x) * static_cast<std::size_t>(words_z_));
   }
-  clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size());
+  clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size(), glm::ivec3(0), size_ - 1);
   find_interior(surface, bounds, extent);
   const int shift = cell_bits(cell_log2_);
   widest_ = 0;
   for (PatchId id = 0; id < surface.patches.size(); ++id) {
     if (surface.is_free(id)) continue;
     const LatticeBox swept = swept_box(surface, bounds, id);
-    const LatticeBox box = patch_box(surface, bounds, id);
-    for (int axis = 0; axis < 3; ++axis) {
-      widest_ = std::max({widest_, box.min[axis] - swept.min[axis], swept.max[axis] - box.max[axis]});
-    }
+    widen(surface, bounds, id);
     clear_cells(swept.min >> shift, swept.max >> shift);
   }
-  // What is not wholly in the interior.
-  const glm::ivec3 last = size_ - 1;
+  clear_outside(glm::ivec3(0), size_ - 1);
+}
+
+void Occluders::widen(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id) {
+  const LatticeBox swept = swept_box(surface, bounds, id);
+  const LatticeBox box = patch_box(surface, bounds, id);
+  for (int axis = 0; axis < 3; ++axis)
+    widest_ = std::max({widest_, box.min[axis] - swept.min[axis], swept.max[axis] - box.max[axis]});
+}
+
+// What is not wholly in the interior, of cells first..last.
+void Occluders::clear_outside(glm::ivec3 first, glm::ivec3 last) {
+  const int shift = cell_bits(cell_log2_);
   for (int axis = 0; axis < 3; ++axis) {
-    glm::ivec3 low(0);
+    glm::ivec3 low = first;
     glm::ivec3 high = last;
-    high[axis] = (interior_.min[axis] - 1) >> shift;
+    high[axis] = std::min(last[axis], (interior_.min[axis] - 1) >> shift);
     clear_cells(low, high);
     high = last;
-    low[axis] = (interior_.max[axis] + 1) >> shift;
+    low[axis] = std::max(first[axis], (interior_.max[axis] + 1) >> shift);
     clear_cells(low, high);
   }
+}
+
+void Occluders::update(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
+                       const BoundsTree& tree, std::span<const PatchId> changed, const LatticeBox& box,
+                       bool sides) {
+  if (empty()) return;
+  if (sides) {
+    build(octree, extent_, surface, bounds);
+    return;
+  }
+  const int shift = cell_bits(cell_log2_);
+  for (const PatchId id : changed) widen(surface, bounds, id);
+  const glm::ivec3 low = glm::max(box.min >> shift, glm::ivec3(0));
+  const glm::ivec3 high = glm::min(box.max >> shift, size_ - 1);
+  if (low.x > high.x || low.y > high.y || low.z > high.z) return;
+  fill_cells(low, high);
+  clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size(), low, high);
+  const auto clear = [&](PatchId id) {
+    const LatticeBox swept = swept_box(surface, bounds, id);
+    clear_cells(glm::max(swept.min >> shift, low), glm::min(swept.max >> shift, high));
+    return true;
+  };
+  // Cells hold more than the box.
+  const glm::dvec3 from(low << shift), to((high + 1) << shift);
+  for_each_near(tree, surface, from, to, widest_, clear);
+  clear_outside(low, high);
 }
 
 std::uint64_t Occluders::count(Kind kind) const {
@@ -234,32 +316,10 @@ bool Occluders::is_outside(const Octree& octree, const BoundsTree& tree, const S
   }
   const glm::ivec3 voxel(glm::floor(eye / double{kStepsPerVoxel}));
   if (voxel.y < extent_.y && octree.filled(voxel)) return false;
-  if (tree.rows() == 0) return true;  // a ground has no patches
-  // Patches whose boxes come near enough, by a stack of nodes: row << 28 | node.
   const glm::dvec3 low = eye - reach;
   const glm::dvec3 high = eye + reach;
-  const glm::dvec3 wide(widest_);
-  std::uint32_t stack[BoundsTree::kFanOut * BoundsTree::kMaxRows];
-  int top = 0;
-  stack[top++] = static_cast<std::uint32_t>(tree.rows() - 1) << 28;
-  while (top > 0) {
-    const std::uint32_t entry = stack[--top];
-    const int row = static_cast<int>(entry >> 28);
-    const std::uint32_t n = entry & 0x0fffffffu;
-    if (!touches(tree.node(row, n), low - wide, high + wide)) continue;
-    if (row == 0) {
-      const PatchId first = tree.first_patch(0, n);
-      for (PatchId id = first; id < first + tree.patch_count(0, n); ++id) {
-        if (!surface.is_free(id) && touches(swept_box(surface, bounds, id), low, high)) return false;
-      }
-      continue;
-    }
-    const std::uint32_t end = std::min((n + 1) * BoundsTree::kFanOut, tree.nodes(row - 1));
-    for (std::uint32_t child = n * BoundsTree::kFanOut; child < end; ++child) {
-      stack[top++] = static_cast<std::uint32_t>(row - 1) << 28 | child;
-    }
-  }
-  return true;
+  return for_each_near(tree, surface, low, high, widest_,
+                       [&](PatchId id) { return !touches(swept_box(surface, bounds, id), low, high); });
 }
 
 }  // namespace karst::core

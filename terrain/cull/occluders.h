@@ -42,6 +42,9 @@
 
 namespace karst::core {
 
+// All that a patch's displaced surface, and its way there from the undisplaced one, can touch, and a margin.
+LatticeBox swept_box(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id);
+
 class Occluders {
  public:
   // Lattice steps around everything drawn: a subpixel of a picture 64 pixels high at the largest world's
@@ -69,6 +72,13 @@ class Occluders {
   // its voxels are. Without memory for any there are none, which is no error. tree: over surface and bounds.
   void build(const Octree& octree, glm::ivec3 extent, const Surface& surface,
              std::span<const PatchBounds> bounds);
+
+  // After a change: what build() would find, as long as all that differs lies in a box, lattice steps, of which
+  // what patches sweep before and after is a part: swept_box(), or what holds it. changed: patches that are
+  // others now. sides: whether some at the world's sides are, or were. tree: up to date.
+  // Precondition: built for an octree of the same extent.
+  void update(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
+              const BoundsTree& tree, std::span<const PatchId> changed, const LatticeBox& box, bool sides);
 
   bool empty() const { return size_.x == 0; }
   glm::ivec3 size() const { return size_; }  // in cells
@@ -107,7 +117,12 @@ class Occluders {
     clear_cells(Kind::rock, low, high);
     clear_cells(Kind::air, low, high);
   }
-  void clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size);
+  void fill_cells(glm::ivec3 low, glm::ivec3 high);
+  // Of leaves in cells low..high.
+  void clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size, glm::ivec3 low,
+                    glm::ivec3 high);
+  void clear_outside(glm::ivec3 first, glm::ivec3 last);
+  void widen(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id);
   void find_interior(const Surface& surface, std::span<const PatchBounds> bounds, glm::ivec3 extent);
 
   std::span<std::uint64_t> storage_;
@@ -118,7 +133,8 @@ class Occluders {
   int words_z_ = 0;
   glm::ivec3 extent_{0};
   LatticeBox interior_;
-  std::int32_t widest_ = 0;  // most that a patch's control points stick out of its box, with kMargin; steps
+  // Most that a patch's control points stick out of its box, with kMargin; steps. Updates never lower it.
+  std::int32_t widest_ = 0;
 };
 
 // How far, in lattice steps, a depth buffer of 24 bits still tells surfaces a voxel apart: z^2 / (near 2^24)

@@ -6,7 +6,6 @@
 #include <glm/common.hpp>
 
 #include "terrain/base/check.h"
-#include "terrain/base/checksum.h"
 #include "terrain/measure/measure_patches.h"
 
 namespace karst::core {
@@ -30,8 +29,13 @@ void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId
   const Status status = find_touched(all_.surface, changed, all_.room->touched, change_.touched);
   KARST_ASSERT(status.ok());  // counted before
   static_cast<void>(status);
-  measure();
-  derive(voxels);
+  swept_ = change_.box;
+  for (const std::span<const PatchId> list : {vanished, changed}) {
+    for (const PatchId patch : list) include(patch);
+  }
+  measure(changed);
+  derive(changed);
+  if (voxels) all_.sky->outdate();
   name_for_world();
 }
 
@@ -43,25 +47,28 @@ void FollowChange::name_for_world() {
   for (PatchId& patch : room.touched.first(change_.touched.size())) patch += all_.first;
 }
 
-void FollowChange::measure() {
-  const std::span<const PatchId> touched = change_.touched;
-  if (touched.empty()) return;
-  MeasurePatches measure;
-  measure.surface = all_.surface;
-  measure.heights = all_.heights->heights();
-  measure.list = touched;
-  measure.borders = all_.room->borders.first(touched.size());
-  measure.out = {all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
-  KARST_ASSERT(measure.validate().ok());
-  const MeasurePatches::Room room{make_patch_scratch(all_.room->scratch), all_.room->vertices};
-  for (const PatchId patch : touched) join(change_.box, box_before(patch));
-  measure.measure(0, measure.count(), room);
-  measure.join(0, measure.count());
-  for (const PatchId patch : touched) join(change_.box, patch_box(all_.surface, all_.bounds, patch));
+// What a patch can touch as culling has it: its box, and its volume, which holds its control points.
+void FollowChange::include(PatchId slot) {
+  const LatticeBox box = box_before(slot);
+  if (is_nowhere(box)) return;
+  join(change_.box, box);
+  join(swept_, box);
+  const glm::ivec3 origin = all_.boxes[slot / PatchBoxes::kPatches].origin(slot % PatchBoxes::kPatches);
+  join(swept_, {origin - kStepsPerHalfVoxel, origin + kStepsPerHalfVoxel});
+  const glm::ivec3 corner = origin / kStepsPerVoxel;
+  at_sides_ = at_sides_ || corner.y <= 1;
+  for (const int axis : {0, 2})
+    at_sides_ = at_sides_ || corner[axis] <= 1 || corner[axis] >= all_.extent[axis] - 1;
 }
 
-void FollowChange::derive(bool voxels) {
-  for (const std::span<const PatchId> list : {change_.vanished, change_.touched}) {
+void FollowChange::measure(std::span<const PatchId> changed) {
+  const PatchMeasures out{all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
+  for (const PatchId slot : change_.vanished) all_.queue->forget(slot);
+  all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched, out);
+}
+
+void FollowChange::derive(std::span<const PatchId> changed) {
+  for (const std::span<const PatchId> list : {change_.vanished, changed}) {
     for (const PatchId patch : list) {
       fill_patch_boxes(all_.surface, all_.bounds, patch, patch + 1, all_.boxes);
       const Status status = all_.tree->update(all_.surface, all_.bounds, patch, 1);
@@ -69,11 +76,10 @@ void FollowChange::derive(bool voxels) {
       static_cast<void>(status);
     }
   }
-  all_.occluders->build(*all_.octree, all_.extent, all_.surface, all_.bounds);
-  if (!voxels) return;
-  const std::uint32_t sky = crc32c(std::as_bytes(all_.sky->cells()));
-  all_.sky->build(*all_.octree, all_.extent, all_.mirrors);
-  change_.sky_changed = crc32c(std::as_bytes(all_.sky->cells())) != sky;
+  for (const PatchId patch : changed) include(patch);
+  swept_.min -= Occluders::kMargin;
+  swept_.max += Occluders::kMargin;
+  all_.occluders->update(*all_.octree, all_.surface, all_.bounds, *all_.tree, changed, swept_, at_sides_);
 }
 
 }  // namespace karst::core

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What follows in a world from patches that an edit changed, whatever it edited: measures, boxes, the tree,
-// rock that hides and the sky. Afterwards they are what a file of the edited world would be loaded with.
+// What follows in a world from patches that an edit changed, whatever it edited: boxes, the tree, rock that
+// hides, which are at once what a file of the edited world would be loaded with; and measures and the sky,
+// which are that once they are settled (settle.h). Until then measures are on the safe side.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,6 @@ struct EditChange {
   bool changed = false;  // false: the world was so already
   std::size_t part = 0;  // the world's that changed
   LatticeBox box{};      // of all that changed, before and after; from the part's corner
-  bool sky_changed = false;
   // The world's patches whose vertices or measures may be others, ascending, and slots that became free.
   // Valid until the next edit.
   std::span<const PatchId> touched;
@@ -45,13 +45,16 @@ class FollowChange {
   void run(std::span<const PatchId> changed, std::span<const PatchId> vanished, bool voxels);
 
  private:
-  void measure();
-  void derive(bool voxels);
+  void include(PatchId slot);
+  void measure(std::span<const PatchId> changed);
+  void derive(std::span<const PatchId> changed);
   void name_for_world();
 
   World::Editable all_;
   int level_;
   EditChange& change_;
+  LatticeBox swept_{};     // what patches swept before and after
+  bool at_sides_ = false;  // some of them stand there
 };
 
 }  // namespace karst::core

@@ -93,10 +93,12 @@ struct SkyVisibility::Rows {
   std::int64_t fill_nodes(const Octree& octree, Octree::Node node, glm::ivec3 origin, int level) const;
   void move_x(const Word* through, int step) const;
   void move_z(const Word* through, int step) const;
+  void begin(const Octree& octree) const;
+  void follow(int direction) const;
   void follow(int slope_x, int slope_z) const;
   void count(Word* into) const;
-  void write_shares() const;
-  void spread(std::uint8_t* cells) const;
+  void write_shares(int y) const;
+  void spread(int y, std::uint8_t* cells) const;
 };
 
 // Cells low..high, both included.
@@ -196,10 +198,25 @@ void SkyVisibility::Rows::follow(int slope_x, int slope_z) const {
   }
 }
 
-// Counters to bytes, in place: a row's bytes end before the next row's counters begin.
-void SkyVisibility::Rows::write_shares() const {
+void SkyVisibility::Rows::begin(const Octree& octree) const {
+  std::fill_n(counts, size.all * kPlanes, Word{0});
+  std::fill_n(open, size.all, kAll);
+  fill_nodes(octree, octree.root(), glm::ivec3(0), octree.depth());
+}
+
+void SkyVisibility::Rows::follow(int direction) const {
+  const int ring = direction / kTurns;
+  const int angle = 2 * (direction % kTurns) + ring % 2;
+  const int cot = kCotangents[ring];
+  follow(cot * cosine(angle) / kTurnUnit, cot * cosine(angle - kTurns / 2) / kTurnUnit);
+}
+
+// Counters of a layer to bytes, in place: a row's bytes end before the next row's counters begin, so that
+// layers follow each other from the lowest on.
+void SkyVisibility::Rows::write_shares(int y) const {
   auto* const bytes = reinterpret_cast<std::uint8_t*>(counts);
-  for (std::size_t w = 0; w < size.all; ++w) {
+  const std::size_t first = static_cast<std::size_t>(y) * size.layer;
+  for (std::size_t w = first; w < first + size.layer; ++w) {
     Word planes[kPlanes];
     std::copy_n(counts + w * kPlanes, kPlanes, planes);
     const std::size_t x = w % size.row * 64;
@@ -213,28 +230,27 @@ void SkyVisibility::Rows::write_shares() const {
   }
 }
 
-void SkyVisibility::Rows::spread(std::uint8_t* cells) const {
-  glm::ivec3 c;
-  for (c.y = 0; c.y < grid.cells.y; ++c.y) {
-    for (c.z = 0; c.z < grid.cells.z; ++c.z) {
-      for (c.x = 0; c.x < grid.cells.x; ++c.x) {
-        if (is_open(c)) continue;
-        const glm::ivec3 low = glm::max(c - 1, 0);
-        const glm::ivec3 high = glm::min(c + 1, grid.cells - 1);
-        unsigned sum = 0;
-        unsigned found = 0;
-        glm::ivec3 n;
-        for (n.y = low.y; n.y <= high.y; ++n.y) {
-          for (n.z = low.z; n.z <= high.z; ++n.z) {
-            for (n.x = low.x; n.x <= high.x; ++n.x) {
-              if (!is_open(n)) continue;
-              sum += cells[grid.place(n)];
-              ++found;
-            }
+// Reads open cells and writes filled ones.
+void SkyVisibility::Rows::spread(int y, std::uint8_t* cells) const {
+  glm::ivec3 c(0, y, 0);
+  for (c.z = 0; c.z < grid.cells.z; ++c.z) {
+    for (c.x = 0; c.x < grid.cells.x; ++c.x) {
+      if (is_open(c)) continue;
+      const glm::ivec3 low = glm::max(c - 1, 0);
+      const glm::ivec3 high = glm::min(c + 1, grid.cells - 1);
+      unsigned sum = 0;
+      unsigned found = 0;
+      glm::ivec3 n;
+      for (n.y = low.y; n.y <= high.y; ++n.y) {
+        for (n.z = low.z; n.z <= high.z; ++n.z) {
+          for (n.x = low.x; n.x <= high.x; ++n.x) {
+            if (!is_open(n)) continue;
+            sum += cells[grid.place(n)];
+            ++found;
           }
         }
-        if (found > 0) cells[grid.place(c)] = static_cast<std::uint8_t>((sum + found / 2) / found);
       }
+      if (found > 0) cells[grid.place(c)] = static_cast<std::uint8_t>((sum + found / 2) / found);
     }
   }
 }
@@ -252,9 +268,8 @@ std::size_t SkyVisibility::word_count(glm::ivec3 extent) {
   return words_of(grid_for(extent, SIZE_MAX));
 }
 
-void SkyVisibility::open_sides() {
+void SkyVisibility::open_sides(std::uint8_t* cells) const {
   constexpr int kFade = 4;  // cells
-  auto* const cells = reinterpret_cast<std::uint8_t*>(storage_.data());
   glm::ivec3 c;
   for (c.y = 0; c.y < grid_.cells.y; ++c.y) {
     for (c.z = 0; c.z < grid_.cells.z; ++c.z) {
@@ -268,23 +283,55 @@ void SkyVisibility::open_sides() {
   }
 }
 
+bool SkyVisibility::has_cells() const {
+  return grid_.bytes() <= storage_.size_bytes() && words_of(grid_) <= storage_.size();
+}
+
 void SkyVisibility::build(const Octree& octree, glm::ivec3 extent, bool opens_sides) {
   grid_ = grid_for(extent, storage_.size(), least_log2_);
-  if (grid_.bytes() > storage_.size_bytes() || words_of(grid_) > storage_.size()) return;
+  opens_sides_ = opens_sides;
+  behind_ = false;
+  step_ = 0;
+  if (!has_cells()) return;
   const Rows rows(grid_, storage_);
-  std::fill_n(rows.counts, rows.size.all * kPlanes, Word{0});
-  std::fill_n(rows.open, rows.size.all, kAll);
-  rows.fill_nodes(octree, octree.root(), glm::ivec3(0), octree.depth());
-  for (int ring = 0; ring < kRings; ++ring) {
-    for (int turn = 0; turn < kTurns; ++turn) {
-      const int angle = 2 * turn + ring % 2;
-      const int cot = kCotangents[ring];
-      rows.follow(cot * cosine(angle) / kTurnUnit, cot * cosine(angle - kTurns / 2) / kTurnUnit);
-    }
+  rows.begin(octree);
+  for (int n = 0; n < kDirections; ++n) rows.follow(n);
+  for (int y = 0; y < grid_.cells.y; ++y) rows.write_shares(y);
+  auto* const cells = reinterpret_cast<std::uint8_t*>(storage_.data());
+  for (int y = 0; y < grid_.cells.y; ++y) rows.spread(y, cells);
+  if (opens_sides_) open_sides(cells);
+}
+
+bool SkyVisibility::step(const Octree& octree, std::span<std::uint64_t> room) {
+  if (!has_cells()) {
+    behind_ = false;
+    return false;
   }
-  rows.write_shares();
-  rows.spread(reinterpret_cast<std::uint8_t*>(storage_.data()));
-  if (opens_sides) open_sides();
+  const Rows rows(grid_, room);
+  const Rows old(grid_, storage_);
+  const int layers = grid_.cells.y;
+  auto* const cells = reinterpret_cast<std::uint8_t*>(room.data());
+  const int n = step_++;
+  if (n == 0) {
+    behind_ = false;
+    rows.begin(octree);
+    if (std::equal(rows.open, rows.open + rows.size.all, old.open)) step_ = 0;
+  } else if (n <= kDirections) {
+    rows.follow(n - 1);
+  } else if (n <= kDirections + layers) {
+    rows.write_shares(n - kDirections - 1);
+  } else if (n <= kDirections + 2 * layers) {
+    rows.spread(n - kDirections - layers - 1, cells);
+  } else {
+    step_ = 0;
+    if (opens_sides_) open_sides(cells);
+    std::copy(rows.open, rows.open + rows.size.all, old.open);
+    auto* const held = reinterpret_cast<std::uint8_t*>(storage_.data());
+    if (std::equal(cells, cells + grid_.bytes(), held)) return false;
+    std::copy(cells, cells + grid_.bytes(), held);
+    return true;
+  }
+  return false;
 }
 
 std::span<const std::uint8_t> SkyVisibility::cells() const {

@@ -13,7 +13,7 @@
 // of a closed wall. All rays of a direction have the same moves in a layer, so they are followed a layer at a
 // time, from the top, 64 cells at once: a bit is a ray that reaches the sky, a move is a shift. The work is
 // some 7 operations a direction and word; all of it is integers, the same bits everywhere. An edit changes
-// what lies below it and aside, so everything is built anew.
+// what lies below it and aside, so everything is built anew, in steps.
 //
 // The world is open at its sides. The topmost layer lies above everything, so that all of it is 255.
 #pragma once
@@ -63,7 +63,11 @@ class SkyVisibility {
   static std::size_t word_count(glm::ivec3 extent);
 
   // Lends memory, borrowed for the object's life.
-  void create(std::span<std::uint64_t> storage) { storage_ = storage; }
+  void create(std::span<std::uint64_t> storage) {
+    storage_ = storage;
+    behind_ = false;
+    step_ = 0;
+  }
 
   // With cells of this or larger ones: of an atlas.
   void set_least_cell(int cell_log2) { least_log2_ = cell_log2; }
@@ -71,6 +75,14 @@ class SkyVisibility {
   // opens_sides: towards the sides cells see more and more of the sky, and there all of it: beyond lies
   // ground that this grid knows nothing of, which lookups find in the outermost cells.
   void build(const Octree& octree, glm::ivec3 extent, bool opens_sides = false);
+
+  // Voxels changed: cells() are of those before until steps have found them anew.
+  void outdate() { behind_ = true; }
+  bool is_behind() const { return behind_ || step_ > 0; }
+  // A step, of some 10 microseconds to 1/200 of build(). room: as many words as of create(), the same ones
+  // from step to step. Voxels may change between steps; cells() then are behind again. True: cells() are
+  // others now. Precondition: is_behind().
+  bool step(const Octree& octree, std::span<std::uint64_t> room);
 
   const SkyGrid& grid() const { return grid_; }
   std::span<const std::uint8_t> cells() const;
@@ -83,10 +95,14 @@ class SkyVisibility {
 
  private:
   struct Rows;
-  void open_sides();
+  bool has_cells() const;
+  void open_sides(std::uint8_t* cells) const;
 
   SkyGrid grid_;
   int least_log2_ = 0;
+  bool opens_sides_ = false;
+  bool behind_ = false;
+  int step_ = 0;  // of finding it anew, 0: not begun
   std::span<std::uint64_t> storage_;
 };
 

@@ -109,6 +109,46 @@ Status SetThresholds::validate() const {
   return {};
 }
 
+struct SetThresholds::Factors {
+  float start, per_reach, slack;
+
+  // What a threshold of a level adds to those of the next coarser one around it.
+  float needed(const PatchLod& lod, int m) const {
+    const float finer = threshold_steps(lod.threshold[m + 1]);
+    return finer > 0.0f ? ((finer + 2.0f * lod.reach) * slack + 8.0f) * start : 0.0f;
+  }
+};
+
+SetThresholds::Factors SetThresholds::factors() const {
+  const float morph_starts = 1.0f - kMorphShare;
+  Factors by{};
+  by.per_reach = static_cast<float>(kSteepest / morph_starts * (1.0 + 1e-6));
+  // Rounding of the distances that (2) compares: a few 2^-20 of the distance to the eye, which is less than
+  // that of the threshold and the box over least_cos2; and a few steps.
+  by.start = 1.0f / morph_starts * (1.0f + 0x1p-20f);
+  // Constant distances are exact.
+  by.slack = scale.least_cos2 < 0.0f ? 1.0f : 1.0f + 0x1p-16f / scale.least_cos2;
+  return by;
+}
+
+std::uint16_t SetThresholds::threshold(const Factors& by, PatchId p, int m) const {
+  const std::uint16_t error = errors.error(p, m - 1);
+  float steps = 0.0f;
+  if (error == kUnboundedError) {
+    steps = kInfinite;
+  } else if (error > 0) {
+    steps = scale.steps_per_step * static_cast<float>(error) +
+            by.per_reach * static_cast<float>(errors.reach(p, m));
+  }
+  if (m < errors.level) {
+    steps = std::max(steps, by.needed(lods[p], m));
+    for (const PatchEdge edge : surface.patches[p].neighbour) {
+      if (edge.exists()) steps = std::max(steps, by.needed(lods[edge.patch()], m));
+    }
+  }
+  return threshold_half(steps);
+}
+
 void SetThresholds::run() const {
   KARST_ASSERT(validate().ok());
   const auto patches = static_cast<PatchId>(lods.size());
@@ -119,41 +159,47 @@ void SetThresholds::run() const {
     for (int m = 2; m <= top && !morphing; ++m) lods[p].threshold[m] = kNeverMorphs;
   }
   if (!morphing) return;
-
-  const float morph_starts = 1.0f - kMorphShare;
-  const float per_reach = static_cast<float>(kSteepest / morph_starts * (1.0 + 1e-6));
-  // Rounding of the distances that (2) compares: a few 2^-20 of the distance to the eye, which is less than
-  // that of the threshold and the box over least_cos2; and a few steps.
-  const float start = 1.0f / morph_starts * (1.0f + 0x1p-20f);
-  // Constant distances are exact.
-  const float slack = scale.least_cos2 < 0.0f ? 1.0f : 1.0f + 0x1p-16f / scale.least_cos2;
+  const Factors by = factors();
   for (int m = errors.level; m >= 2; --m) {
-    const auto needed = [&](const PatchLod& lod) {
-      const float finer = threshold_steps(lod.threshold[m + 1]);
-      return finer > 0.0f ? ((finer + 2.0f * lod.reach) * slack + 8.0f) * start : 0.0f;
-    };
-    for (PatchId p = 0; p < patches; ++p) {
-      const std::uint16_t error = errors.error(p, m - 1);
-      float steps = 0.0f;
-      if (error == kUnboundedError) {
-        steps = kInfinite;
-      } else if (error > 0) {
-        steps = scale.steps_per_step * static_cast<float>(error) +
-                per_reach * static_cast<float>(errors.reach(p, m));
-      }
-      if (m < errors.level) {
-        steps = std::max(steps, needed(lods[p]));
-        for (const PatchEdge edge : surface.patches[p].neighbour) {
-          if (edge.exists()) steps = std::max(steps, needed(lods[edge.patch()]));
-        }
-      }
-      lods[p].threshold[m] = threshold_half(steps);
-    }
+    for (PatchId p = 0; p < patches; ++p) lods[p].threshold[m] = threshold(by, p, m);
   }
   if (top == errors.level) return;
   for (PatchLod& lod : lods) {
     for (int m = top + 1; m <= kMaxLevel; ++m) lod.threshold[m] = 0;
   }
+}
+
+// Level by level as run(): what a level's thresholds change spreads by a patch to the next coarser one.
+// While it runs, threshold[0] of those in the list is 1.
+std::size_t SetThresholds::update(std::span<PatchId> list, std::size_t changed) const {
+  KARST_ASSERT(validate().ok() && max_level >= errors.level);
+  constexpr std::uint16_t kMoved = 2;  // in threshold[0]: its reach is another
+  std::size_t count = changed;
+  for (const PatchId p : list.first(count)) {
+    PatchLod& lod = lods[p];
+    const float reach = lod.reach;
+    set_place(*this, p, lod);
+    lod.threshold[0] = lod.reach == reach ? std::uint16_t{1} : kMoved;
+    for (int m = 2; m <= errors.level && !morphing; ++m) lod.threshold[m] = kNeverMorphs;
+  }
+  const Factors by = factors();
+  for (int m = errors.level; m >= 2 && morphing; --m) {
+    const std::size_t end = count;
+    for (std::size_t n = 0; n < end; ++n) {
+      const PatchId p = list[n];
+      const std::uint16_t made = threshold(by, p, m);
+      const bool spreads = made != lods[p].threshold[m] || lods[p].threshold[0] == kMoved;
+      lods[p].threshold[m] = made;
+      if (!spreads || m == 2) continue;
+      for (const PatchEdge edge : surface.patches[p].neighbour) {
+        if (!edge.exists() || lods[edge.patch()].threshold[0] != 0) continue;
+        lods[edge.patch()].threshold[0] = 1;
+        list[count++] = edge.patch();
+      }
+    }
+  }
+  for (const PatchId p : list.first(count)) lods[p].threshold[0] = 0;
+  return count;
 }
 
 void make_morph_row(const Surface& surface, std::span<const PatchLod> lods, PatchId patch,

@@ -168,6 +168,17 @@ struct SetThresholds {
 
   // Precondition: validate() is ok. Neither fails nor allocates. Independent of where the camera is.
   void run() const;
+
+  // lods are what run() made of bounds and errors that were others for `changed`, and of other edges of
+  // theirs: makes them what it would make now. list: first the changed ones, each once, and room for one of
+  // each patch. Returns how many of the list may be others now; entries beyond the changed ones are added.
+  // Precondition: validate() is ok, max_level is not below errors.level.
+  std::size_t update(std::span<PatchId> list, std::size_t changed) const;
+
+ private:
+  struct Factors;
+  Factors factors() const;
+  std::uint16_t threshold(const Factors& by, PatchId p, int m) const;
 };
 
 // Fills a patch's row for the GPU, morph_entry by morph_entry; entries beyond the last are 0.

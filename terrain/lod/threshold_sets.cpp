@@ -28,11 +28,8 @@ void ThresholdSets::reset() {
 
 void ThresholdSets::forget_rows() {
   for (Set& set : sets_) set.dirty_begin = set.dirty_end = 0;
+  std::fill(blocks_.dirty.begin(), blocks_.dirty.end(), std::uint64_t{0});
   std::fill(blocks_.rows.begin(), blocks_.rows.end(), kNoHalf);
-}
-
-void ThresholdSets::outdate() {
-  for (Set& set : sets_) set.version = 0;
 }
 
 int ThresholdSets::find(const Key& key) const {
@@ -112,6 +109,35 @@ Status ThresholdSets::fill(int index, std::span<SetThresholds> jobs, const Resid
   return {};
 }
 
+void ThresholdSets::update(SetThresholds job, std::span<PatchId> list, std::size_t changed, PatchId first,
+                           const ResidentPool& pool) {
+  for (int s = 0; s < count_; ++s) {
+    Set& set = sets_[static_cast<std::size_t>(s)];
+    if (set.version == 0) continue;
+    if (set.key.top_level < job.errors.level) {
+      set.version = 0;  // what finer levels had is not kept
+      continue;
+    }
+    job.scale = set.key.scale;
+    job.morphing = set.key.morphing;
+    job.max_level = set.key.top_level;
+    job.lods = all_lods(s).subspan(first, job.surface.patches.size());
+    const std::size_t count = job.update(list, changed);
+    set.version = ++versions_;
+    const auto touch = [&](PatchId patch) {
+      const std::uint32_t row = pool.row(first + patch);
+      if (row != ResidentPool::kNoRow) touch_row(s, job.surface, first, first + patch, row);
+    };
+    // Edges have the smaller threshold of two.
+    for (const PatchId patch : list.first(count)) {
+      touch(patch);
+      for (const PatchEdge edge : job.surface.patches[patch].neighbour) {
+        if (edge.exists()) touch(edge.patch());
+      }
+    }
+  }
+}
+
 std::span<PatchLod> ThresholdSets::all_lods(int set) const {
   return blocks_.lods.subspan(static_cast<std::size_t>(set) * patches_a_set_, patches_);
 }
@@ -140,16 +166,29 @@ void ThresholdSets::touch_row(int index, const Surface& surface, PatchId first, 
   if (set.dirty_begin == set.dirty_end) set.dirty_begin = set.dirty_end = row;
   set.dirty_begin = std::min(set.dirty_begin, row);
   set.dirty_end = std::max(set.dirty_end, row + 1);
+  dirty_of(index)[row / 64] |= std::uint64_t{1} << row % 64;
 }
 
+// A few rows that did not change are less than a call more.
 MorphRows ThresholdSets::take() {
+  constexpr std::uint32_t kGap = 8;
   for (int s = 0; s < count_; ++s) {
     Set& set = sets_[static_cast<std::size_t>(s)];
-    if (set.dirty_begin == set.dirty_end) continue;
-    const std::uint32_t first = first_row(s) + set.dirty_begin;
-    const std::size_t count = set.dirty_end - set.dirty_begin;
-    set.dirty_begin = set.dirty_end = 0;
-    return {first, blocks_.rows.subspan(std::size_t{first} * kMorphRow, count * kMorphRow)};
+    const std::span<std::uint64_t> dirty = dirty_of(s);
+    const auto is_dirty = [&](std::uint32_t row) { return (dirty[row / 64] >> row % 64 & 1u) != 0; };
+    std::uint32_t begin = set.dirty_begin;
+    while (begin < set.dirty_end && !is_dirty(begin)) ++begin;
+    std::uint32_t end = begin;  // behind the last one that is dirty
+    for (std::uint32_t row = begin; row < set.dirty_end && row - end <= kGap; ++row) {
+      if (!is_dirty(row)) continue;
+      dirty[row / 64] &= ~(std::uint64_t{1} << row % 64);
+      end = row + 1;
+    }
+    set.dirty_begin = end;
+    if (end == set.dirty_end) set.dirty_begin = set.dirty_end = 0;
+    if (begin == end) continue;
+    const std::uint32_t first = first_row(s) + begin;
+    return {first, blocks_.rows.subspan(std::size_t{first} * kMorphRow, std::size_t{end - begin} * kMorphRow)};
   }
   return {};
 }

@@ -43,8 +43,11 @@ class ThresholdSets {
   void reset();
   // Forgets what the GPU has, keeps thresholds: resident patches have to be touched again.
   void forget_rows();
-  // Makes all thresholds anew in the next fill(): what they depend on has changed. The GPU keeps its rows.
-  void outdate();
+  // Bounds, errors or edges of patches of a part changed: job has them, without scale and lods. list: first
+  // the changed ones, each once, and room for as many as the part has. Where that is not enough to go by, all
+  // thresholds of a set are made anew in its next fill(). first: patch of the part.
+  void update(SetThresholds job, std::span<PatchId> list, std::size_t changed, PatchId first,
+              const ResidentPool& pool);
 
   // Which set each view uses in a frame. sets: in, those of the last frame, or -1; out, as many as keys, at
   // most Config::max_views. A set that holds a view's thresholds already is taken first, then its old one.
@@ -74,21 +77,28 @@ class ThresholdSets {
     std::uint32_t version = 0;  // 0: holds nothing
     std::uint32_t last_used = 0;
     bool used = false;  // by a view that assign() has dealt with
-    std::uint32_t dirty_begin = 0;
+    std::uint32_t dirty_begin = 0;  // rows that may be
     std::uint32_t dirty_end = 0;
   };
   struct Blocks {
     std::span<PatchLod> lods;       // set by set, max_patches each
     std::span<std::uint16_t> rows;  // set by set, max_resident_patches each: what the GPU has, or will have
+    std::span<std::uint64_t> dirty;  // set by set, a bit a row that the GPU does not have yet
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       visit(Consumer::thresholds, std::size_t{config.max_views} * config.max_patches, lods);
       visit(Consumer::thresholds, std::size_t{config.max_views} * config.max_resident_patches * kMorphRow,
             rows);
+      visit(Consumer::thresholds, config.max_views * dirty_words(config.max_resident_patches), dirty);
     }
   };
 
+  static constexpr std::size_t dirty_words(std::size_t rows) { return (rows + 63) / 64; }
+  std::span<std::uint64_t> dirty_of(int set) const {
+    const std::size_t words = dirty_words(rows_a_set_);
+    return blocks_.dirty.subspan(static_cast<std::size_t>(set) * words, words);
+  }
   int find(const Key& key) const;
   int oldest_unused() const;
   std::span<PatchLod> all_lods(int set) const;

@@ -1,63 +1,118 @@
 // SPDX-License-Identifier: MIT
 // For every triangle of a level, the deviation at each full-level vertex inside it, in integers times the
-// triangle's size, which doubles hold exactly.
+// triangle's size, which doubles hold exactly: in whatever order they are added up.
 #include "terrain/measure/level_error.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/ext/vector_int3_sized.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "terrain/base/check.h"
+#include "terrain/base/simd.h"
 #include "terrain/measure/level_triangles.h"
-#include "terrain/patch/displacement.h"
 
 namespace karst::core {
 namespace {
 
-// Squared distances; of deviations times the square of the triangle's size.
-struct Extremes {
-  double border = 0;  // the border vertex alone arrived
-  double any = 0;     // one or both arrived
-  double reach = 0;
+using simd::Double2;
+
+// Both triangles of a tile's side lie in two lanes: they have but one corner each of their own.
+struct Pair {
+  Double2 x, y, z;
+
+  Pair(Double2 first, Double2 second, Double2 third) : x(first), y(second), z(third) {}
+  explicit Pair(glm::dvec3 v) : x(simd::splat(v.x)), y(simd::splat(v.y)), z(simd::splat(v.z)) {}
+  // Vertices of the grid.
+  Pair(const LevelGrid& grid, const int (&at)[2]) {
+    const simd::Int4 a = simd::load(&grid.position[at[0]].x);  // and a value behind it
+    const simd::Int4 b = simd::load(&grid.position[at[1]].x);
+    x = simd::to_double(__builtin_shufflevector(a, b, 0, 4, 0, 4));
+    y = simd::to_double(__builtin_shufflevector(a, b, 1, 5, 1, 5));
+    z = simd::to_double(__builtin_shufflevector(a, b, 2, 6, 2, 6));
+  }
+  Double2 squared() const { return x * x + y * y + z * z; }
+  friend Pair operator+(const Pair& a, const Pair& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Pair operator-(const Pair& a, const Pair& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Pair operator*(double s, const Pair& b) { return {s * b.x, s * b.y, s * b.z}; }
 };
 
 double squared(glm::dvec3 v) {
   return glm::dot(v, v);
 }
 
-Extremes measure_triangle(const LevelGrid& grid, const LevelTriangle& t, int size) {
-  const glm::dvec3 stay = grid.at(t.stay);
-  const glm::dvec3 border = grid.at(t.border);
-  const glm::dvec3 centre = grid.at(t.centre);
-  const glm::dvec3 border_way = t.border_target - border;
-  const glm::dvec3 centre_way = t.centre_target - centre;
-  Extremes most;
-  for (const glm::dvec3 from : {border, centre}) {
-    for (const glm::dvec3 to : {stay, border, centre, t.border_target, t.centre_target}) {
-      most.reach = std::max(most.reach, squared(to - from));
-    }
+// Squared distances; of deviations times the square of the triangles' size.
+struct Extremes {
+  Double2 border{};  // the border vertex alone arrived
+  Double2 any{};     // one or both arrived
+  Double2 reach{};
+
+  void add(const Extremes& other) {
+    border = simd::max(border, other.border);
+    any = simd::max(any, other.any);
+    reach = simd::max(reach, other.reach);
   }
-  const glm::ivec2 along = (t.border - t.stay) / size;
-  const glm::ivec2 across = (t.centre - t.border) / size;
+  static double most(Double2 v) { return std::max(v[0], v[1]); }
+};
+
+// Over the vertices of the full level in both triangles. Where the two moving vertices are, their weights
+// rise and fall along a row of them: from start on, a step at a time.
+void measure_inside(const LevelGrid& grid, const LevelSide& side, int size, Extremes& most) {
+  const int border_at = grid.index(side.border);
+  const int across = (grid.index(side.centre) - border_at) / size;
+  const int stay_at[2] = {grid.index(side.stay[0]), grid.index(side.stay[1])};
+  const int along[2] = {(border_at - stay_at[0]) / size, (border_at - stay_at[1]) / size};
+  const Pair stay(grid, stay_at);
+  const Pair border(grid.at(side.border)), centre(grid.at(side.centre));
+  const Pair border_target(side.border_target), centre_target(side.centre_target);
+  const Pair border_step(grid.at(side.centre) - side.border_target);
+  const Pair centre_step(side.centre_target - grid.at(side.border));
+  const Pair both_step(side.centre_target - side.border_target);
   for (int a = 0; a <= size; ++a) {
+    Pair border_moved = double(size - a) * stay + double(a) * border_target;
+    Pair centre_moved = double(size - a) * stay + double(a) * border;
+    Pair both_moved = border_moved;
+    int at[2] = {stay_at[0] + a * along[0], stay_at[1] + a * along[1]};
     for (int b = 0; b <= a; ++b) {
-      const glm::dvec3 full = grid.at(t.stay + a * along + b * across);
-      const double of_border = a - b;
-      const double of_centre = b;
-      const glm::dvec3 home =
-          double(size - a) * stay + of_border * border + of_centre * centre - double(size) * full;
-      const glm::dvec3 border_moves = of_border * border_way;
-      const glm::dvec3 centre_moves = of_centre * centre_way;
-      most.border = std::max(most.border, squared(home + border_moves));
+      const Pair full(grid, at);
+      const Pair scaled = double(size) * full;
+      most.border = simd::max(most.border, (border_moved - scaled).squared());
       most.any =
-          std::max({most.any, squared(home + centre_moves), squared(home + border_moves + centre_moves)});
-      most.reach = std::max({most.reach, squared(full - border), squared(full - centre)});
+          simd::max(most.any, simd::max((centre_moved - scaled).squared(), (both_moved - scaled).squared()));
+      most.reach = simd::max(most.reach, simd::max((full - border).squared(), (full - centre).squared()));
+      border_moved = border_moved + border_step;
+      centre_moved = centre_moved + centre_step;
+      both_moved = both_moved + both_step;
+      at[0] += across;
+      at[1] += across;
     }
   }
-  most.any = std::max(most.any, most.border);
+}
+
+Extremes measure_side(const LevelGrid& grid, const LevelSide& side, int size) {
+  const glm::dvec3 border = grid.at(side.border);
+  const glm::dvec3 centre = grid.at(side.centre);
+  const double border_way = squared(side.border_target - border);
+  const double centre_way = squared(side.centre_target - centre);
+  Extremes most;
+  most.reach = simd::splat(std::max({border_way, centre_way, squared(side.centre_target - border),
+                                     squared(side.border_target - centre), squared(centre - border)}));
+  if (size > 1) {
+    measure_inside(grid, side, size, most);
+  } else {
+    // Its corners are all there is.
+    for (const glm::ivec2 stay : side.stay) {
+      const glm::dvec3 at = grid.at(stay);
+      most.reach = simd::max(most.reach, simd::splat(std::max(squared(at - border), squared(at - centre))));
+    }
+    most.border = simd::splat(border_way);
+    most.any = simd::splat(centre_way);
+  }
+  most.any = simd::max(most.any, most.border);
   return most;
 }
 
@@ -94,10 +149,11 @@ Status MeasureLevelErrors::validate() const {
 
 void measure_own_errors(const Surface& surface, const Heights& heights, PatchId patch, BorderErrors& own,
                         std::span<std::uint16_t> values) {
-  const int level = heights.level;
-  LevelGrid grid;
-  grid.side = patch_side(level);
-  displaced_positions(surface, heights, level, patch, grid.position);
+  measure_own_errors(LevelGrid(surface, heights, patch), own, values);
+}
+
+void measure_own_errors(const LevelGrid& grid, BorderErrors& own, std::span<std::uint16_t> values) {
+  const int level = grid.level;
   std::uint16_t* const error = values.data();
   std::uint16_t* const reach = error + (level - 1);
   own = {};
@@ -105,20 +161,73 @@ void measure_own_errors(const Surface& surface, const Heights& heights, PatchId 
     const int size = 1 << (level - m);
     Extremes inside;
     Extremes edge[4];
-    for_each_level_triangle(grid, level, m, [&](const LevelTriangle& t, int e) {
-      const Extremes x = measure_triangle(grid, t, size);
-      inside.any = std::max(inside.any, x.any);
-      inside.reach = std::max(inside.reach, x.reach);
-      if (e < 0) return;
-      edge[e].border = std::max(edge[e].border, x.border);
-      edge[e].reach = std::max(edge[e].reach, x.reach);
+    for_each_level_side(grid, m, [&](const LevelSide& side, int e) {
+      const Extremes x = measure_side(grid, side, size);
+      inside.add(x);
+      if (e >= 0) edge[e].add(x);
     });
-    error[m - 2] = round_up(inside.any, size);
-    reach[m - 2] = round_up(inside.reach, 1);
+    error[m - 2] = round_up(Extremes::most(inside.any), size);
+    reach[m - 2] = round_up(Extremes::most(inside.reach), 1);
     for (int e = 0; e < 4; ++e) {
-      own.error[e][m - 2] = round_up(edge[e].border, size);
-      own.reach[e][m - 2] = round_up(edge[e].reach, 1);
+      own.error[e][m - 2] = round_up(Extremes::most(edge[e].border), size);
+      own.reach[e][m - 2] = round_up(Extremes::most(edge[e].reach), 1);
     }
+  }
+}
+
+void bound_own_errors(const LevelGrid& grid, OwnErrors& own) {
+  own = {};
+  const int level = grid.level;
+  if (level < 2) return;
+  // Squares of twice the longest ways of a level's vertices: of all, and of those on an edge.
+  std::int64_t longest[kMaxLevel + 1] = {};
+  std::int64_t on_edge[kMaxLevel + 1][4] = {};
+  const auto note = [&](int m, int edge, glm::ivec3 v, glm::ivec3 a, glm::ivec3 b) {
+    const glm::i64vec3 way(2 * v - a - b);
+    const std::int64_t length2 = way.x * way.x + way.y * way.y + way.z * way.z;
+    longest[m] = std::max(longest[m], length2);
+    if (edge >= 0) on_edge[m][edge] = std::max(on_edge[m][edge], length2);
+  };
+  glm::ivec3 low = grid.position[0], high = low;
+  const int side = grid.side;
+  for (int n = 0; n < side * side; ++n) {
+    low = glm::min(low, grid.position[n]);
+    high = glm::max(high, grid.position[n]);
+  }
+  for (int m = 2; m <= level; ++m) {
+    const int size = 1 << (level - m);
+    const int n = patch_cells(m);
+    const auto at = [&](int i, int j) { return grid.position[(j * side + i) * size]; };
+    for (int j = 0; j <= n; ++j) {
+      for (int i = j % 2 != 0 ? 0 : 1; i <= n; i += j % 2 != 0 ? 1 : 2) {
+        const int edge = j == 0 ? 0 : i == n ? 1 : j == n ? 2 : i == 0 ? 3 : -1;
+        if (j % 2 == 0) {
+          note(m, edge, at(i, j), at(i - 1, j), at(i + 1, j));
+        } else if (i % 2 == 0) {
+          note(m, edge, at(i, j), at(i, j - 1), at(i, j + 1));
+        } else if ((i / 2 + j / 2) % 2 == 0) {
+          note(m, edge, at(i, j), at(i - 1, j - 1), at(i + 1, j + 1));
+        } else {
+          note(m, edge, at(i, j), at(i - 1, j + 1), at(i + 1, j - 1));
+        }
+      }
+    }
+  }
+  // Rounded up by more than a root can be off.
+  const auto length = [](std::int64_t twice_squared) {
+    return 0.5 * std::sqrt(static_cast<double>(twice_squared)) * (1.0 + 1e-12);
+  };
+  const std::uint16_t reach = round_up(std::sqrt(squared(glm::dvec3(high - low))) * (1.0 + 1e-12));
+  std::uint16_t* const error = own.values;
+  double finer = 0;  // of all finer levels together
+  for (int m = level; m >= 2; --m) {
+    error[m - 2] = round_up(finer + length(longest[m]));
+    error[level - 1 + m - 2] = reach;
+    for (int e = 0; e < 4; ++e) {
+      own.borders.error[e][m - 2] = round_up(finer + length(on_edge[m][e]));
+      own.borders.reach[e][m - 2] = reach;
+    }
+    finer += length(longest[m]);
   }
 }
 

@@ -23,6 +23,8 @@
 
 namespace karst::core {
 
+struct LevelGrid;  // level_triangles.h: all vertices of a patch
+
 // The last share of a threshold's distance in which a vertex morphs (K's sigma, 4.4.4). A world's errors are
 // measured for this value.
 inline constexpr float kMorphShare = 0.3f;
@@ -67,10 +69,22 @@ struct BorderErrors {
   std::uint16_t reach[4][kMaxLevel - 1];
 };
 
+// What a patch's own triangles say: to neighbours, and of itself as LevelErrors::values has it.
+struct OwnErrors {
+  BorderErrors borders;
+  std::uint16_t values[level_error_values(kMaxLevel)];
+};
+
+// No less than what measure_own_errors() would give, from how far each vertex is from its morph target: levels
+// differ from the next coarser one by no more than their vertices' ways, and by the sum of those from the full
+// one. A few times faster. Reaches are the diagonal of the box of all vertices.
+void bound_own_errors(const LevelGrid& grid, OwnErrors& own);
+
 // Of one patch at the heights' level: values of its own triangles alone (as LevelErrors has them,
 // level_error_values() of them), and what its neighbours need.
 void measure_own_errors(const Surface& surface, const Heights& heights, PatchId patch, BorderErrors& own,
                         std::span<std::uint16_t> values);
+void measure_own_errors(const LevelGrid& grid, BorderErrors& own, std::span<std::uint16_t> values);
 // Adds what comes over its edges. theirs: by edge, what measure_own_errors() made of the neighbour there; not
 // read where there is none.
 void join_errors(const Surface& surface, int level, PatchId patch, const BorderErrors& own,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "terrain/measure/level_triangles.h"
 #include "terrain/measure/shading_cone.h"
 #include "terrain/patch/corner_fan.h"
 
@@ -59,9 +60,10 @@ void MeasurePatches::measure(std::size_t first, std::size_t last, const Room& ro
   for (std::size_t i = first; i < last; ++i) {
     const PatchId patch = patch_at(i);
     if (is_free(patch)) continue;
-    measure_own_errors(surface, heights, patch, borders[i], errors_of(patch));
+    const LevelGrid grid(surface, heights, patch);
+    measure_own_errors(grid, borders[i], errors_of(patch));
     generate.run(patch, room.vertices, &out.bounds[patch]);
-    out.cones[patch] = measure_normal_cone(surface, heights, patch);
+    out.cones[patch] = measure_normal_cone(grid);
     out.shading_cones[patch] = measure_shading_cone(room.vertices);
   }
 }

@@ -91,6 +91,8 @@ inline float snap_sine(float distance, int level, float pixels_per_radian) {
 
 // Of one patch; heights.level is the full one. Needs nothing of its neighbours.
 NormalCone measure_normal_cone(const Surface& surface, const Heights& heights, PatchId patch);
+struct LevelGrid;  // level_triangles.h
+NormalCone measure_normal_cone(const LevelGrid& grid);
 
 // Ranges of patches may run on several threads.
 struct MeasureNormalCones {

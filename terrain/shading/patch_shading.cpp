@@ -50,21 +50,21 @@ Status FindPatchShading::validate() const {
 
 void FindPatchShading::run() const {
   KARST_ASSERT(validate().ok());
-  for (PatchId p = 0; p < out.size(); ++p) {
-    if (surface.is_free(p)) {
-      out[p] = {};
-      continue;
-    }
-    const bool cave = may_be_cave(p);
-    unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
-    const std::uint8_t given = overrides.empty() ? std::uint8_t{0} : overrides[p];
-    const bool painted = given == kPaintedByMap;
-    out[p].material = painted ? std::uint8_t{0} : given;
-    const int sole = painted ? -1 : given != 0 ? given - 1 : sole_material(p, cave);
-    if (sole >= 0 && skips.material) out[p].material = static_cast<std::uint8_t>(sole + 1);
-    if (out[p].material == 0 || !skips.material) needs |= kShadeBlend;
-    out[p].needs = static_cast<std::uint8_t>(needs);
-  }
+  for (PatchId p = 0; p < out.size(); ++p) run(p);
+}
+
+void FindPatchShading::run(PatchId p) const {
+  out[p] = {};
+  if (surface.is_free(p)) return;
+  const bool cave = may_be_cave(p);
+  unsigned needs = cave || !skips.cave || lit_by_lamp(p) ? unsigned{kShadeCave} : 0u;
+  const std::uint8_t given = overrides.empty() ? std::uint8_t{0} : overrides[p];
+  const bool painted = given == kPaintedByMap;
+  out[p].material = painted ? std::uint8_t{0} : given;
+  const int sole = painted ? -1 : given != 0 ? given - 1 : sole_material(p, cave);
+  if (sole >= 0 && skips.material) out[p].material = static_cast<std::uint8_t>(sole + 1);
+  if (out[p].material == 0 || !skips.material) needs |= kShadeBlend;
+  out[p].needs = static_cast<std::uint8_t>(needs);
 }
 
 // The sky is looked up a cell away from the surface, along the normal.

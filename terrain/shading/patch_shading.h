@@ -38,6 +38,8 @@ struct FindPatchShading {
   Status validate() const;
   // Precondition: validate() is ok.
   void run() const;
+  // Of one patch. Same precondition.
+  void run(PatchId patch) const;
 
  private:
   bool may_be_cave(PatchId patch) const;

@@ -58,44 +58,90 @@ void Residency::forget() {
   turns_.ahead_left = 0;
   turns_.stale = blocks_.stale.size();
   std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
+  std::fill(blocks_.reshaded.begin(), blocks_.reshaded.end(), std::uint64_t{0});
   thresholds_.forget_rows();
 }
 
-// Shading is carried by pages, too: where it is another, vertices are uploaded again with it.
-Status Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
+void Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
   KARST_ASSERT(!blocks_.stale.empty());
-  const std::span<const PatchShading> now = shading();
-  const auto bits = [](PatchShading s) { return std::uint32_t{s.needs} << 8 | s.material; };
-  const std::span<std::uint32_t> old = lend_list();
-  for (PatchId p = 0; p < now.size(); ++p) old[p] = bits(now[p]);
-  if (const Status status = find_shading(); !status.ok()) return status;
-  for (const PatchId patch : vanished) pool_.lower(patch, 0);
-  const auto set_stale = [&](PatchId patch) {
+  if (touched.empty() && vanished.empty()) return;
+  const WorldPart& part = world_->part_of(touched.empty() ? vanished[0] : touched[0]);
+  const FindPatchShading find = shading_job(part);
+  for (const PatchId patch : vanished) {
+    pool_.lower(patch, 0);
+    find.run(patch - part.first);
+  }
+  for (const PatchId patch : touched) {
+    find.run(patch - part.first);
     if (pool_.level(patch) > 0) blocks_.stale[patch / 64] |= std::uint64_t{1} << patch % 64;
-  };
-  for (const PatchId patch : touched) set_stale(patch);
-  for (PatchId p = 0; p < now.size(); ++p) {
-    if (bits(now[p]) != old[p]) set_stale(p);
   }
   turns_.stale = 0;
-  thresholds_.outdate();
+  update_thresholds(part, touched, vanished);
   for (ViewState& view : views_) view.clear_lacking();
-  return {};
+}
+
+void Residency::follow_measures(PatchId patch) {
+  const WorldPart& part = world_->part_of(patch);
+  shade(part, shading_job(part), patch - part.first);
+  update_thresholds(part, {&patch, 1}, {});
+}
+
+void Residency::follow_sky(std::size_t n) {
+  const WorldPart& part = world_->parts()[n];
+  const FindPatchShading find = shading_job(part);
+  for (PatchId own = 0; own < find.out.size(); ++own) shade(part, find, own);
+}
+
+// Pages carry shading. own: its number in the part.
+void Residency::shade(const WorldPart& part, const FindPatchShading& find, PatchId own) {
+  const auto bits = [](PatchShading s) { return std::uint32_t{s.needs} << 8 | s.material; };
+  const std::uint32_t before = bits(find.out[own]);
+  find.run(own);
+  const PatchId patch = part.first + own;
+  if (bits(find.out[own]) == before || pool_.level(patch) == 0) return;
+  blocks_.reshaded[patch / 64] |= std::uint64_t{1} << patch % 64;
+  turns_.stale = std::min<std::size_t>(turns_.stale, patch / 64);
+}
+
+void Residency::update_thresholds(const WorldPart& part, std::span<const PatchId> touched,
+                                  std::span<const PatchId> vanished) {
+  SetThresholds job;
+  job.surface = part.surface;
+  job.bounds = part.bounds;
+  job.errors = part.level_errors;
+  const std::span<PatchId> list = lend_list();
+  std::size_t count = 0;
+  for (const std::span<const PatchId> of : {touched, vanished}) {
+    for (const PatchId patch : of) list[count++] = patch - part.first;
+  }
+  thresholds_.update(job, list, count, part.first, pool_);
 }
 
 bool Residency::remake_next(PatchUpload& upload, Status& status) {
   status = {};
+  const auto take = [&](std::uint64_t& word) {
+    const int bit = std::countr_zero(word);
+    word &= word - 1;
+    return static_cast<PatchId>(turns_.stale * 64 + static_cast<std::size_t>(bit));
+  };
   for (; turns_.stale < blocks_.stale.size(); ++turns_.stale) {
+    std::uint64_t& reshaded = blocks_.reshaded[turns_.stale];
+    reshaded &= ~blocks_.stale[turns_.stale];
     while (blocks_.stale[turns_.stale] != 0) {
-      const int bit = std::countr_zero(blocks_.stale[turns_.stale]);
-      blocks_.stale[turns_.stale] &= blocks_.stale[turns_.stale] - 1;
-      const auto patch = static_cast<PatchId>(turns_.stale * 64 + static_cast<std::size_t>(bit));
+      const PatchId patch = take(blocks_.stale[turns_.stale]);
       const int held = pool_.level(patch);
       pool_.lower(patch, 0);
       for (int level = held; level > 0; --level) {
         if (make_resident(patch, level, upload, status)) return true;
         if (!status.ok()) return false;
       }
+    }
+    while (reshaded != 0) {
+      const PatchId patch = take(reshaded);
+      if (pool_.level(patch) == 0) continue;
+      upload = upload_of(patch);
+      upload.first_vertex = patch_vertices(pool_.level(patch));
+      return true;
     }
   }
   return false;
@@ -117,22 +163,27 @@ std::span<const PatchShading> Residency::shading() const {
 Status Residency::find_shading() {
   for (const WorldPart& part : world_->parts()) {
     if (part.patches() == 0) continue;
-    FindPatchShading find;
-    find.surface = part.surface;
-    find.corner = part.corner;
-    find.bounds = part.bounds;
-    find.cones = part.shading_cones;
-    find.materials = &world_->materials();
-    find.overrides = part.of(world_->material_overrides());
-    find.sky = part.sky;
-    find.lights = world_->lights();
-    find.skips = shading_skips_;
-    find.out = part.of(blocks_.shading.first(world_->patch_count()));
+    const FindPatchShading find = shading_job(part);
     if (const Status status = find.validate(); !status.ok()) return status;
     find.run();
   }
   patch_scratch_ = make_patch_scratch(lent_.scratch);
   return {};
+}
+
+FindPatchShading Residency::shading_job(const WorldPart& part) const {
+  FindPatchShading find;
+  find.surface = part.surface;
+  find.corner = part.corner;
+  find.bounds = part.bounds;
+  find.cones = part.shading_cones;
+  find.materials = &world_->materials();
+  find.overrides = part.of(world_->material_overrides());
+  find.sky = part.sky;
+  find.lights = world_->lights();
+  find.skips = shading_skips_;
+  find.out = part.of(blocks_.shading.first(world_->patch_count()));
+  return find;
 }
 
 // --- Vertices
@@ -179,17 +230,25 @@ bool Residency::make_resident(PatchId patch, int level, PatchUpload& upload, Sta
     return false;
   }
   const int first = old_level == 0 ? 0 : patch_vertices(old_level);
+  upload = upload_of(patch);
+  upload.first_vertex = first;
+  upload.vertices = blocks_.vertices.subspan(static_cast<std::size_t>(first),
+                                             static_cast<std::size_t>(patch_vertices(level) - first));
   const WorldPart& part = world_->part_of(patch);
-  const Volume& volume = part.surface.volume_of(patch - part.first);
-  upload = {patch,
-            pool_.row(patch),
-            first,
-            blocks_.vertices.subspan(static_cast<std::size_t>(first),
-                                     static_cast<std::size_t>(patch_vertices(level) - first)),
-            part.corner + glm::ivec3(volume.corner[0], volume.corner[1], volume.corner[2]),
-            blocks_.shading[patch]};
   if (old_level == 0) thresholds_.touch(part.surface, patch, upload.row, part.first);
   return true;
+}
+
+// Without vertices.
+PatchUpload Residency::upload_of(PatchId patch) const {
+  const WorldPart& part = world_->part_of(patch);
+  const Volume& volume = part.surface.volume_of(patch - part.first);
+  PatchUpload upload;
+  upload.patch = patch;
+  upload.row = pool_.row(patch);
+  upload.origin = part.corner + glm::ivec3(volume.corner[0], volume.corner[1], volume.corner[2]);
+  upload.shading = blocks_.shading[patch];
+  return upload;
 }
 
 // --- What to make next

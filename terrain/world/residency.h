@@ -32,10 +32,11 @@ namespace karst::core {
 // Vertices of one patch for the GPU; valid until the next call of the Residency.
 struct PatchUpload {
   PatchId patch = 0;
-  std::uint32_t row = 0;                // its morph row
-  int first_vertex = 0;                 // of its slot; those before it are there already
-  std::span<const GpuVertex> vertices;  // to its chain of pages (pages()), from first_vertex on
-  glm::ivec3 origin{0};                 // voxels
+  std::uint32_t row = 0;  // its morph row
+  int first_vertex = 0;   // of its slot; those before it are there already
+  // To its chain of pages (pages()), from first_vertex on. None: what its pages say of it is another.
+  std::span<const GpuVertex> vertices;
+  glm::ivec3 origin{0};  // voxels
   PatchShading shading;
 };
 
@@ -55,11 +56,14 @@ class Residency {
   void forget();
 
   // The world was edited. touched: patches that are to be made anew where they are resident, which
-  // remake_next() does; vanished: slots that are free now. Both ascending.
-  Status follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
+  void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  // A patch was measured (terrain/edit/settle.h), or the sky of a part is another.
+  void follow_measures(PatchId patch);
+  void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
-  // be drawn still; where there is no room at coarser levels, or not at all. False: nothing is left. status:
-  // errors of reading heights.
+  // be drawn still; where there is no room at coarser levels, or not at all. Then what has other shading
+  // alone: an upload without vertices. False: nothing is left. status: errors of reading heights.
   bool remake_next(PatchUpload& upload, Status& status);
   // Working memory between frames, one value a patch.
   std::span<std::uint32_t> lend_list() { return blocks_.list_scratch.first(world_->patch_count()); }
@@ -128,7 +132,9 @@ class Residency {
     std::span<PatchShading> shading;        // by patch
     std::span<std::uint32_t> list_scratch;  // one value a patch
     std::span<GpuVertex> vertices;          // of one patch
-    std::span<std::uint64_t> stale;         // a bit a patch, where worlds are edited
+    // A bit a patch, where worlds are edited: whose vertices are to be made anew, whose shading is another.
+    std::span<std::uint64_t> stale;
+    std::span<std::uint64_t> reshaded;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -137,8 +143,9 @@ class Residency {
       visit(Consumer::draw_list, config.max_patches, list_scratch);
       visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
             vertices);
-      visit(Consumer::edits, config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0,
-            stale);
+      const std::size_t words = config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0;
+      visit(Consumer::edits, words, stale);
+      visit(Consumer::edits, words, reshaded);
     }
   };
   // Where looking for patches goes on.
@@ -146,7 +153,7 @@ class Residency {
     PatchId ahead = 0;
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
-    std::size_t stale = 0;         // words before it are 0
+    std::size_t stale = 0;         // words of both before it are 0
   };
   // What the last select() of all views looked at, to tell whether anything moved.
   struct Seen {
@@ -159,6 +166,10 @@ class Residency {
   };
 
   Status find_shading();
+  FindPatchShading shading_job(const WorldPart& part) const;
+  void shade(const WorldPart& part, const FindPatchShading& find, PatchId own);
+  void update_thresholds(const WorldPart& part, std::span<const PatchId> touched,
+                         std::span<const PatchId> vanished);
   Status begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests);
   Status fill_thresholds(std::span<ViewState> views);
   bool stand_still();
@@ -167,6 +178,7 @@ class Residency {
   void govern();
   void fill_curve(DemandCurve& curve) const;
   Status hold_heights(PatchId patch, int level);
+  PatchUpload upload_of(PatchId patch) const;
   ViewState* most_urgent_view();
   bool generate_ahead(PatchUpload& upload, Status& status);
   int wanted_ahead(PatchId patch) const;

@@ -195,6 +195,7 @@ void World::unload() {
   info_ = {};
   patch_slots_ = 0;
   is_editable_ = false;
+  queues_ = {};
   reader_ = {};
   ground_ = {};
   parts_ = {};
@@ -202,6 +203,17 @@ void World::unload() {
   place_slots();
   place_parts();
   heights_are_read_ = false;
+}
+
+bool World::is_settled(std::size_t part) const {
+  return queues_[part].left() == 0 && !skies_[part].is_behind();
+}
+
+bool World::is_settled() const {
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    if (!is_settled(n)) return false;
+  }
+  return true;
 }
 
 std::uint32_t World::free_patches() const {
@@ -491,6 +503,8 @@ void World::open_slots() {
     std::ranges::fill(volumes.subspan(file.volumes), Volume{});
     std::ranges::fill(patches.subspan(file.patches), free);
     part.surface = {volumes, patches};
+    queues_[n].create({part.of(blocks_.edit.queue.own), part.of(blocks_.edit.queue.states)});
+    queues_[n].reset();
   }
 }
 
@@ -533,6 +547,12 @@ World::Editable World::edit(std::size_t n) {
   all.tree = &trees_[n];
   all.occluders = &occluders_[n];
   all.sky = &skies_[n];
+  all.queue = &queues_[n];
+  // Where its sky lies among all.
+  std::size_t words = 0;
+  for (std::size_t before = 0; before < n; ++before) words += sky_atlas_.places[before].words;
+  all.sky_room =
+      part_count_ == 1 ? blocks_.edit.sky : blocks_.edit.sky.subspan(words, sky_atlas_.places[n].words);
   all.room = &blocks_.edit;
   return all;
 }

@@ -27,6 +27,7 @@
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/measure/level_error.h"
+#include "terrain/measure/measure_queue.h"
 #include "terrain/measure/normal_cone.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/generate_vertices.h"
@@ -219,12 +220,13 @@ class World {
     std::span<PatchChange> changes;
     std::span<PatchId> changed;
     std::span<PatchId> touched;
-    std::span<BorderErrors> borders;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
     std::span<std::int16_t> heights;  // of as many patches
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
+    std::span<std::uint64_t> sky;  // that is found anew
+    MeasureQueue::Storage queue;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -235,12 +237,13 @@ class World {
       visit(Consumer::edits, 2 * most, changes);
       visit(Consumer::edits, 2 * most, changed);
       visit(Consumer::edits, kTouched * most, touched);
-      visit(Consumer::edits, kTouched * most, borders);
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
       visit(Consumer::edits, most * of_patch, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
+      visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
+      queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
   };
@@ -265,12 +268,17 @@ class World {
     BoundsTree* tree = nullptr;
     Occluders* occluders = nullptr;
     SkyVisibility* sky = nullptr;
+    MeasureQueue* queue = nullptr;
+    std::span<std::uint64_t> sky_room;  // SkyVisibility::step()
     const EditRoom* room = nullptr;
   };
   // Where Config::edit_patches is not 0 and a world with voxels is loaded.
   bool is_editable() const { return is_editable_; }
   // Precondition: is_editable(), part < parts().size().
   Editable edit(std::size_t part);
+  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
+  bool is_settled(std::size_t part) const;
+  bool is_settled() const;
 
  private:
   struct Blocks {
@@ -367,6 +375,7 @@ class World {
   std::array<Occluders, kMostRegions> occluders_;
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
+  std::array<MeasureQueue, kMostRegions> queues_;
   bool is_editable_ = false;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };

@@ -13,12 +13,18 @@
 #include <gtest/gtest.h>
 
 #include "terrain/edit/save_world.h"
+#include "terrain/edit/settle.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/measure/measure_patches.h"
 #include "terrain/world/terrain_parts.h"
 #include "tests/support/test_world.h"
 
 namespace karst::test {
+
+// Does all that edits left for later.
+inline void settle(World& world) {
+  for (Settled done; !world.is_settled();) settle_some(world, done);
+}
 
 // One that is loaded. edit_patches 0: the least that holds it. octets: of room beyond those of the file; 0:
 // as many as go with the patches.
@@ -37,7 +43,9 @@ class LoadedWorld : public TerrainParts {
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
   }
 
-  std::vector<std::byte> save() const {
+  // Once all that edits left for later is done.
+  std::vector<std::byte> save() {
+    settle(world);
     std::vector<std::byte> out;
     std::vector<PatchId> room(world.patch_count());
     const auto append = [&](std::span<const std::byte> bytes) {
@@ -192,10 +200,10 @@ inline void expect_same_part(const WorldPart& a, const WorldPart& b) {
   }
 }
 
-// Live against saved, loaded and measured: by key, to the bit.
-inline void expect_as_loaded(const LoadedWorld& live) {
+// Live against saved, loaded and measured, once it is settled: by key, to the bit.
+inline void expect_as_loaded(LoadedWorld& live) {
   const std::vector<std::byte> saved = live.save();
-  const LoadedWorld fresh(saved);
+  LoadedWorld fresh(saved);
   const World& a = live.world;
   const World& b = fresh.world;
   ASSERT_EQ(a.parts().size(), b.parts().size());

@@ -112,6 +112,10 @@ TEST_F(EditSessionTest, UndoAndRedoAreDoneAgainToo) {
   {
     Editing first({world(), ""});
     first.undo(false);
+    // A step that changed something, and nothing in all.
+    first.stroke({ball(30, 20, 9, 1, EditTool::fill), ball(30, 20, 9, 1)});
+    EXPECT_EQ(first.session.undo_steps(), 1u);
+    first.undo();
     first.stroke(kFirst);
     first.stroke(kThird);
     first.stroke({ball(30, 9, 9)});  // changes nothing: no step

@@ -36,14 +36,14 @@ inline std::span<const std::byte> hand_world_file() {
 
 class HandWorld {
  public:
-  explicit HandWorld(const std::string& path, std::uint64_t undo_bytes = 4 << 20) {
+  explicit HandWorld(const std::string& path, std::uint32_t edit_patches = 4096) {
     EXPECT_EQ(file_.open(path).text(), "");
     source_ = file_.source();
     plan_.placement.axes = Axes::east_up_south;
     plan_.needs.shadow_maps = 0;
     plan_.needs.queries = 1;
-    plan_.needs.edit_patches = 4096;
-    plan_.needs.undo_bytes = undo_bytes;
+    plan_.needs.edit_patches = edit_patches;
+    plan_.needs.undo_bytes = 4 << 20;
     Status status = make_plan(source_, plan_);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     memory_.reset(std::aligned_alloc(kMemoryAlignment, (plan_.cpu_bytes + 63) / 64 * 64));

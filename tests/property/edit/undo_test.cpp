@@ -39,19 +39,19 @@ class Subject {
  public:
   virtual ~Subject() = default;
   // Of all that a file of it would hold.
-  virtual std::uint64_t state() const = 0;
+  virtual std::uint64_t state() = 0;
   virtual Edit random_edit(Random& random) const = 0;
   virtual Status apply(const Edit& edit, UndoLog* log, bool& changed) = 0;
   virtual void take(UndoPart part, bool back) = 0;
   virtual void check_closed() const {}
-  virtual void check_deeply() const = 0;
+  virtual void check_deeply() = 0;
 };
 
 class Voxels : public Subject {
  public:
   Voxels(std::uint64_t seed, std::uint32_t patches, std::uint32_t octets)
       : live_(rough(seed), patches, octets) {}
-  std::uint64_t state() const override { return hash_of(live_.save()); }
+  std::uint64_t state() override { return hash_of(live_.save()); }
   Edit random_edit(Random& random) const override {
     Edit edit = test::random_voxel_edit(random, live_.world.info().extent, live_.world.octree().depth());
     if (random.below(12) == 0) edit.radius *= 4;
@@ -67,7 +67,7 @@ class Voxels : public Subject {
     take_part(live_.world, part, back, [](const EditChange& change) { EXPECT_TRUE(change.changed); });
   }
   void check_closed() const override { ASSERT_EQ(test::open_edges(live_.world), 0u); }
-  void check_deeply() const override { test::expect_as_loaded(live_); }
+  void check_deeply() override { test::expect_as_loaded(live_); }
 
  private:
   // Also with blocks of heights that are all 0, and with patches that have materials of their own.
@@ -95,7 +95,7 @@ class Voxels : public Subject {
 class Ground : public Subject {
  public:
   explicit Ground(std::uint32_t tiles) : edited_(150, 129, tiles), random_(5) {}
-  std::uint64_t state() const override { return hash_of(edited_.facts()); }
+  std::uint64_t state() override { return hash_of(edited_.facts()); }
   Edit random_edit(Random&) const override { return test::random_ground_edit(random_, 150, 129); }
   Status apply(const Edit& edit, UndoLog* log, bool& changed) override {
     GroundChange change;
@@ -107,7 +107,7 @@ class Ground : public Subject {
     GroundChange change;
     edited_.editor.exchange(part, change);
   }
-  void check_deeply() const override { test::expect_as_made(edited_, "deeply"); }
+  void check_deeply() override { test::expect_as_made(edited_, "deeply"); }
 
  private:
   test::EditedGround edited_;

@@ -55,6 +55,10 @@ class View:
                 time.sleep(0.05)
         sys.exit("karst view does not answer")
 
+    def statistics(self):
+        self.frames()
+        return json.load(open(self.stats))
+
     def settled(self):
         """The picture, when no more frames are drawn."""
         before = -1
@@ -142,6 +146,10 @@ def main():
         expect("space digs, too", apart(view.settled(), cube) > 0.001)
         server.key("z")
         view.settled()
+        statistics = view.statistics()
+        edits, milliseconds = statistics["edits"], statistics["edit_ms"]["median"]
+        print(f"== edits take {milliseconds:.1f} ms a frame, median of {edits}")
+        expect("statistics count them", edits >= 6 and milliseconds > 0)
         # Killed: the next one goes on.
         view.process.kill()
         view.process.wait()

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "terrain/measure/measure_queue.h"
+
+#include <algorithm>
+
+#include <glm/common.hpp>
+
+#include "terrain/base/check.h"
+#include "terrain/measure/level_triangles.h"
+#include "terrain/measure/shading_cone.h"
+
+namespace karst::core {
+namespace {
+
+PatchBounds box_of(const LevelGrid& grid) {
+  glm::ivec3 low = grid.position[0], high = low;
+  for (int n = 1; n < grid.side * grid.side; ++n) {
+    low = glm::min(low, grid.position[n]);
+    high = glm::max(high, grid.position[n]);
+  }
+  PatchBounds box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.min[axis] = static_cast<std::int16_t>(low[axis]);
+    box.max[axis] = static_cast<std::int16_t>(high[axis]);
+  }
+  return box;
+}
+
+// The most that a patch's borders can be off, from what all of it may be.
+BorderErrors borders_within(int level, std::span<const std::uint16_t> row) {
+  BorderErrors all{};
+  for (int e = 0; e < 4; ++e) {
+    std::copy_n(row.begin(), level - 1, all.error[e]);
+    std::copy_n(row.begin() + (level - 1), level - 1, all.reach[e]);
+  }
+  return all;
+}
+
+}  // namespace
+
+void MeasureQueue::reset() {
+  std::ranges::fill(storage_.states, std::uint8_t{0});
+  left_ = 0;
+  next_ = 0;
+}
+
+void MeasureQueue::wait(PatchId patch, unsigned more) {
+  std::uint8_t& state = storage_.states[patch];
+  if ((state & kWaits) == 0) ++left_;
+  state = static_cast<std::uint8_t>(state | kWaits | more);
+}
+
+void MeasureQueue::forget(PatchId slot) {
+  if ((storage_.states[slot] & kWaits) != 0) --left_;
+  storage_.states[slot] = 0;
+}
+
+void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
+                       std::span<const PatchId> touched, const PatchMeasures& out) {
+  for (const PatchId patch : changed) {
+    const LevelGrid grid(surface, heights, patch);
+    out.bounds[patch] = box_of(grid);
+    out.cones[patch] = {};
+    bound_own_errors(grid, storage_.own[patch]);
+    storage_.states[patch] &= static_cast<std::uint8_t>(~kKnown);
+    wait(patch, kErrors | kCone | kBounded);
+  }
+  for (const PatchId patch : touched) {
+    out.shading_cones[patch] = {};
+    wait(patch, 0);
+  }
+  for (const PatchId patch : changed) join_bounds(surface, heights, patch, out);
+  // Neighbours that are what they were: their borders' other side is not.
+  for (const PatchId patch : changed) {
+    for (const PatchEdge edge : surface.patches[patch].neighbour) {
+      if (!edge.exists()) continue;
+      if ((storage_.states[edge.patch()] & kBounded) != 0) {
+        join_bounds(surface, heights, edge.patch(), out);
+        continue;
+      }
+      BorderErrors none{};
+      const BorderErrors* theirs[4];
+      for (int e = 0; e < 4; ++e) {
+        const PatchEdge other = surface.patches[edge.patch()].neighbour[e];
+        theirs[e] = other.exists() && other.patch() == patch ? &storage_.own[patch].borders : &none;
+      }
+      join_errors(surface, heights.level, edge.patch(), none, theirs, row_of(heights, edge.patch(), out));
+      wait(edge.patch(), kErrors);
+    }
+  }
+}
+
+void MeasureQueue::join_bounds(const Surface& surface, const Heights& heights, PatchId patch,
+                               const PatchMeasures& out) {
+  const OwnErrors& own = storage_.own[patch];
+  const std::span<std::uint16_t> row = row_of(heights, patch, out);
+  BorderErrors made[4];
+  const BorderErrors* theirs[4] = {};
+  for (int e = 0; e < 4; ++e) {
+    const PatchEdge other = surface.patches[patch].neighbour[e];
+    if (!other.exists()) continue;
+    theirs[e] = &storage_.own[other.patch()].borders;
+    if ((storage_.states[other.patch()] & (kBounded | kKnown)) != 0) continue;
+    made[e] = borders_within(heights.level, row_of(heights, other.patch(), out));
+    theirs[e] = &made[e];
+  }
+  std::copy_n(own.values, row.size(), row.begin());
+  join_errors(surface, heights.level, patch, own.borders, theirs, row);
+}
+
+void MeasureQueue::know(const Surface& surface, const Heights& heights, PatchId patch) {
+  std::uint8_t& state = storage_.states[patch];
+  if ((state & kKnown) != 0) return;
+  OwnErrors& own = storage_.own[patch];
+  measure_own_errors(LevelGrid(surface, heights, patch), own.borders, own.values);
+  state = static_cast<std::uint8_t>((state & ~unsigned{kBounded}) | kKnown);
+}
+
+PatchId MeasureQueue::measure_next(const Surface& surface, const Heights& heights,
+                                   const MeasurePatches::Room& room, const PatchMeasures& out) {
+  KARST_ASSERT(left_ > 0);
+  while ((storage_.states[next_] & kWaits) == 0) next_ = (next_ + 1) % storage_.states.size();
+  const auto patch = static_cast<PatchId>(next_);
+  std::uint8_t& state = storage_.states[patch];
+  if ((state & kErrors) != 0) {
+    know(surface, heights, patch);
+    for (const PatchEdge edge : surface.patches[patch].neighbour) {
+      if (edge.exists()) know(surface, heights, edge.patch());
+    }
+    join_bounds(surface, heights, patch, out);
+  }
+  if ((state & kCone) != 0) out.cones[patch] = measure_normal_cone(surface, heights, patch);
+  GenerateVertices generate;
+  generate.surface = surface;
+  generate.heights = heights;
+  generate.level = heights.level;
+  generate.scratch = room.scratch;
+  generate.run(patch, room.vertices, nullptr);
+  out.shading_cones[patch] = measure_shading_cone(room.vertices);
+  state &= kKnown;
+  --left_;
+  return patch;
+}
+
+}  // namespace karst::core
