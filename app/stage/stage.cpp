@@ -32,12 +32,13 @@ void lap(std::int64_t& start, double& total) {
 }
 
 // What is taken back takes a quarter, patches (some 350 bytes each) a quarter, tiles of a ground (41,700
-// bytes) the rest; a world without a ground has no tiles, and one without voxels no patches.
-void divide_edit_memory(std::uint64_t bytes, Needs& needs) {
+// bytes) the rest; a world without a ground has no tiles, and one without voxels no patches. Each region of a
+// ground takes as many patches.
+void divide_edit_memory(std::uint64_t bytes, std::uint32_t regions, Needs& needs) {
   constexpr std::uint64_t kBytesAPatch = 350, kBytesATile = 41'700;
   needs.undo_bytes = bytes / 4;
-  needs.edit_patches =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 4 / kBytesAPatch, 1u << 20));
+  needs.edit_patches = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(bytes / 4 / kBytesAPatch / std::max(regions, 1u), 1u << 20));
   needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 2 / kBytesATile, 65'536));
 }
 
@@ -70,13 +71,13 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   plan_.needs.queries = needs.queries;
   plan_.needs.query_patches = needs.query_patches;
   overlay_bytes_ = needs.overlay_bytes;
-  divide_edit_memory(needs.edit_bytes, plan_.needs);
   std::int64_t start = now_ns();
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;
   source_ = file_.source();
   Head head;
   if (const Status status = read_head(source_, head); !status.ok()) return {path_, status};
+  divide_edit_memory(needs.edit_bytes, info_of(head).regions, plan_.needs);
   if (Error error = make_plan_for(head); !error.ok()) return error;
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kMemoryAlignment, plan_.cpu_bytes)));
   if (memory_ == nullptr) return path_ + ": cannot get " + format_mebibytes(plan_.cpu_bytes) + " of memory";

@@ -401,5 +401,93 @@ TEST_F(SeveralRegions, APitIsDrawnAndAskedAtOnce) {
   host_->world->release(editor);
 }
 
+// Digs in all regions and a hill between them: what is saved and loaded is drawn as it was, to the bit, from
+// near and from far, and what is taken back is there again.
+TEST_F(SeveralRegions, EditsAreSavedAsTheyAreAndTakenBack) {
+  Needs needs;
+  needs.edit_patches = 4'000;
+  needs.edit_tiles = 100;
+  needs.queries = 1;
+  needs.undo_bytes = 4 << 20;
+  Editor* editor = nullptr;
+  Query* query = nullptr;
+  const auto begin = [&](const std::vector<std::byte>& bytes) {
+    open(needs, {}, {}, bytes);
+    ASSERT_TRUE(host_->world->take_editor(editor).ok());
+    ASSERT_TRUE(host_->world->take_query(query).ok());
+  };
+  const auto stop = [&] {
+    host_->world->release(editor);
+    host_->world->release(query);
+  };
+  const auto height = [&](double x, double z) {
+    Hit hit;
+    EXPECT_TRUE(query->ground(host_->world->from_world({x, 60, z}), 0, Wait::for_file, hit));
+    return hit.found ? host_->world->to_world(hit.place).y : 0;
+  };
+  const auto pictures = [&] {
+    std::vector<Pixels> all;
+    for (int n = 0; n < kCaves; ++n) {
+      const glm::dvec3 corner = corner_of(n);
+      for (const double away : {1.0, 4.0, 30.0}) {
+        ViewState shown =
+            view(corner + glm::dvec3(6, 14, 6) + away * glm::dvec3(8, 12, 5), corner + glm::dvec3(6, 12, 6));
+        shown.error_px = 1;
+        test::draw_frame(*renderer_, picture_, {shown}, 0);
+        all.push_back(picture_.read());
+      }
+    }
+    return all;
+  };
+  begin(file());
+  std::array<double, kCaves> before{};
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 at = corner_of(n) + glm::dvec3(7, 0, 7);
+    before[static_cast<std::size_t>(n)] = height(at.x, at.z);
+    for (int dig = 0; dig < 3; ++dig) {
+      Edit edit;
+      edit.radius_m = 2 + 0.5 * dig;
+      edit.place = host_->world->from_world({at.x + dig, height(at.x, at.z), at.z});
+      EditResult made;
+      ASSERT_TRUE(editor->apply(edit, made).ok());
+      EXPECT_TRUE(made.changed && made.can_undo);
+    }
+  }
+  Edit raise;
+  raise.tool = EditTool::extrude;
+  raise.shape = BrushShape::cylinder;
+  raise.radius_m = 3;
+  raise.place = host_->world->from_world({80, 15, 60});
+  EditResult made;
+  ASSERT_TRUE(editor->apply(raise, made).ok());
+  const std::vector<Pixels> live = pictures();
+  std::vector<std::byte> saved;
+  const auto append = [](void* user, std::span<const std::byte> bytes) {
+    auto& to = *static_cast<std::vector<std::byte>*>(user);
+    to.insert(to.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  ASSERT_TRUE(editor->save({&saved, append}).ok());
+  EXPECT_EQ(editor->undo_state().undo_steps, 3u * kCaves + 1);
+  while (editor->undo_state().undo_steps > 0) ASSERT_TRUE(editor->undo(made).ok());
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 at = corner_of(n) + glm::dvec3(7, 0, 7);
+    EXPECT_EQ(height(at.x, at.z), before[static_cast<std::size_t>(n)]) << n;
+  }
+  while (editor->undo_state().redo_steps > 0) ASSERT_TRUE(editor->redo(made).ok());
+  std::vector<Pixels> again = pictures();
+  for (std::size_t n = 0; n < live.size(); ++n)
+    EXPECT_EQ(test::largest_difference(live[n], again[n]), 0) << n;
+  stop();
+  begin(saved);
+  again = pictures();
+  for (std::size_t n = 0; n < live.size(); ++n)
+    EXPECT_EQ(test::largest_difference(live[n], again[n]), 0) << n;
+  std::vector<std::byte> twice;
+  ASSERT_TRUE(editor->save({&twice, append}).ok());
+  EXPECT_TRUE(twice == saved);
+  stop();
+}
+
 }  // namespace
 }  // namespace karst
