@@ -219,8 +219,8 @@ constinit const CommandSpec kEditSpec = {
         "karst-bake --sample hills --no-ground -o hills.karst\n"
         "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 20}' > hole.json\n"
         "karst edit hills.karst --script hole.json -o hole.karst\n"
-        "echo '{\"tool\": \"extrude\", \"place_m\": [0, 900, 0], \"radius_m\": 300, \"strength_m\": 80}' > "
-        "hill.json\n"
+        "echo '{\"tool\": \"extrude\", \"shape\": \"cylinder\", \"place_m\": [0, 0, 0], \"radius_m\": 300, "
+        "\"strength_m\": 80}' > hill.json\n"
         "karst edit dem.karst --script hill.json -o dem.karst\n"};
 
 int run_edit(std::span<const char* const> words) {

@@ -118,7 +118,7 @@ class KARST_API Editor {
   UndoState undo_state() const noexcept;
 
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
-  // limit_reached ("sink"); unsupported ("ground") where heights of the ground were edited.
+  // limit_reached ("sink").
   Status save(const Sink& sink) noexcept;
 
  protected:

@@ -15,7 +15,6 @@ constexpr int kHeight = 144;
 Needs edit_needs() {
   Needs needs;
   needs.edit_patches = 4'000;
-  needs.undo_bytes = 4u << 20;
   needs.queries = 1;
   return needs;
 }

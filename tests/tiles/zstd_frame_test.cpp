@@ -52,7 +52,7 @@ Bytes any_piece(std::mt19937& random, std::size_t most) {
 TEST(ZstdFrame, ZstdReadsWhatIsWritten) {
   std::mt19937 random(1);
   std::size_t frames = 0, shorter = 0;
-  for (int n = 0; n < 20'000; ++n) {
+  for (int n = 0; n < 4'000; ++n) {
     std::vector<Bytes> pieces;
     std::size_t bytes = 0;
     for (int piece = 0; piece < 4 || bytes < 256; ++piece) {
@@ -60,7 +60,7 @@ TEST(ZstdFrame, ZstdReadsWhatIsWritten) {
       bytes += pieces.back().size();
     }
     ++frames;
-    shorter += expect_read(pieces, std::to_string(n)) < bytes ? 1 : 0;
+    shorter += expect_read(pieces, std::to_string(n)) < bytes ? 1u : 0u;
     ASSERT_FALSE(HasFailure());
   }
   EXPECT_GT(shorter, frames / 2);

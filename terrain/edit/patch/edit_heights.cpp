@@ -15,6 +15,7 @@
 #include "terrain/edit/brush.h"
 #include "terrain/edit/patch/smooth_heights.h"
 #include "terrain/edit/shape/edit_shape.h"
+#include "terrain/edit/shape/shape_undo.h"
 #include "terrain/measure/measure_patches.h"
 #include "terrain/patch/displacement.h"
 #include "terrain/surface/patch_key.h"
@@ -34,10 +35,19 @@ Status too_small(std::uint64_t patches) {
 }
 
 // As they lie in the patch's slot, made where there are none.
-std::span<const std::int16_t> current_heights(const World::Editable& all, PatchId patch) {
+std::span<std::int16_t> current_heights(const World::Editable& all, PatchId patch) {
   const std::span<std::int16_t> heights = all.heights->block(patch);
   if (all.patches[patch].height_block == kNoHeights) std::ranges::fill(heights, std::int16_t{0});
   return heights;
+}
+
+void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, UndoLog& log) {
+  const PatchCell head{all.patches[patch].height_block != kNoHeights};
+  const std::span<const std::byte> heights = std::as_bytes(current_heights(all, patch));
+  const std::span<std::byte> room = log.add(CellKind::patch_heights, key, sizeof head + heights.size());
+  if (room.empty()) return;  // the step is lost
+  std::memcpy(room.data(), &head, sizeof head);
+  std::ranges::copy(heights, room.begin() + sizeof head);
 }
 
 class HeightsEdit {
@@ -184,7 +194,7 @@ class HeightsEdit {
       const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
       if (log.open_part() == CellKind::patch_heights && room_.kept[patch] == part()) continue;
       const std::uint64_t key = key_of(all_.surface, patch).bits();
-      log.add(CellKind::patch_heights, key, std::as_bytes(current_heights(all_, patch)));
+      keep_heights(all_, patch, key, log);
       room_.kept[patch] = part();
     }
   }
@@ -213,12 +223,16 @@ ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
   for (const UndoCell cell : part_) {
     const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
     KARST_ASSERT(patch != PatchTable::kNone);
-    const std::span<const std::int16_t> now = current_heights(all, patch);
-    const auto fresh = all.room->heights.first(now.size());
-    KARST_ASSERT(cell.bytes.size() == fresh.size_bytes());
-    std::memcpy(fresh.data(), cell.bytes.data(), cell.bytes.size());
-    std::memcpy(cell.bytes.data(), now.data(), cell.bytes.size());
-    put_heights(all, patch, fresh);
+    // A block of the file may be all zeros: whether there is one is exchanged, too.
+    PatchCell before;
+    std::memcpy(&before, cell.bytes.data(), sizeof before);
+    const PatchCell after{all.patches[patch].height_block != kNoHeights};
+    const std::span<std::int16_t> now = current_heights(all, patch);
+    const auto bytes = cell.bytes.subspan(sizeof before);
+    KARST_ASSERT(bytes.size() == now.size_bytes());
+    std::ranges::swap_ranges(bytes, std::as_writable_bytes(now));
+    all.patches[patch].height_block = before.has_heights ? patch : kNoHeights;
+    std::memcpy(cell.bytes.data(), &after, sizeof after);
   }
 }
 

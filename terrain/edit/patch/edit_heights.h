@@ -25,7 +25,7 @@ inline constexpr double kLeastAcross = 0.1;
 // Heights stay within kMaxHeight: a vertex that would go further stays there.
 //
 // invalid_argument names the field. limit_reached: "edit_patches" with how many would do. Nothing has changed
-// then. log: null, or with a step open; cells are the heights that patches had, zeros where one had none.
+// then. log: null, or with a step open; cells are PatchCell (shape_undo.h) and the heights that patches had.
 // Precondition: edits_heights(edit.tool).
 Status edit_heights(World& world, const Edit& edit, UndoLog* log, EditChange& change);
 

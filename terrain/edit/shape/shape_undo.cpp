@@ -132,7 +132,7 @@ void keep_shape_edit(const World::Editable& all, const VoxelEditCell& edit, Octr
   for (const PatchId patch : lost) {
     const std::uint32_t block = all.patches[patch].height_block;
     PatchCell head;
-    head.has_heights = block != kNoHeights ? 1 : 0;
+    head.has_heights = block != kNoHeights;
     head.material = all.overrides.empty() ? std::uint8_t{0} : all.overrides[patch];
     const std::span<std::byte> room = log.add(CellKind::patch_heights, key_of(all.surface, patch).bits(),
                                               sizeof head + (block != kNoHeights ? block_bytes : 0));
@@ -164,8 +164,8 @@ void restore_patches(const World::Editable& all, int level, UndoPart part) {
     PatchCell head;
     std::memcpy(&head, cell.bytes.data(), sizeof head);
     if (!all.overrides.empty()) all.overrides[patch] = head.material;
-    all.patches[patch].height_block = head.has_heights != 0 ? all.first + patch : kNoHeights;
-    if (head.has_heights != 0)
+    all.patches[patch].height_block = head.has_heights ? all.first + patch : kNoHeights;
+    if (head.has_heights)
       std::memcpy(all.heights->block(all.first + patch).data(), cell.bytes.data() + sizeof head, block_bytes);
   }
 }

@@ -51,7 +51,7 @@ struct VoxelCube {
 };
 
 struct PatchCell {
-  std::uint8_t has_heights = 0;
+  bool has_heights = false;
   std::uint8_t material = 0;  // World::material_overrides()
   std::uint8_t unused[6] = {};
 };

@@ -111,18 +111,6 @@ TEST_F(KarstEdit, FailuresSayWhatIsWrongAndWriteNothing) {
           "edit 2");
   refused("", "the file is empty");
   EXPECT_EQ(folder_.names(), (std::vector<std::string>{"s.json", "w.karst"}));
-  folder_.write("s.json", std::string("[]"));
-  folder_.write("dem.bil", std::string(2 * 64 * 64, '\1'));
-  folder_.write("dem.hdr", "ncols 64\nnrows 64\nnbits 16\npixeltype signedint\nbyteorder I\n");
-  ASSERT_EQ(run_process(KARST_BAKE_PATH, {folder_.path("dem.bil"), "--pixel-size", "10", "--materials",
-                                          "none", "--quiet", "-o", folder_.path("g.karst")})
-                .code,
-            0);
-  const ProcessResult ground = run_process(
-      KARST_APP_PATH, {"edit", folder_.path("g.karst"), "--script", folder_.path("s.json"), "-o", world()});
-  EXPECT_EQ(ground.code, 1);
-  EXPECT_NE(ground.err.find("has a ground, which cannot be saved with edits"), std::string::npos)
-      << ground.err;
   const ProcessResult usage = run_process(KARST_APP_PATH, {"edit", world()});
   EXPECT_EQ(usage.code, 2);
   EXPECT_NE(usage.err.find("--script FILE is missing"), std::string::npos) << usage.err;

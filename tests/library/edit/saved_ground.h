@@ -12,10 +12,11 @@
 
 #include <gtest/gtest.h>
 
-#include "karst/edit.h"
-#include "scene/world/world_object.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/host.h"
+
+#include "karst/edit.h"
+#include "scene/world/world_object.h"
 
 namespace karst::test {
 
@@ -36,7 +37,7 @@ class EditedWorldFile {
   EditedWorldFile(const EditedWorldFile&) = delete;
   EditedWorldFile& operator=(const EditedWorldFile&) = delete;
 
-  EditResult apply(const Edit& edit);
+  EditResult apply(const karst::Edit& edit);
   std::vector<std::byte> save();
   core::WorldObject& object() { return static_cast<core::WorldObject&>(*host.world); }
   // Whether the file has the tiles that are live: heights and measures, to the bit. original: what the world
@@ -48,6 +49,6 @@ class EditedWorldFile {
 };
 
 // Brushes of all tools, up to so many metres wide, over a ground of so many.
-Edit random_ground_edit(std::mt19937& random, const World& world, double wide_m, double deep_m);
+karst::Edit random_ground_edit(std::mt19937& random, const karst::World& world, double wide_m, double deep_m);
 
 }  // namespace karst::test

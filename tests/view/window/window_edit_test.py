@@ -6,7 +6,7 @@ karst view --window --edit on an X server without a screen (Xvfb), used by mouse
 takes a stroke back, is killed, goes on, saves, and opens what was saved. Exit status 77: skipped, where there
 is no Xvfb. Standard library only.
 """
-import argparse, json, os, shutil, signal, subprocess, sys, time
+import argparse, json, math, os, shutil, signal, struct, subprocess, sys, time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -103,9 +103,13 @@ def main():
         inner = lambda p: (p[0], p[1] - 90, p[2][60:-30])
         return difference(inner(a), inner(b))[1]
 
-    def render(picture):
-        subprocess.run([args.karst, "render", world, "-o", picture, "--size", f"{W}x{H}", "--camera", CAMERA],
+    def render(picture, of=world):
+        subprocess.run([args.karst, "render", of, "-o", picture, "--size", f"{W}x{H}", "--camera", CAMERA],
                        check=True)
+
+    def same(what, a, b, most):
+        share = apart(a, b)
+        expect(f"{what} ({100 * share:.3f} % differ)", share <= most)
 
     server = XServer(W, H, args.work)
     view = None
@@ -135,9 +139,9 @@ def main():
                                 capture_output=True, text=True)
         expect("a second editor is told", second.returncode == 1 and "another karst" in second.stderr)
         server.key("z")
-        expect("z takes it back", apart(view.settled(), still) < 1e-4)
+        same("z takes it back", view.settled(), still, 1e-4)
         server.key("y")
-        expect("y does it again", difference(view.settled(), dug)[0] <= 1)
+        same("y does it again", view.settled(), dug, 1e-4)
         # A voxel, eight metres a side or so, at the chosen level.
         server.key("b", "b", ",", ",")
         cube = view.settled()
@@ -157,7 +161,7 @@ def main():
         view = View(args, server, world, "--edit")
         view.settled()
         server.key("h", "h")
-        expect("after a kill all is there again", apart(view.settled(), dug) < 0.01)
+        same("after a kill all is there again", view.settled(), dug, 0.01)
         server.key("f5")
         view.settled()
         expect("F5 saves", open(world, "rb").read() != old)
@@ -169,7 +173,32 @@ def main():
         view.end()
         render(path("saved.png"))
         expect("what was saved is what is seen", difference(reopened, load_png(path("saved.png")))[0] <= 1)
-        expect("and has the hole", apart(reopened, dug) < 0.03)
+        same("and has the hole", reopened, dug, 0.03)
+
+        # Heights of a ground.
+        ground = path("ground.karst")
+        heights = [int(60 * math.sin(x / 9) * math.cos(z / 7)) for z in range(129) for x in range(129)]
+        with open(path("dem.bil"), "wb") as dem:
+            dem.write(struct.pack(f"<{len(heights)}h", *heights))
+        with open(path("dem.hdr"), "w") as header:
+            header.write("ncols 129\nnrows 129\nnbits 16\npixeltype signedint\nbyteorder I\n")
+        subprocess.run([args.bake, path("dem.bil"), "--pixel-size", "10", "-o", ground], check=True,
+                       stdout=subprocess.DEVNULL)
+        view = View(args, server, ground, "--edit")
+        still = view.settled()
+        server.button(LEFT, True)
+        time.sleep(1)
+        server.button(LEFT, False)
+        raised = view.settled()
+        expect("a stroke raises the ground", apart(raised, still) > 0.02)
+        server.key("z")
+        same("z takes it back", view.settled(), still, 1e-4)
+        server.key("y", "f5")
+        view.settled()
+        said = view.end()
+        expect("it is saved" + said, not os.path.exists(ground + ".journal"))
+        render(path("ground.png"), ground)
+        same("and reopened has the hill", load_png(path("ground.png")), raised, 0.03)
         return 1 if failures else 0
     finally:
         if view and view.process.poll() is None:
