@@ -212,8 +212,8 @@ constinit const CommandSpec kEditSpec = {
         "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
         "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
-        "fill are of voxels, in worlds without a ground (karst-bake --no-ground); the other tools are of "
-        "the ground's heights, on a plane and without voxels.",
+        "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
+        "region (--carve); the other tools are of the ground's heights, on a plane, beside regions.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"

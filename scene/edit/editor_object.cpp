@@ -71,6 +71,9 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
   if (edit.tool == EditTool::paint) return {StatusCode::invalid_argument, "nothing can be painted", "tool"};
+  if (terrain.ground().exists()) {
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+  }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
@@ -119,8 +122,10 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
     query.asked.forget(change.vanished);
   }
   world.show_box();
-  show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
-              glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
+  show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
+              corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
   return {};
 }
@@ -137,7 +142,7 @@ void EditorObject::settle(double most_ms) {
     settle_some(terrain, done);
     if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
     if (!done.sky_changed) continue;
-    world.terrain.residency.follow_sky();
+    world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
 }

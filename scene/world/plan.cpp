@@ -130,7 +130,7 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches > 0 && !world.ground.exists()) World::add_edit_room(needs.edit_patches, config);
+  if (needs.edit_patches > 0 && world.info.patches > 0) World::add_edit_room(needs.edit_patches, config);
   if (config.edit_patches > 0 || config.edit_tiles > 0)
     config.undo_bytes = static_cast<std::uint32_t>(needs.undo_bytes);
 }
