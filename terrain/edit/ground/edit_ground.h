@@ -109,7 +109,8 @@ class EditGround {
   GridRect vertices_of(NodeKey tile, const GridRect& samples) const;
   Status try_out(const Edit& edit, const GridRect& samples, GroundChange& change);
   Status reserve(const GridRect& samples);
-  Status check_fit(const GroundChange& change);
+  Status check_fit(const Edit& edit, const GroundChange& change);
+  bool will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const;
   void choose_part(const GridRect& samples, UndoLog& log);
   void keep_blocks(EditedTile& edited, const GridRect& changed, UndoLog& log) const;
   void set_heights(const Edit& edit, const GridRect& samples, UndoLog* log);
