@@ -220,9 +220,9 @@ constinit const CommandSpec kEditSpec = {
         "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
         "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
-        "fill are of voxels, in worlds without a ground (karst-bake --no-ground); extrude, smooth, noise, "
-        "flatten and level are of heights, there or of a ground on a plane and without voxels; paint is of "
-        "materials.",
+        "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
+        "region (--carve); extrude, smooth, noise, flatten and level are of heights, in worlds without a "
+        "ground and of a ground on a plane, beside regions; paint is of materials.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"

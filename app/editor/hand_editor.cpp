@@ -46,8 +46,7 @@ const HandEditor::Key HandEditor::kKeys[] = {
     {KEY_F5, Command::save, 1},          {KEY_H, Command::help, 1}};
 
 HandEditor::HandEditor(const World& world, Query& query, EditSession& session)
-    : world_(&world),
-      query_(&query),
+    : query_(&query),
       session_(&session),
       brush_(unit_m(world.info()), world.info().octree_depth, has_voxels(world.info())),
       aim_(world, query) {
@@ -221,7 +220,7 @@ void HandEditor::draw_stroke(std::int64_t now_ns) {
   if (!stroke_) {
     if (!aim_.begin_stroke(brush_)) return;
     if (!message_.empty()) say("", false);
-    stroke_.emplace();
+    stroke_ = Stroke{};
     session_->begin_stroke();
   }
   if (!dab(now_ns)) {

@@ -77,6 +77,9 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status;
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
+  if (terrain.ground().exists()) {
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+  }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
@@ -102,7 +105,8 @@ void EditorObject::follow_paint(const PaintChange& change, EditResult& result) {
   const LatticeBox box = world.terrain.world.box();
   show_extent({low.x, box.min.y / double{kStepsPerVoxel}, low.y},
               {high.x, box.max.y / double{kStepsPerVoxel}, high.y}, result);
-  if (change.patches) world.terrain.residency.follow_sky();
+  if (!change.patches) return;
+  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) world.terrain.residency.follow_sky(n);
 }
 
 void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result) {
@@ -148,8 +152,10 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
     query.asked.forget(change.vanished);
   }
   world.show_box();
-  show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
-              glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
+  show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
+              corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
   return {};
 }
@@ -166,7 +172,7 @@ void EditorObject::settle(double most_ms) {
     settle_some(terrain, done);
     if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
     if (!done.sky_changed) continue;
-    world.terrain.residency.follow_sky();
+    world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
 }

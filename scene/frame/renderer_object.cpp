@@ -234,13 +234,19 @@ Status RendererObject::follow_edits(double work_ms) {
     editor.settle(work_ms / 2);
   }
   if (sky_version_ != editor.sky_version) {
-    if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
-      return status;
+    for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+      if (const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n); !status.ok())
+        return status;
+    }
     sky_version_ = editor.sky_version;
   }
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
+  // A region with a patch that lacks vertices would close.
+  if (world.terrain.world.ground().region_count > 0) {
+    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+  }
   edit_version_ = editor.version;
   return {};
 }

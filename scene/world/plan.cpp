@@ -137,7 +137,7 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches > 0 && !world.ground.exists()) World::add_edit_room(needs.edit_patches, config);
+  if (needs.edit_patches > 0 && world.info.patches > 0) World::add_edit_room(needs.edit_patches, config);
   // A map of the file's is as large as that says.
   const MaterialSet& materials = world.materials;
   if (needs.paint_width > 0 && materials.count > 0) {

@@ -56,11 +56,11 @@ class Residency {
   void forget();
 
   // The world was edited. touched: patches that are to be made anew where they are resident, which
-  // remake_next() does; vanished: slots that are free now. Both ascending.
+  // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
   void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
-  // A patch was measured (terrain/edit/settle.h), or the sky is another, or what is painted.
+  // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
-  void follow_sky();
+  void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
   // be drawn still; where there is no room at coarser levels, or not at all. Then what has other shading
   // alone: an upload without vertices. False: nothing is left. status: errors of reading heights.
@@ -168,8 +168,9 @@ class Residency {
 
   Status find_shading();
   FindPatchShading shading_job(const WorldPart& part) const;
-  void shade(const FindPatchShading& find, PatchId own, PatchId first = 0);
-  void update_thresholds(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  void shade(const WorldPart& part, const FindPatchShading& find, PatchId own);
+  void update_thresholds(const WorldPart& part, std::span<const PatchId> touched,
+                         std::span<const PatchId> vanished);
   Status begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests);
   Status fill_thresholds(std::span<ViewState> views);
   bool stand_still();

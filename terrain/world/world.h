@@ -90,8 +90,8 @@ class World {
   static Config config_for(const WorldInfo& info, int finest, const GroundInfo& ground = {}) {
     return config_for(info, finest, default_detail_pages(info.patches), ground);
   }
-  // Room for so many patches more than the file has, and for edits that make as many anew; all heights are
-  // held then.
+  // Room for so many patches more than the file has, of each region, and for edits that make as many anew;
+  // all heights are held then.
   static void add_edit_room(std::uint32_t patches, Config& config);
   // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
   // much again. At least 1.3 MiB.
@@ -127,14 +127,18 @@ class World {
   const WorldPart& part_of(PatchId patch) const { return parts_[part_number(patch)]; }
   // Slots of patches, of which some are free where the world can be edited (Surface::is_free).
   std::uint32_t patch_count() const { return patch_slots_; }
-  bool is_free(PatchId slot) const { return is_editable() && parts_[0].surface.is_free(slot); }
-  std::uint32_t free_patches() const { return is_editable() ? patch_slots_ - table_.size() : 0; }
+  bool is_free(PatchId slot) const {
+    if (!is_editable()) return false;
+    const WorldPart& part = part_of(slot);
+    return part.surface.is_free(slot - part.first);
+  }
+  std::uint32_t free_patches() const;
 
   // --- Of the first part, which is all of a world without several
   const Octree& octree() const { return octrees_[0]; }
   const Surface& surface() const { return parts_[0].surface; }
   // By key, the slot of each patch of surface(). Empty where no world is loaded.
-  const PatchTable& patch_table() const { return table_; }
+  const PatchTable& patch_table() const { return tables_[0]; }
   std::span<const PatchBounds> bounds() const { return parts_[0].bounds; }
   std::span<const NormalCone> cones() const { return parts_[0].cones; }
   std::span<const NormalCone> shading_cones() const { return parts_[0].shading_cones; }
@@ -246,13 +250,16 @@ class World {
     static constexpr std::size_t kTouched = 3;
     static constexpr std::size_t kWhole = 16;
   };
-  // Everything that follows from voxels and heights, to be kept together by whoever changes a part of it.
-  // Spans are by patch, of all slots; those of free ones are 0. Borrowed until the next load().
+  // Everything that follows from the voxels and heights of a part, to be kept together by whoever changes
+  // some of it. Spans are by patch of the part, of all its slots; those of free ones are 0. Borrowed until
+  // the next load().
   struct Editable {
     glm::ivec3 extent{0};
+    bool mirrors = false;  // ExtractSurface
+    PatchId first = 0;     // WorldPart
     Octree* octree = nullptr;
     SurfaceSlots* slots = nullptr;
-    HeightCache* heights = nullptr;  // block n is of slot n, where the patch has one
+    HeightCache* heights = nullptr;  // block `first` + n is of slot n, where the patch has one
     Surface surface;
     std::span<Patch> patches;  // the surface's
     std::span<PatchBounds> bounds;
@@ -265,14 +272,16 @@ class World {
     Occluders* occluders = nullptr;
     SkyVisibility* sky = nullptr;
     MeasureQueue* queue = nullptr;
+    std::span<std::uint64_t> sky_room;  // SkyVisibility::step()
     const EditRoom* room = nullptr;
   };
-  // Where Config::edit_patches is not 0 and a world of one part without a ground is loaded.
+  // Where Config::edit_patches is not 0 and a world with voxels is loaded.
   bool is_editable() const { return is_editable_; }
-  // Precondition: is_editable().
-  Editable edit();
-  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h).
-  bool is_settled() const { return queue_.left() == 0 && !skies_[0].is_behind(); }
+  // Precondition: is_editable(), part < parts().size().
+  Editable edit(std::size_t part);
+  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
+  bool is_settled(std::size_t part) const;
+  bool is_settled() const;
 
   // The painted map in memory, which starts as the file's, or empty where that has none.
   struct Paint {
@@ -355,8 +364,17 @@ class World {
   void unload();
   Status load_parts();
   Status load_surface();
-  Status extract_part(std::size_t n, std::size_t first_volume);
+  // Of one part, of the file, and with what is free.
+  struct Counts {
+    std::uint32_t octets = 0, volumes = 0, patches = 0;
+  };
+  Counts file_counts(std::size_t part) const;
+  Counts slot_counts(std::size_t part) const;
+  Status extract_part(std::size_t n);
+  void place_slots();
   void place_parts();
+  template <class T>
+  void spread(std::span<T> all, std::size_t values) const;
   Status load_patches();
   Status load_measures();
   void open_slots();
@@ -375,15 +393,15 @@ class World {
   std::size_t part_count_ = 1;
   std::uint32_t patch_slots_ = 0;
   std::array<Octree, kMostRegions> octrees_;
-  PatchTable table_;
-  SurfaceSlots slots_;  // of table_
+  std::array<PatchTable, kMostRegions> tables_;
+  std::array<SurfaceSlots, kMostRegions> slots_;  // of tables_
   std::array<RegionRim, kMostRegions> rims_;
   HeightCache cache_;
   std::array<BoundsTree, kMostRegions> trees_;
   std::array<Occluders, kMostRegions> occluders_;
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
-  MeasureQueue queue_;  // of the first part
+  std::array<MeasureQueue, kMostRegions> queues_;
   bool is_editable_ = false;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };

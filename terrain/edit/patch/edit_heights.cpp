@@ -56,7 +56,7 @@ void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, 
 class HeightsEdit {
  public:
   HeightsEdit(World& world, const Edit& edit)
-      : all_(world.edit()),
+      : all_(world.edit(0)),
         room_(*all_.room),
         edit_(edit),
         level_(world.info().level),
@@ -233,7 +233,7 @@ void put_heights(const World::Editable& all, PatchId patch, std::span<const std:
 
 ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
     : world_(world), part_(part), at_(part.begin()) {
-  const World::Editable all = world_.edit();
+  const World::Editable all = world_.edit(0);
   for (const UndoCell cell : part_) {
     const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
     KARST_ASSERT(patch != PatchTable::kNone);
@@ -253,7 +253,7 @@ ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
 bool ExchangeHeights::next(EditChange& change) {
   change = {};
   if (at_ == part_.end()) return false;
-  const World::Editable all = world_.edit();
+  const World::Editable all = world_.edit(0);
   const std::span<PatchId> changed = all.room->changed;
   std::size_t count = 0;
   UndoPart::Iterator end = at_;

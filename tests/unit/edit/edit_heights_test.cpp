@@ -258,7 +258,7 @@ TEST(EditHeights, BlocksComeAndGo) {
   file.set_heights(2, [](glm::dvec3 p) { return p.x < 3 ? 400.0 : 0.0; });
   LoadedWorld first(file.file(), kRoom);
   // Blocks of zeros come into files by other hands alone.
-  const World::Editable all = first.world.edit();
+  const World::Editable all = first.world.edit(0);
   for (PatchId p = 0; p < all.surface.patches.size(); ++p) {
     if (!all.surface.is_free(p)) put_heights(all, p, all.heights->block(p));
   }
