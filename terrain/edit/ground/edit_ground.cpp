@@ -16,6 +16,8 @@
 namespace karst::core {
 namespace {
 
+constexpr int kTileLog = 4;  // a node of this size is a tile of size 0 wide
+static_assert(kTileNodes == 1 << kTileLog);
 // Heights of a voxel.
 constexpr double kUnits = static_cast<double>(kStepsPerVoxel) / kVertexStep;
 // Least y of a plane's normal, of length 1: steeper planes are no ground.
@@ -262,20 +264,72 @@ Status EditGround::reserve(const GridRect& samples, int least_size) {
   return {};
 }
 
-// Of sizes from 1 on, by what their nodes may span at most.
-Status EditGround::check_fit(const GroundChange& change) {
-  for (int size = 1; size <= info_.top_size(); ++size) {
+// Of sizes from 1 on, by what their nodes may span at most; where that is too much, of nodes within a tile of
+// size 0 by what they will.
+Status EditGround::check_fit(const Edit& edit, const GroundChange& change) {
+  const auto may_span = [&](NodeKey node) {
+    const NodeMeasure& own = overlay_.find(tile_of(node))->tile.nodes[node_in_tile(node)];
+    return fits(info_, node, std::min(own.low, change.least), std::max(own.high, change.greatest));
+  };
+  const GridRect finest = nodes_with(info_, 0, change.samples);
+  for (std::int64_t tz = finest.low[1] / kTileNodes; tz <= finest.high[1] / kTileNodes; ++tz) {
+    for (std::int64_t tx = finest.low[0] / kTileNodes; tx <= finest.high[0] / kTileNodes; ++tx) {
+      const NodeKey key{0, static_cast<std::int32_t>(tx), static_cast<std::int32_t>(tz)};
+      bool is_made = false;
+      for (int size = 1; size <= std::min(kTileLog, info_.top_size()); ++size) {
+        const int wide = kTileNodes >> size;
+        const GridRect nodes = within(nodes_with(info_, size, change.samples),
+                                      {{tx * wide, tz * wide}, {tx * wide + wide - 1, tz * wide + wide - 1}});
+        for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
+          for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
+            const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+            if (may_span(node)) continue;
+            const Tile& tile = overlay_.find(key)->tile;
+            if (!is_made) {
+              const Status status = make_fresh(edit, key, tile, change.samples);
+              KARST_ASSERT(status.ok());
+            }
+            is_made = true;
+            if (!will_fit(key, tile, node, change.samples)) return too_steep();
+          }
+        }
+      }
+    }
+  }
+  for (int size = kTileLog + 1; size <= info_.top_size(); ++size) {
     const GridRect nodes = nodes_with(info_, size, change.samples);
     for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
       for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
-        const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
-        const NodeMeasure& own = overlay_.find(tile_of(node))->tile.nodes[node_in_tile(node)];
-        if (!fits(info_, node, std::min(own.low, change.least), std::max(own.high, change.greatest)))
-          return too_steep();
+        if (!may_span({size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)})) return too_steep();
       }
     }
   }
   return {};
+}
+
+// A node within a tile of size 0, by the heights to be of the tile's vertices.
+bool EditGround::will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const {
+  const std::int32_t* const fresh = blocks_.scratch[0].fresh;
+  const GridRect vertices = vertices_of(key, samples);
+  const int wide = kNodeQuads << node.size;
+  const std::int64_t first[2] = {node.x * std::int64_t{wide} - key.x * std::int64_t{kTileQuads},
+                                 node.z * std::int64_t{wide} - key.z * std::int64_t{kTileQuads}};
+  const std::int64_t last[2] = {
+      std::min(first[0] + wide, info_.samples[0] - 1 - key.x * std::int64_t{kTileQuads}),
+      std::min(first[1] + wide, info_.samples[1] - 1 - key.z * std::int64_t{kTileQuads})};
+  std::int32_t low = std::numeric_limits<std::int32_t>::max();
+  std::int32_t high = std::numeric_limits<std::int32_t>::min();
+  for (std::int64_t k = first[1]; k <= last[1]; ++k) {
+    for (std::int64_t i = first[0]; i <= last[0]; ++i) {
+      const bool is_fresh =
+          k >= vertices.low[1] && k <= vertices.high[1] && i >= vertices.low[0] && i <= vertices.high[0];
+      const std::int32_t height =
+          is_fresh ? fresh[k * (kTileQuads + 1) + i] : tile.height(static_cast<int>(i), static_cast<int>(k));
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+  }
+  return fits(info_, node, low, high);
 }
 
 // An edit goes on with the part before it where all that lies between them is there to be made anew, and is
@@ -463,7 +517,7 @@ Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
   if (const Status status = check_regions(planned.samples); !status.ok()) return status;
   if (!planned.samples.exists()) return {};
   if (const Status status = reserve(planned.samples); !status.ok()) return status;
-  if (const Status status = check_fit(planned); !status.ok()) return status;
+  if (const Status status = check_fit(edit, planned); !status.ok()) return status;
   ++stamp_;
   change = planned;
   if (log != nullptr) choose_part(planned.samples, *log);

@@ -127,7 +127,8 @@ class EditGround {
   void count_tiles(GroundChange& change) const;
   Status check_regions(const GridRect& samples) const;
   std::span<const RegionGrowth> growths() const { return std::span(growths_).first(info_.regions().size()); }
-  Status check_fit(const GroundChange& change);
+  Status check_fit(const Edit& edit, const GroundChange& change);
+  bool will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const;
   void choose_part(const GridRect& samples, UndoLog& log);
   void keep_blocks(EditedTile& edited, const GridRect& changed, UndoLog& log) const;
   void set_heights(const Edit& edit, const GridRect& samples, UndoLog* log);
