@@ -221,8 +221,8 @@ constinit const CommandSpec kEditSpec = {
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
         "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
         "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
-        "region (--carve); extrude, smooth, noise, flatten and level are of heights, in worlds without a "
-        "ground and of a ground on a plane, beside regions; paint is of materials.",
+        "region (--carve); extrude, smooth, noise, flatten and level are of heights, of such voxels' surface "
+        "where there is no ground or of a ground on a plane, beside regions; paint is of materials.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"

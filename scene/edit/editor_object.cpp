@@ -106,7 +106,8 @@ void EditorObject::follow_paint(const PaintChange& change, EditResult& result) {
   show_extent({low.x, box.min.y / double{kStepsPerVoxel}, low.y},
               {high.x, box.max.y / double{kStepsPerVoxel}, high.y}, result);
   if (!change.patches) return;
-  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) world.terrain.residency.follow_sky(n);
+  for (std::size_t part = 0; part < world.terrain.world.parts().size(); ++part)
+    world.terrain.residency.follow_sky(part);
 }
 
 void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result) {
