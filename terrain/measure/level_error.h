@@ -75,9 +75,9 @@ struct OwnErrors {
   std::uint16_t values[level_error_values(kMaxLevel)];
 };
 
-// No less than what measure_own_errors() would give, from how far each vertex is from its morph target: levels
-// differ from the next coarser one by no more than their vertices' ways, and by the sum of those from the full
-// one. A few times faster. Reaches are the diagonal of the box of all vertices.
+// No less than what measure_own_errors() would give, from how far each vertex is from its morph target:
+// levels differ from the next coarser one by no more than their vertices' ways, and by the sum of those from
+// the full one. A few times faster. Reaches are the diagonal of the box of all vertices.
 void bound_own_errors(const LevelGrid& grid, OwnErrors& own);
 
 // Of one patch at the heights' level: values of its own triangles alone (as LevelErrors has them,
