@@ -2,8 +2,8 @@
 // What is measured of nodes after samples changed: the same values, bit by bit, as of a ground that is baked
 // so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
 // measured of all their samples, which would have to be read: there a threshold is the file's, raised by what
-// heights of the node and those around it are off from the file's. It is never too small, and the file's
-// again where the heights are.
+// heights of the node and those around it are off from the file's, but not above what a ground of such
+// heights may ask for. It is never too small, and the file's again where the heights are.
 #pragma once
 
 #include <cstdint>
@@ -79,7 +79,8 @@ class MeasureEdits {
   void find_thresholds(int size, const GridRect& nodes);
   void find_thresholds_in(int size, const GridRect& nodes);
   HeightChange change_around(NodeKey node) const;
-  void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const;
+  std::int64_t span_around(NodeKey node);
+  void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]);
 
   const GroundInfo& info_;
   GroundOverlay& overlay_;
