@@ -47,7 +47,7 @@ int run_edit(bool smoke) {
       if (!edit_shape(world, edit, change).ok() || !change.changed) result = 1;
     });
     std::vector<PatchId> touched(change.touched.begin(), change.touched.end());
-    const World::Editable all = world.edit();
+    const World::Editable all = world.edit(0);
     const bench::Times rock = bench::measure(
         repeats, [&] { all.occluders->build(*all.octree, all.extent, all.surface, all.bounds); });
     const bench::Times sky = bench::measure(repeats, [&] { all.sky->build(*all.octree, all.extent); });
