@@ -421,29 +421,52 @@ HeightChange MeasureEdits::change_around(NodeKey node) const {
   return change;
 }
 
-// Thresholds of what finer sizes ask for, raised to those of the node's own error. Heights are off by low ..
-// high from the file's, those of the full surface and, as means of vertices, of any state: their difference,
-// the error, by high - low at most. Where the ground ends states lie between two planes along a slope, which
-// are apart by four times that more at most. What a child spans grows by three times that: its own heights,
-// and the deviations at home at both ends; and a node's box, which counts where a region is in part, by less.
-void MeasureEdits::raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const {
+// From the least to the greatest height of a node and of those around it.
+std::int64_t MeasureEdits::span_around(NodeKey node) {
+  NodeMeasure all = measure(node);
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const NodeKey at{node.size, node.x + dx, node.z + dz};
+      if (!node_exists(info_, at)) continue;
+      const NodeMeasure own = measure(at);
+      all.low = std::min(all.low, own.low);
+      all.high = std::max(all.high, own.high);
+    }
+  }
+  return std::int64_t{all.high} - all.low;
+}
+
+// Thresholds of what finer sizes ask for, as of a level node, raised to those of the node's own error.
+// Heights are off by low .. high from the file's, those of the full surface and, as means of vertices, of any
+// state: their difference, the error, by high - low at most. Where the ground ends states lie between two
+// planes along a slope, which are apart by four times that more at most. What a child spans grows by three
+// times that: its own heights, and the deviations at home at both ends; and a node's box, which counts where
+// a region is in part, by less. The same holds of a level ground, from which heights are off by what they
+// span: without regions the lesser of both is taken, so that a file which is edited and saved again and again
+// does not ask for more and more.
+void MeasureEdits::raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) {
   const HeightChange change = change_around(node);
   const double unit = std::ldexp(1.0, info_.page_size(node.size));
+  const auto raised = [&](std::uint16_t from, double off, double demanded, double region) {
+    if (from >= kNeverMorphs) return from;
+    const double error = off * (has_end(info_, node) ? 4 : 1) / kKept;
+    const double least = kSteepest * 3 * off / kKept;
+    const double steps = double{threshold_steps(from)} * unit + demanded * error + least + region;
+    return threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
+  };
   const double off = (static_cast<double>(change.high) - change.low) * kVertexStep;
-  const double error = off * (has_end(info_, node) ? 4 : 1) / kKept;
-  const double least = kSteepest * 3 * off / kKept;
+  const bool is_bounded = change.exists() && info_.region_count == 0;
+  const double span = is_bounded ? static_cast<double>(span_around(node)) * kVertexStep : 0;
   for (std::size_t n = 0; n < kDemands; ++n) {
-    std::uint16_t own = file.thresholds[n];
+    const double demanded = demand(static_cast<int>(n));
     double region = 0;
     for (std::size_t r = 0; r < growths_.size(); ++r) {
       if (in_region(info_.regions()[r], node) == InRegion::part)
         region = std::max(region, growth_steps(growths_[r], static_cast<int>(n)));
     }
-    if ((change.exists() || region > 0) && own < kNeverMorphs) {
-      const double steps =
-          double{threshold_steps(own)} * unit + demand(static_cast<int>(n)) * error + least + region;
-      own = threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
-    }
+    std::uint16_t own = file.thresholds[n];
+    if (change.exists() || region > 0) own = raised(own, off, demanded, region);
+    if (is_bounded) own = std::min(own, raised(out[n], span, demanded, 0));
     out[n] = std::max(out[n], own);
   }
 }

@@ -3,8 +3,9 @@
 // so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
 // measured of all their samples, which would have to be read, and how far a region is from the ground is not
 // in the file: there, and where a node has a region in part, a threshold is the file's, raised by what
-// heights of the node and those around it are off from the file's, and by what the region has grown. It is
-// never too small, and the file's again where the heights are.
+// heights of the node and those around it are off from the file's, and by what the region has grown; of
+// grounds without regions not above what a ground of such heights may ask for. It is never too small, and the
+// file's again where the heights are.
 #pragma once
 
 #include <cstddef>
@@ -96,7 +97,8 @@ class MeasureEdits {
   void find_thresholds_in(int size, const GridRect& nodes);
   void lift(NodeKey node, std::uint16_t (&out)[kDemands]);
   HeightChange change_around(NodeKey node) const;
-  void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const;
+  std::int64_t span_around(NodeKey node);
+  void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]);
 
   const GroundInfo& info_;
   GroundOverlay& overlay_;

@@ -6,6 +6,7 @@
 #include "tests/fuzz/run/seed_tile.h"
 #include "tests/fuzz/run/seed_worlds.h"
 #include "tiles/encode_tile.h"
+#include "tiles/write_tile.h"
 #ifdef KARST_FUZZ_BAKE
 #include "tests/bake/bake_files.h"
 #endif
@@ -62,6 +63,12 @@ void write_tiles() {
     if (ZSTD_decompress(contents.data(), contents.size(), bytes.data(), bytes.size()) != contents.size())
       std::exit(1);
     write("tile", head + std::string(text_of(contents)));
+    // As editors write it.
+    std::vector<std::uint64_t> room(karst::tiles::kWriteTileRoom / 8);
+    const karst::core::Tile tile = karst::seed_tile(size);
+    write("tile", head + std::string(text_of(karst::tiles::write_tile(
+                             karst::seed_tile_key(size), karst::seed_ground(), tile, tile.children,
+                             std::as_writable_bytes(std::span(room))))));
     // The head of an image tile with a child in the north-west.
     karst::core::ImageChildren children;
     children.places[0] = {400, karst::core::image_tile_bytes(karst::core::ImageFormat::etc2_rgb), 77};
