@@ -109,8 +109,9 @@ class KARST_API Editor {
   void end_stroke() noexcept;
 
   // Takes the last step back, or does the last one that was taken back again: the world is then what it was
-  // before, or after it, to the bit. An edit forgets what could be done again. Steps are kept in undo_bytes;
-  // the oldest ones give way to new ones, and one that takes up to half of undo_bytes is kept for certain.
+  // before, or after it, to the bit; but where edits of a region's voxels made the ground around it draw finer,
+  // it stays so. An edit forgets what could be done again. Steps are kept in undo_bytes; the oldest ones give
+  // way to new ones, and one that takes up to half of undo_bytes is kept for certain.
   // result.changed false: there is no such step, or all that it did was undone by itself. They need no more
   // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
