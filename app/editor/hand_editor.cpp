@@ -49,7 +49,12 @@ HandEditor::HandEditor(const World& world, Query& query, EditSession& session)
     : query_(&query),
       session_(&session),
       brush_(unit_m(world.info()), world.info().octree_depth, has_voxels(world.info())),
-      aim_(world, query) {}
+      aim_(world, query) {
+  const WorldInfo& info = world.info();
+  std::vector<std::string> materials;
+  for (std::uint32_t m = 0; m < info.materials; ++m) materials.emplace_back(info.material_names[m]);
+  brush_.set_materials(std::move(materials));
+}
 
 void HandEditor::say(std::string text, bool is_error) {
   if (is_error) news_ = text;

@@ -59,6 +59,8 @@ Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
   plan.needs.undo_bytes = bytes / 4;
   plan.needs.edit_patches = count(patches - none, 1u << 20);
   plan.needs.edit_tiles = count(tiles - patches, 65'536);
+  // A painted map of a world that has none: 1 MiB and as much of the GPU's, which is not counted.
+  plan.needs.paint_width = plan.needs.paint_depth = 512;
   return {};
 }
 

@@ -58,7 +58,7 @@ class Residency {
   // The world was edited. touched: patches that are to be made anew where they are resident, which
   // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
   void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
-  // A patch was measured (terrain/edit/settle.h), or the sky of a part is another.
+  // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
   void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
@@ -136,6 +136,7 @@ class Residency {
     std::span<std::uint64_t> stale;
     std::span<std::uint64_t> reshaded;
 
+    static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       pool.each_block(config, visit);
@@ -143,7 +144,7 @@ class Residency {
       visit(Consumer::draw_list, config.max_patches, list_scratch);
       visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
             vertices);
-      const std::size_t words = config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0;
+      const std::size_t words = is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0;
       visit(Consumer::edits, words, stale);
       visit(Consumer::edits, words, reshaded);
     }

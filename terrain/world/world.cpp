@@ -342,6 +342,7 @@ void World::place_parts() {
 }
 
 Status World::load_parts() {
+  if (const Status status = load_paint(); !status.ok()) return status;
   ground_ = reader_.ground();
   part_count_ = info_.regions;
   // Of a ground without regions there are no voxels.
@@ -508,6 +509,29 @@ void World::open_slots() {
   }
 }
 
+// A map of the file's is as large as the file says.
+Status World::load_paint() {
+  if (!is_paintable()) return {};
+  BlendMap& map = reader_.painted_map();
+  std::ranges::fill(blocks_.paint_kept, 0u);
+  if (map.exists()) {
+    if (map.width != config_.paint_width)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_width", map.width};
+    if (map.depth != config_.paint_depth)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_depth", map.depth};
+    return reader_.read_blend_rows(0, map.depth, blocks_.paint);
+  }
+  map.width = config_.paint_width;
+  map.depth = config_.paint_depth;
+  std::ranges::fill(blocks_.paint, std::byte{0});
+  return {};
+}
+
+World::Paint World::paint() {
+  KARST_ASSERT(is_paintable());
+  return {&reader_.painted_map(), blocks_.paint, blocks_.overrides.first(patch_slots_), blocks_.paint_kept};
+}
+
 // To each patch's slot the block of its number. The last ones first: no block has a higher number than its
 // patch, and no patch than its slot.
 void World::spread_heights() {
@@ -541,7 +565,7 @@ World::Editable World::edit(std::size_t n) {
   all.cones = part.of(blocks_.cones);
   all.shading_cones = part.of(blocks_.shading_cones);
   all.level_errors = blocks_.level_errors.subspan(part.first * values, part.patches() * values);
-  all.overrides = part.of(blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0));
+  all.overrides = part.of(blocks_.overrides.first(material_overrides().size()));
   all.boxes = blocks_.patch_boxes.subspan(
       static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()), part.boxes.size());
   all.tree = &trees_[n];

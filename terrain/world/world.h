@@ -172,16 +172,16 @@ class World {
   // Vertices at levels up to this fit one page, so that it costs what level 1 costs.
   int base_level() const { return info_.level < 2 ? info_.level : 2; }
 
-  // Empty where the world has none.
+  // Empty where the world has none. With the blend map as it is painted now.
   const MaterialSet& materials() const { return reader_.materials(); }
   std::span<const PointLight> lights() const { return reader_.lights(); }
   const Surroundings& surroundings() const { return reader_.surroundings(); }
   // surroundings().rim_points of them, from the source. Errors as of WorldReader::read_rim.
   Status read_rim(std::span<glm::ivec3> rim) const { return reader_.read_rim(rim); }
   // Of patches: 0, or one more than the number of the material that all of it has, or kPaintedByMap. Empty
-  // where none has one.
+  // where none can have one.
   std::span<const std::uint8_t> material_overrides() const {
-    return blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
+    return blocks_.overrides.first(reader_.has_overrides() || is_paintable() ? patch_slots_ : 0);
   }
   // Layers [first, first + count) of a level of an array, from the source. out: count x
   // texture_image_bytes(). Errors as of WorldReader::read_textures. Precondition: they are there.
@@ -190,7 +190,7 @@ class World {
     return reader_.read_textures(array, level, first, count, out);
   }
 
-  // Rows of materials().blend_map, from the source; as WorldReader::read_blend_rows.
+  // Rows of the file's blend map, from the source; as WorldReader::read_blend_rows.
   Status read_blend_rows(std::uint32_t first, std::uint32_t count, std::span<std::byte> out) const {
     return reader_.read_blend_rows(first, count, out);
   }
@@ -222,7 +222,8 @@ class World {
     std::span<PatchId> touched;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
-    std::span<std::int16_t> heights;  // of as many patches
+    // New heights: of kWhole patches and one more, and of the borders of all.
+    std::span<std::int16_t> heights;
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
     std::span<std::uint64_t> sky;  // that is found anew
@@ -240,12 +241,14 @@ class World {
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
-      visit(Consumer::edits, most * of_patch, heights);
+      const auto border = static_cast<std::size_t>(4 * patch_cells(static_cast<int>(config.max_level)));
+      visit(Consumer::edits, most > 0 ? (kWhole + 1) * of_patch + most * border : 0, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
       visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
       queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
+    static constexpr std::size_t kWhole = 16;
   };
   // Everything that follows from the voxels and heights of a part, to be kept together by whoever changes
   // some of it. Spans are by patch of the part, of all its slots; those of free ones are 0. Borrowed until
@@ -280,6 +283,22 @@ class World {
   bool is_settled(std::size_t part) const;
   bool is_settled() const;
 
+  // The painted map in memory, which starts as the file's, or empty where that has none.
+  struct Paint {
+    static constexpr std::uint32_t kBlock = 16;  // texels a side of what edits keep of it
+
+    BlendMap* map = nullptr;
+    std::span<std::byte> texels;        // row by row, kBlendTexelBytes each
+    std::span<std::uint8_t> overrides;  // of all slots of patches; EditRoom::kept is by slot, too
+    // By block, row by row, and of the map's materials: the part of a step of UndoLog that last kept it.
+    std::span<std::uint32_t> kept;
+  };
+  // Where Config::paint_width is not 0, and the world has materials.
+  bool is_paintable() const { return !blocks_.paint.empty() && materials().count > 0; }
+  // Preconditions: is_paintable().
+  Paint paint();
+  std::span<const std::byte> painted_texels() const { return blocks_.paint; }
+
  private:
   struct Blocks {
     std::span<Octree::Octet> octets;
@@ -301,6 +320,8 @@ class World {
     std::span<std::uint16_t> index_table;
     std::span<std::byte> scratch;
     EditRoom edit;
+    std::span<std::byte> paint;
+    std::span<std::uint32_t> paint_kept;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -326,6 +347,10 @@ class World {
       visit(Consumer::index_tables, index_table_size(config), index_table);
       visit(Consumer::scratch, scratch_size(config), scratch);
       edit.each_block(config, visit);
+      const std::size_t width = config.paint_width, depth = config.paint_depth;
+      visit(Consumer::edits, width * depth * kBlendTexelBytes, paint);
+      const auto blocks = [](std::size_t texels) { return (texels + Paint::kBlock - 1) / Paint::kBlock; };
+      visit(Consumer::edits, width > 0 ? blocks(width) * blocks(depth) + 1 : 0, paint_kept);
     }
   };
 
@@ -354,6 +379,7 @@ class World {
   Status load_measures();
   void open_slots();
   void spread_heights();
+  Status load_paint();
   Status load_heights();
   Status check_shared_heights() const;
   Status check_shared_heights(const Surface& surface) const;

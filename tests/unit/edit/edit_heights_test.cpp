@@ -285,6 +285,7 @@ TEST(EditHeights, BlocksComeAndGo) {
   edit.strength = -0.125;
   ASSERT_TRUE(edit_heights(live.world, edit, nullptr, change).ok());
   EXPECT_EQ(blocks(), before);
+  test::settle(live.world);
   EXPECT_TRUE(live.save() == saved);
 }
 
@@ -310,6 +311,7 @@ TEST(EditHeights, StepsAreTakenBack) {
         ASSERT_TRUE(status.ok()) << status.field() << status.value();
       }
       log.end();
+      test::settle(world);
       states.push_back(live.save());
     }
     std::size_t goes = 0;
@@ -324,12 +326,14 @@ TEST(EditHeights, StepsAreTakenBack) {
     };
     for (std::size_t at = states.size() - 1; at-- > 0;) {
       ASSERT_TRUE(log.undo(take));
+      test::settle(world);
       ASSERT_TRUE(live.save() == states[at]);
       test::expect_as_loaded(live);
     }
     EXPECT_FALSE(log.undo(take));
     for (std::size_t at = 1; at < states.size(); ++at) {
       ASSERT_TRUE(log.redo(take));
+      test::settle(world);
       ASSERT_TRUE(live.save() == states[at]);
     }
     test::expect_as_loaded(live);
