@@ -96,8 +96,8 @@ class KARST_API Editor {
   // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
   // Needs::edit_patches); voxels of a ground's regions (clear, fill; Needs::edit_patches and edit_tiles); and
   // heights of grounds on planes where no region stands (extrude to level; Needs::edit_tiles). Materials are
-  // painted over all of them, but for grounds on a curved basis and patches that were baked with a material of
-  // their own (Needs::paint_width). The rest is refused.
+  // painted over all of them, but for grounds on a curved basis and patches that were baked with a material
+  // of their own (Needs::paint_width). The rest is refused.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two.
@@ -115,9 +115,9 @@ class KARST_API Editor {
   void end_stroke() noexcept;
 
   // Takes the last step back, or does the last one that was taken back again: the world is then what it was
-  // before, or after it, to the bit; but where edits of a region's voxels made the ground around it draw finer,
-  // it stays so. An edit forgets what could be done again. Steps are kept in undo_bytes; the oldest ones give
-  // way to new ones, and one that takes up to half of undo_bytes is kept for certain.
+  // before, or after it, to the bit; but where edits of a region's voxels made the ground around it draw
+  // finer, it stays so. An edit forgets what could be done again. Steps are kept in undo_bytes; the oldest
+  // ones give way to new ones, and one that takes up to half of undo_bytes is kept for certain.
   // result.changed false: there is no such step, or all that it did was undone by itself. They need no more
   // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
