@@ -73,10 +73,10 @@ class Occluders {
   void build(const Octree& octree, glm::ivec3 extent, const Surface& surface,
              std::span<const PatchBounds> bounds);
 
-  // After a change: what build() would find, as long as all that differs lies in a box, lattice steps, of which
-  // what patches sweep before and after is a part: swept_box(), or what holds it. changed: patches that are
-  // others now. sides: whether some at the world's sides are, or were. tree: up to date.
-  // Precondition: built for an octree of the same extent.
+  // After a change: what build() would find, as long as all that differs lies in a box, lattice steps, of
+  // which what patches sweep before and after is a part: swept_box(), or what holds it. changed: patches that
+  // are others now. sides: whether some at the world's sides are, or were. tree: up to date. Precondition:
+  // built for an octree of the same extent.
   void update(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
               const BoundsTree& tree, std::span<const PatchId> changed, const LatticeBox& box, bool sides);
 

@@ -10,9 +10,8 @@ void settle_some(World& world, Settled& done) {
   const World::Editable all = world.edit();
   if (all.queue->left() > 0) {
     const MeasurePatches::Room room{make_patch_scratch(all.room->scratch), all.room->vertices};
-    done.measured =
-        all.queue->measure_next(all.surface, all.heights->heights(), room,
-                                {all.level_errors, all.bounds, all.cones, all.shading_cones});
+    done.measured = all.queue->measure_next(all.surface, all.heights->heights(), room,
+                                            {all.level_errors, all.bounds, all.cones, all.shading_cones});
     return;
   }
   KARST_ASSERT(all.sky->is_behind());

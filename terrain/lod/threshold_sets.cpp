@@ -188,7 +188,8 @@ MorphRows ThresholdSets::take() {
     if (end == set.dirty_end) set.dirty_begin = set.dirty_end = 0;
     if (begin == end) continue;
     const std::uint32_t first = first_row(s) + begin;
-    return {first, blocks_.rows.subspan(std::size_t{first} * kMorphRow, std::size_t{end - begin} * kMorphRow)};
+    return {first,
+            blocks_.rows.subspan(std::size_t{first} * kMorphRow, std::size_t{end - begin} * kMorphRow)};
   }
   return {};
 }

@@ -32,11 +32,11 @@ namespace karst::core {
 // Vertices of one patch for the GPU; valid until the next call of the Residency.
 struct PatchUpload {
   PatchId patch = 0;
-  std::uint32_t row = 0;                // its morph row
-  int first_vertex = 0;                 // of its slot; those before it are there already
+  std::uint32_t row = 0;  // its morph row
+  int first_vertex = 0;   // of its slot; those before it are there already
   // To its chain of pages (pages()), from first_vertex on. None: what its pages say of it is another.
   std::span<const GpuVertex> vertices;
-  glm::ivec3 origin{0};                 // voxels
+  glm::ivec3 origin{0};  // voxels
   PatchShading shading;
 };
 

@@ -186,6 +186,7 @@ TEST(EditShape, WhatGoesCountsAsWell) {
     EXPECT_EQ(live.world.free_patches(), live.world.patch_count());
     ASSERT_TRUE(log.undo([&](UndoPart part) { undo_shape(live.world, part, change); }));
     EXPECT_EQ(change.touched.size(), patches);
+    test::settle(live.world);
     EXPECT_TRUE(live.save() == before);
     test::expect_as_loaded(live);
     ASSERT_TRUE(log.redo([&](UndoPart part) { redo_shape(live.world, part, change); }));
