@@ -5,7 +5,8 @@ namespace karst {
 
 InputEvent turned(const InputEvent& event, int quarter_turns) {
   InputEvent result = event;
-  if (event.kind != InputEvent::Kind::place && event.kind != InputEvent::Kind::touch) return result;
+  using Kind = InputEvent::Kind;
+  if (event.kind != Kind::place && event.kind != Kind::pointer && event.kind != Kind::touch) return result;
   for (int turn = 0; turn < (quarter_turns & 3); ++turn) {
     const double x = result.x;
     result.x = 1 - result.y;

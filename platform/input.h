@@ -13,6 +13,7 @@ struct InputEvent {
     button,   // code: BTN_LEFT, ...; pressed
     motion,   // x, y: of the pointer, in the mouse's own steps; right and down
     place,    // x, y: of a pointer that has a place (tablets), 0..1 of the screen from its top left
+    pointer,  // x, y: the same of a window, whose pointer moves by `motion`, too
     wheel,    // y: notches towards the user
     touch,    // a finger (id) is down at x, y, 0..1 of the screen from its top left
     untouch,  // finger id is up

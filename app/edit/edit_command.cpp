@@ -72,9 +72,8 @@ class EditedWorld {
     plan.placement.axes = Axes::east_up_south;
     WorldInfo info;
     if (const Status status = read_world_info(source, info); !status.ok()) return {path, status};
-    if (info.ground_samples[0] > 0)
-      return path +
-             ": has a ground, which cannot be saved with edits; karst-bake --no-ground makes voxels alone";
+    if (info.ground_samples[0] == 0) plan.needs.edit_tiles = 0;
+    if (info.patches == 0) plan.needs.edit_patches = 0;
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
         kMemoryAlignment, (plan.cpu_bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment)));
@@ -92,56 +91,58 @@ class EditedWorld {
   Editor* editor = nullptr;
 };
 
-struct EditCounts {
-  std::size_t edits = 0, unchanged = 0, undone = 0, redone = 0;
-};
+// An edit of a script, in the stroke of the one before it or in a new one.
+Status apply_edit(Editor& editor, const ScriptStep& step, bool& in_stroke, ScriptCounts& counts) {
+  if (!step.joined || !in_stroke) editor.begin_stroke();
+  in_stroke = true;
+  EditResult result;
+  const Status status = editor.apply(step.what, result);
+  if (!status.ok()) return status;
+  ++counts.edits;
+  counts.unchanged += !result.changed;
+  return {};
+}
 
-// What is left of a script once its own undo and redo are done: an edit that was taken back need not be made.
-std::vector<ScriptStep> effective(const std::vector<ScriptStep>& steps, EditCounts& counts) {
-  std::vector<std::vector<ScriptStep>> done, undone;
-  for (const ScriptStep& step : steps) {
-    if (step.kind == ScriptStep::edit) {
-      undone.clear();
-      if (step.joined && !done.empty()) {
-        done.back().push_back(step);
-      } else {
-        done.push_back({step});
-      }
-      continue;
-    }
-    const bool is_undo = step.kind == ScriptStep::undo;
-    std::vector<std::vector<ScriptStep>>&from = is_undo ? done : undone, &to = is_undo ? undone : done;
-    ++(is_undo ? counts.undone : counts.redone);
-    if (from.empty()) continue;
-    to.push_back(std::move(from.back()));
-    from.pop_back();
-  }
-  std::vector<ScriptStep> left;
-  for (const std::vector<ScriptStep>& stroke : done) left.insert(left.end(), stroke.begin(), stroke.end());
-  return left;
+// limit_reached ("undo_bytes") where there is a step that is not kept any more.
+Status take_step(Editor& editor, bool back, ScriptCounts& counts) {
+  editor.end_stroke();
+  const UndoState state = editor.undo_state();
+  EditResult result;
+  if (back && state.undo_steps == 0 && state.lost_steps > 0)
+    return {StatusCode::limit_reached, "more is taken back than there is memory for", "undo_bytes"};
+  if ((back ? state.undo_steps : state.redo_steps) == 0) return {};
+  ++(back ? counts.undone : counts.redone);
+  return back ? editor.undo(result) : editor.redo(result);
 }
 
 // Does all of it. full: a limit that the plan was too small for.
 Error apply_all(Editor& editor, const std::vector<ScriptStep>& steps, const std::string& script,
-                EditCounts& counts, Status& full) {
+                ScriptCounts& counts, Status& full) {
   Progress progress("edit", steps.size());
-  counts.edits = counts.unchanged = 0;
-  for (const ScriptStep& step : steps) {
-    EditResult result;
-    const Status status = editor.apply(step.what, result);
+  counts = {};
+  bool in_stroke = false;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const bool is_edit = steps[n].kind == ScriptStep::edit;
+    const Status status = is_edit ? apply_edit(editor, steps[n], in_stroke, counts)
+                                  : take_step(editor, steps[n].kind == ScriptStep::undo, counts);
+    if (!is_edit) in_stroke = false;
     if (!status.ok()) {
       full = status;
-      return Error(script + ": edit " + std::to_string(counts.edits), status);
+      return Error(script + ": edit " + std::to_string(n), status);
     }
-    ++counts.edits;
-    counts.unchanged += !result.changed;
-    progress.update(counts.edits);
+    progress.update(n + 1);
   }
+  editor.end_stroke();
   return {};
 }
 
 constexpr std::uint32_t kFirstEditPatches = 65'536;
 constexpr std::uint32_t kMostEditPatches = 1u << 20;
+// Where a script takes something back.
+constexpr std::uint64_t kFirstUndoBytes = 1u << 20;
+constexpr std::uint64_t kMostUndoBytes = 1u << 30;
+constexpr std::uint32_t kFirstEditTiles = 256;
+constexpr std::uint32_t kMostEditTiles = 65'536;
 
 // What a limit that was reached has to be; false: it cannot be more.
 bool raise(const Status& full, Needs& needs) {
@@ -149,6 +150,15 @@ bool raise(const Status& full, Needs& needs) {
   const std::string_view field = full.field();
   if (field == "edit_patches" && needs.edit_patches < kMostEditPatches) {
     needs.edit_patches *= 4;
+    return true;
+  }
+  if (field == "undo_bytes" && needs.undo_bytes < kMostUndoBytes) {
+    needs.undo_bytes = std::min(16 * needs.undo_bytes, kMostUndoBytes);
+    return true;
+  }
+  if (field == "edit_tiles" && full.value() <= kMostEditTiles) {
+    // Later edits take more.
+    needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(2 * full.value(), kMostEditTiles));
     return true;
   }
   return false;
@@ -163,13 +173,16 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (Error error = text.open(options.script, WholeFile::kMostText); !error.ok()) return error;
   std::vector<ScriptStep> steps;
   if (Error error = parse_script(text.text(), options.script, steps); !error.ok()) return error;
-  EditCounts counts;
-  steps = effective(steps, counts);
+  ScriptCounts counts;
   if (Error error = check_writable(options.output); !error.ok()) return error;
+  if (Error error = check_not_edited(options.output); !error.ok()) return error;
   Needs needs;
   needs.shadow_maps = 0;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   needs.edit_patches = kFirstEditPatches;
+  if (std::ranges::any_of(steps, [](const ScriptStep& one) { return one.kind == ScriptStep::undo; }))
+    needs.undo_bytes = kFirstUndoBytes;
+  needs.edit_tiles = kFirstEditTiles;
   for (;;) {
     EditedWorld edited;
     if (Error error = edited.open(path, needs); !error.ok()) return error;
@@ -179,7 +192,8 @@ Error run_script(const EditOptions& options, const std::string& path) {
       return error;
     }
     std::uint64_t bytes = 0;
-    if (Error error = save_file(*edited.editor, options.output, {}, bytes); !error.ok()) return error;
+    if (Error error = save_file(*edited.editor, options.output, {}, bytes, edited.source.bytes); !error.ok())
+      return error;
     std::printf("%s: %zu edits (%zu changed nothing), %zu taken back, %zu done again; %llu bytes\n",
                 options.output.c_str(), counts.edits, counts.unchanged, counts.undone, counts.redone,
                 static_cast<unsigned long long>(bytes));
@@ -191,19 +205,23 @@ Error run_script(const EditOptions& options, const std::string& path) {
 
 constinit const CommandSpec kEditSpec = {
     .name = "karst edit",
-    .brief = "digs and fills a world by a script",
+    .brief = "digs, raises and smooths a world by a script",
     .usage = "WORLD --script FILE -o FILE",
     .about =
         "Does to a world what a script says, one edit after the other, and writes the world as it is then. "
         "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
-        "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. WORLD has "
-        "no ground: of a sample or a DEM that was baked with --no-ground.",
+        "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
+        "fill are of voxels, in worlds without a ground (karst-bake --no-ground); the other tools are of "
+        "the ground's heights, on a plane and without voxels.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"
         "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 20}' > hole.json\n"
-        "karst edit hills.karst --script hole.json -o hole.karst\n"};
+        "karst edit hills.karst --script hole.json -o hole.karst\n"
+        "echo '{\"tool\": \"extrude\", \"shape\": \"cylinder\", \"place_m\": [0, 0, 0], \"radius_m\": 300, "
+        "\"strength_m\": 80}' > hill.json\n"
+        "karst edit dem.karst --script hill.json -o dem.karst\n"};
 
 int run_edit(std::span<const char* const> words) {
   CommandLine line;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 #include "app/json/json_fields.h"
 #include "platform/base/text.h"
@@ -135,6 +136,8 @@ Error parse_script(std::string_view text, const std::string& name, std::vector<S
     }
     return {};
   }
+  const bool journal = text.starts_with("{\"journal\":");
+  if (journal) text = text.substr(0, text.rfind('\n') + 1);
   std::size_t number = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -150,6 +153,33 @@ Error parse_script(std::string_view text, const std::string& name, std::vector<S
     if (Error error = parse_script_line(line, place, steps.emplace_back()); !error.ok()) return error;
   }
   return {};
+}
+
+std::vector<ScriptStep> effective_steps(const std::vector<ScriptStep>& steps, ScriptCounts& counts) {
+  std::vector<std::vector<ScriptStep>> done, undone;
+  for (const ScriptStep& step : steps) {
+    if (step.kind == ScriptStep::edit) {
+      undone.clear();
+      if (step.joined && !done.empty()) {
+        done.back().push_back(step);
+      } else {
+        done.push_back({step});
+      }
+      continue;
+    }
+    const bool is_undo = step.kind == ScriptStep::undo;
+    std::vector<std::vector<ScriptStep>>&from = is_undo ? done : undone, &to = is_undo ? undone : done;
+    ++(is_undo ? counts.undone : counts.redone);
+    if (from.empty()) continue;
+    to.push_back(std::move(from.back()));
+    from.pop_back();
+  }
+  std::vector<ScriptStep> left;
+  for (const std::vector<ScriptStep>& stroke : done) {
+    left.insert(left.end(), stroke.begin(), stroke.end());
+    if (!stroke.empty()) left[left.size() - stroke.size()].joined = false;
+  }
+  return left;
 }
 
 std::string script_line(const ScriptStep& step) {

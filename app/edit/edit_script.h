@@ -22,7 +22,15 @@ struct ScriptStep {
 
 inline constexpr std::size_t kMostScriptSteps = 1'000'000;
 
-// Messages name the file, the edit or the line, and the field.
+struct ScriptCounts {
+  std::size_t edits = 0, unchanged = 0, undone = 0, redone = 0;
+};
+// What is left of steps once their own undo and redo are done: an edit that was taken back need not be made.
+// The first edit of each step of undo is not joined. Counts undone and redone.
+std::vector<ScriptStep> effective_steps(const std::vector<ScriptStep>& steps, ScriptCounts& counts);
+
+// Of a journal, a last line that was being written is left out. Messages name the file, the edit or the line,
+// and the field.
 Error parse_script(std::string_view text, const std::string& name, std::vector<ScriptStep>& steps);
 // One line of it, without its end.
 Error parse_script_line(std::string_view line, const std::string& place, ScriptStep& step);

@@ -150,7 +150,8 @@ JournalFile::~JournalFile() {
   if (file_ >= 0) ::close(file_);
 }
 
-Error JournalFile::open(const std::string& world, std::uint64_t id, std::vector<ScriptStep>& steps) {
+Error JournalFile::open(const std::string& world, std::uint64_t id, std::vector<ScriptStep>& steps,
+                        std::uint64_t other) {
   steps.clear();
   path_ = path_for(world);
   int file = -1;
@@ -159,9 +160,10 @@ Error JournalFile::open(const std::string& world, std::uint64_t id, std::vector<
   Contents contents;
   if (error.ok()) error = read_all(path_, file, text);
   if (error.ok()) error = read_contents(path_, text, contents);
+  of_other_ = error.ok() && other != 0 && contents.world == hex(other) && contents.saved != hex(id);
   // Nothing may be lost that somebody might still want.
-  if (error.ok() && contents.has_head && contents.world != hex(id) && contents.saved != hex(id) &&
-      !contents.steps.empty()) {
+  if (error.ok() && contents.has_head && !of_other_ && contents.world != hex(id) &&
+      contents.saved != hex(id) && !contents.steps.empty()) {
     error = path_ + ": holds edits of another state of " + world +
             "; move it away, or put that world back, to go on";
   }
@@ -170,43 +172,62 @@ Error JournalFile::open(const std::string& world, std::uint64_t id, std::vector<
     return error;
   }
   file_ = file;
-  if (!contents.has_head || contents.world != hex(id)) return begin_anew(id);
+  if (!contents.has_head || (contents.world != hex(id) && !of_other_)) return begin_anew(id);
   if (ftruncate(file_, static_cast<off_t>(contents.bytes)) != 0) return failure(path_, "write", errno);
   steps = std::move(contents.steps);
   steps_ = steps.size();
   return {};
 }
 
-Error JournalFile::put_line(std::string line) {
+Error JournalFile::put_line(std::string line, bool on_disk) {
   line = with_check(std::move(line)) + "\n";
   const off_t end = lseek(file_, 0, SEEK_END);
   int error = end < 0 ? errno : write_all(file_, std::as_bytes(std::span(line)));
-  if (error == 0 && fdatasync(file_) != 0) error = errno;
+  if (error == 0 && on_disk && fdatasync(file_) != 0) error = errno;
   if (error == 0) return {};
   // Half a line would end the journal for whoever reads it.
   if (end >= 0 && ftruncate(file_, end) != 0) return failure(path_, "write", errno);
   return failure(path_, "write", error);
 }
 
-Error JournalFile::append(const ScriptStep& step) {
-  Error error = put_line(script_line(step));
+Error JournalFile::append(const ScriptStep& step, bool on_disk) {
+  Error error = put_line(script_line(step), on_disk);
   if (error.ok()) ++steps_;
   return error;
 }
 
-Error JournalFile::saving(std::uint64_t id) {
-  return put_line(saving_line(id));
+Error JournalFile::sync() {
+  return fdatasync(file_) == 0 ? Error() : Error(failure(path_, "write", errno));
 }
 
-Error JournalFile::begin_anew(std::uint64_t id) {
+Error JournalFile::saving(std::uint64_t id) {
+  return put_line(saving_line(id), true);
+}
+
+Error JournalFile::begin_anew(std::uint64_t id, bool is_other) {
+  of_other_ = is_other;
   if (ftruncate(file_, 0) != 0) return failure(path_, "write", errno);
   steps_ = 0;
-  return put_line(head_line(id));
+  return put_line(head_line(id), true);
+}
+
+Error check_not_edited(const std::string& world) {
+  const int file = ::open(JournalFile::path_for(world).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return {};
+  const bool busy = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return busy ? Error(world + ": is being edited by another karst") : Error();
+}
+
+void JournalFile::remove() {
+  steps_ = 0;
+  of_other_ = false;
+  close();
 }
 
 void JournalFile::close() {
   if (file_ < 0) return;
-  if (steps_ == 0) unlink(path_.c_str());
+  if (steps_ == 0 && !of_other_) unlink(path_.c_str());
   ::close(file_);
   file_ = -1;
 }

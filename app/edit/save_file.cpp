@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "app/common/progress.h"
 #include "app/edit/journal_file.h"
 #include "app/files/atomic_file.h"
 
@@ -13,7 +14,9 @@ namespace {
 // Pieces are small: they go to the file together.
 class Writer {
  public:
-  explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kBuffer); }
+  Writer(AtomicFile& file, std::uint64_t expected) : file_(file), shown_(expected > 0), progress_("save", expected) {
+    buffer_.reserve(kBuffer);
+  }
 
   bool add(std::span<const std::byte> bytes) {
     if (first_.size() < kWorldIdBytes) {
@@ -46,20 +49,24 @@ class Writer {
   void write(std::span<const std::byte> bytes) {
     if (error_.ok() && !bytes.empty()) error_ = file_.write(written_, bytes);
     written_ += bytes.size();
+    if (shown_) progress_.update(written_);
   }
 
   AtomicFile& file_;
   std::vector<std::byte> buffer_, first_;
   std::uint64_t written_ = 0;
+  bool shown_;
+  Progress progress_;
   Error error_;
 };
 
 }  // namespace
 
-Error save_file(Editor& editor, const std::string& path, const SaveReady& ready, std::uint64_t& bytes) {
+Error save_file(Editor& editor, const std::string& path, const SaveReady& ready, std::uint64_t& bytes,
+                std::uint64_t expected) {
   AtomicFile file;
   if (Error error = file.open(path); !error.ok()) return error;
-  Writer writer(file);
+  Writer writer(file, expected);
   const Sink sink{&writer, [](void* user, std::span<const std::byte> piece) {
                     return static_cast<Writer*>(user)->add(piece);
                   }};

@@ -99,6 +99,8 @@ bool Navigator::handle(const InputEvent& event) {
       turn((before->x - event.x) * kScreen_deg, (before->y - event.y) * kScreen_deg);
       return true;
     }
+    case InputEvent::Kind::pointer:
+      return false;
     case InputEvent::Kind::wheel:
       zoom(event.y);
       return mode_ == NavigatorMode::orbit;

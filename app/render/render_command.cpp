@@ -74,7 +74,7 @@ class Render {
   }
 
   Error open_stage() {
-    if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
+    if (Error error = stage_.load(options_.world, options_.scene, {.queries = 1}); !error.ok()) return error;
     Error error;
     display_ = open_headless_display({}, error);
     if (display_ == nullptr) return error;

@@ -31,6 +31,16 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
+// What is taken back takes a quarter, patches (some 350 bytes each) a quarter, tiles of a ground (41,700
+// bytes) the rest; a world without a ground has no tiles, and one without voxels no patches.
+void divide_edit_memory(std::uint64_t bytes, Needs& needs) {
+  constexpr std::uint64_t kBytesAPatch = 350, kBytesATile = 41'700;
+  needs.undo_bytes = bytes / 4;
+  needs.edit_patches =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 4 / kBytesAPatch, 1u << 20));
+  needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 2 / kBytesATile, 65'536));
+}
+
 // Counts karst's heap calls between on(true) and on(false).
 struct OwnWork {
   std::uint64_t before = 0;
@@ -52,13 +62,15 @@ Stage::~Stage() {
   if (world_ != nullptr) world_->destroy();
 }
 
-Error Stage::load(const std::string& world, const SceneArguments& scene, std::uint32_t queries) {
+Error Stage::load(const std::string& world, const SceneArguments& scene, const StageNeeds& needs) {
   path_ = world;
   scene_ = scene;
   width_ = scene.width;
   height_ = scene.height;
-  plan_.needs.queries = queries;
-  plan_.needs.query_patches = kGroundPatches;
+  plan_.needs.queries = needs.queries;
+  plan_.needs.query_patches = needs.query_patches;
+  overlay_bytes_ = needs.overlay_bytes;
+  divide_edit_memory(needs.edit_bytes, plan_.needs);
   std::int64_t start = now_ns();
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;
@@ -101,7 +113,7 @@ std::uint64_t Stage::target_bytes() const {
   picture.rgb565 = scene_.rgb565;
   picture.samples = samples_of(scene_.antialias);
   picture.own_depth = renderer_ == nullptr ? !may_share_depth() : device_info(*renderer_).depth_texture == 0;
-  return picture.bytes();
+  return picture.bytes() + overlay_bytes_;
 }
 
 // Pictures that go by the G-buffer need no depth of their own; larger ones do not go by it.
@@ -248,6 +260,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
     target.framebuffer = target_.framebuffer();
     target.sky = !has_drape() && !counts;
     status = renderer_->draw(0, target);
+    if (status.ok() && view.draw_over != nullptr) view.draw_over(view.user, view.view, target.two_ranges);
     target_.end();
   }
   if (status.ok()) status = renderer_->end_frame();

@@ -39,6 +39,10 @@ struct StageView {
   Inspection inspection;
   double work_ms = 0;  // FrameInput: 0: the frame is complete
   bool wait = true;    // until the GPU is done, so that frame_ms holds its work
+  // Called when the terrain is drawn, with its framebuffer bound, to draw over it; may be null. two_ranges:
+  // as karst::Target had it.
+  void (*draw_over)(void* user, const ViewState& view, bool two_ranges) = nullptr;
+  void* user = nullptr;
 };
 
 struct FrameRecord {
@@ -49,6 +53,14 @@ struct FrameRecord {
   std::uint64_t gl_objects = 0;  // made since the stage was ready
 };
 
+// What a program does with a world beside drawing it.
+struct StageNeeds {
+  std::uint32_t queries = 0;  // Query objects that it takes
+  std::uint32_t query_patches = kGroundPatches;
+  std::uint64_t edit_bytes = 0;     // of memory for edits, about; 0: nothing is edited
+  std::uint64_t overlay_bytes = 0;  // of GPU memory that it takes to draw over the picture
+};
+
 class Stage {
  public:
   Stage() = default;
@@ -57,8 +69,7 @@ class Stage {
   ~Stage();
 
   // Opens the world and takes its memory; needs no context. To be called once.
-  // queries: Query objects that the program takes.
-  Error load(const std::string& world, const SceneArguments& scene, std::uint32_t queries = 0);
+  Error load(const std::string& world, const SceneArguments& scene, const StageNeeds& needs = {});
   // Makes the GL objects in the display's context, which is current, for pictures of this size. To be called
   // again after detach(): vertices are made anew. The display must outlive the attachment.
   Error attach(Display& display, int width, int height);
@@ -105,6 +116,7 @@ class Stage {
 
   std::string path_;
   SceneArguments scene_;
+  std::uint64_t overlay_bytes_ = 0;
   FileSource file_;  // before world_, which may read from it at any time
   Source source_;
   PngPicture drape_;

@@ -8,13 +8,16 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
 #include "app/common/json_writer.h"
 #include "app/common/messages.h"
+#include "app/editor/stage_editor.h"
 #include "app/files/atomic_file.h"
 #include "app/files/file_source.h"
 #include "app/files/output_place.h"
@@ -147,6 +150,7 @@ class View {
   std::unique_ptr<Input> input_;      // of seat_
   std::unique_ptr<Display> display_;  // on seat_
   Stage stage_;                       // in display_'s context while it is attached
+  StageEditor editor_{say};           // of stage_'s world
   CameraSource camera_;
   StageView view_;  // the camera aside, the same for all frames
   FrameScheduler scheduler_;
@@ -157,18 +161,30 @@ class View {
   bool quit_ = false;
   bool unread_ = false;                      // the file, in the last frame
   std::int64_t retry_at_ = Display::kNever;  // to draw again for it
-  bool statistics_wanted_ = false;           // by SIGHUP
-  std::int64_t statistics_at_ = 0;           // not before
+  struct {
+    bool wanted = false;  // by SIGHUP
+    std::int64_t at = 0;  // not before
+  } asked_statistics_;
   std::int64_t began_ = 0;
   unsigned (*reset_status_)() = nullptr;
 };
 
 Error View::check_output() const {
-  if (options_.stats.empty() || options_.stats == "-") return {};
-  const NamedFile output{"--stats", options_.stats};
-  const auto inputs = files_read(options_.world, options_.scene, options_.camera);
-  if (Error error = check_outputs_apart({&output, 1}, inputs); !error.ok()) return error;
-  return check_writable(options_.stats);
+  std::vector<NamedFile> outputs;
+  std::vector<NamedFile> inputs = files_read(options_.world, options_.scene, options_.camera);
+  if (!options_.stats.empty() && options_.stats != "-") outputs.push_back({"--stats", options_.stats});
+  if (!options_.edit_files.output.empty()) outputs.push_back({"--edit-out", options_.edit_files.output});
+  // The world itself may be where it is saved.
+  if (!options_.edit_files.output.empty())
+    std::erase_if(inputs, [&](const NamedFile& file) {
+      std::error_code none;
+      return file.what == "WORLD" && std::filesystem::equivalent(file.path, options_.edit_files.output, none);
+    });
+  if (Error error = check_outputs_apart(outputs, inputs); !error.ok()) return error;
+  for (const NamedFile& output : outputs) {
+    if (Error error = check_writable(output.path); !error.ok()) return error;
+  }
+  return options_.edit && options_.edit_files.output.empty() ? check_writable(options_.world) : Error();
 }
 
 Error View::prepare() {
@@ -179,7 +195,13 @@ Error View::prepare() {
 }
 
 Error View::load_world() {
-  if (Error error = stage_.load(options_.world, options_.scene, 1); !error.ok()) return error;
+  if (options_.edit) {
+    if (Error error = editor_.open(options_.edit_files, options_.edit_bytes); !error.ok()) return error;
+  }
+  const StageNeeds needs = editor_.needs({.queries = 1});
+  const std::string& world = options_.edit ? editor_.base() : options_.world;
+  if (Error error = stage_.load(world, options_.scene, needs); !error.ok()) return error;
+  if (Error error = editor_.begin(stage_); !error.ok()) return error;
   view_ = stage_view(options_.scene, stage_.world().info());
   if (options_.scene.generate_ms < 0) view_.work_ms = kGenerateMs;
   view_.wait = false;
@@ -247,7 +269,8 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
-  scheduler_.set_moving(stage_.attached() && (camera_.moving() || options_.frames > 0));
+  scheduler_.set_moving(stage_.attached() &&
+                        (camera_.moving() || editor_.is_drawing() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {
@@ -258,7 +281,7 @@ void View::wait() {
   add(input_ != nullptr ? input_->fd() : -1);
   std::int64_t until =
       std::min(display_->deadline_ns(), scheduler_.wake_at(display_->ready(), display_->refresh_ns()));
-  if (statistics_wanted_) until = std::min(until, statistics_at_);
+  if (asked_statistics_.wanted) until = std::min(until, asked_statistics_.at);
   if (stage_.attached() && display_->ready()) until = std::min(until, retry_at_);
   const auto limit = [&](double seconds) {
     until = std::min(until, began_ + static_cast<std::int64_t>(seconds * 1e9) + 1'000'000);
@@ -275,11 +298,11 @@ void View::wait() {
 void View::take_signals() {
   const Signals::Taken taken = signals_.take();
   quit_ = quit_ || taken.end;
-  statistics_wanted_ = statistics_wanted_ || taken.statistics;
-  if (!statistics_wanted_ || quit_ || now_ns() < statistics_at_) return;
+  asked_statistics_.wanted = asked_statistics_.wanted || taken.statistics;
+  if (!asked_statistics_.wanted || quit_ || now_ns() < asked_statistics_.at) return;
   if (const Error error = write_statistics(); !error.ok()) say(error.text());
-  statistics_wanted_ = false;
-  statistics_at_ = now_ns() + kStatistics_ns;
+  asked_statistics_.wanted = false;
+  asked_statistics_.at = now_ns() + kStatistics_ns;
 }
 
 void View::take_inputs() {
@@ -290,7 +313,8 @@ void View::take_inputs() {
   bool changed = camera_.take_poses();
   if (Input* input = input_ != nullptr ? input_.get() : display_->input(); input != nullptr) {
     input->dispatch([&](const InputEvent& event) {
-      changed |= camera_.handle(turned(event, options_.kms.quarter_turns), now_ns());
+      changed |= editor_.handle(turned(event, options_.kms.quarter_turns),
+                                [&](const InputEvent& rest) { changed |= camera_.handle(rest, now_ns()); });
     });
   }
   if (changed) scheduler_.changed();
@@ -303,6 +327,7 @@ Error View::attach() {
   if (size.width == 0) size = {options_.scene.width, options_.scene.height};
   if (Error error = display_->make_current(); !error.ok()) return error;
   if (Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error;
+  if (Error error = editor_.attach(*display_); !error.ok()) return error;
   lost_ = false;
   // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
   // without the extension gives none or one that always says that all is well.
@@ -315,6 +340,7 @@ Error View::attach() {
 }
 
 void View::detach() {
+  editor_.detach(lost_);
   stage_.detach(lost_);
 }
 
@@ -331,6 +357,7 @@ Error View::draw() {
   const Status placed =
       place_view(place, stage_.world().info(), camera_.axes(), shape, camera_.clearance_m(), view_.view);
   if (!placed.ok()) return {"camera", placed};
+  editor_.before_frame(view_, display_->quarter_turns(), start);
   if (Error error = draw_scene(); !error.ok()) return error;
   if (vertices_lost_) {
     detach();
@@ -364,6 +391,7 @@ Error View::draw_scene() {
   } else if ((record.result.limits & kLimitWork) != 0) {
     scheduler_.changed();
   }
+  if (editor_.take_changed()) scheduler_.changed();
   return error;
 }
 
@@ -373,7 +401,7 @@ bool View::context_is_lost() {
 
 Error View::write_statistics() {
   if (options_.stats.empty()) return {};
-  const std::string text = statistics_.json(*display_, stage_, camera_.poses());
+  const std::string text = statistics_.json(*display_, stage_, camera_.poses(), editor_.edit_ms());
   if (options_.stats == "-") {
     std::fputs(text.c_str(), stdout);
     return flush_output();

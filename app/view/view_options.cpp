@@ -151,6 +151,37 @@ constexpr OptionRow kMotionRows[] = {
      .store = put<&ViewOptions::fixed_clock>},
 };
 
+Error store_edit_memory(void* options, const OptionValue& value) {
+  static_cast<ViewOptions*>(options)->edit_bytes = static_cast<std::uint64_t>(value.integer) << 20;
+  return {};
+}
+
+constexpr OptionRow kEditRows[] = {
+    {.name = "edit",
+     .help =
+         "digs, fills and shapes the world by hand: h shows the keys, F5 saves; what is not saved is kept "
+         "beside the world, in WORLD.journal",
+     .store = put<&ViewOptions::edit>},
+    {.name = "edit-out",
+     .kind = Kind::file,
+     .value = "FILE",
+     .initial = "WORLD",
+     .help = "where it is saved",
+     .store = put<&ViewOptions::edit_files, &EditSession::Files::output>},
+    {.name = "discard-edits",
+     .help = "forgets what an earlier run did and did not save, which is done again otherwise",
+     .store = put<&ViewOptions::edit_files, &EditSession::Files::discard>},
+    {.name = "edit-memory",
+     .kind = Kind::integer,
+     .value = "MIB",
+     .initial = "64",
+     .unit = "MiB",
+     .min = 4,
+     .max = 4096,
+     .help = "for edits; a quarter of it holds what can be taken back",
+     .store = store_edit_memory},
+};
+
 constexpr OptionRow kRunRows[] = {
     {.name = "frames",
      .kind = Kind::integer,
@@ -175,7 +206,7 @@ constexpr OptionRow kRunRows[] = {
 };
 
 constexpr OptionGroup kDisplayGroups[] = {{"display", kDisplayRows}};
-constexpr OptionGroup kRunGroups[] = {{"motion", kMotionRows}, {"run", kRunRows}};
+constexpr OptionGroup kRunGroups[] = {{"motion", kMotionRows}, {"editing", kEditRows}, {"run", kRunRows}};
 constexpr OptionPart kParts[] = {kDisplayGroups, kCameraGroups, kRunGroups, kSceneGroups};
 
 }  // namespace
@@ -187,10 +218,12 @@ constinit const CommandSpec kViewSpec = {
     .about =
         "Shows a world on a bare display (DRM/KMS), in a window, or nowhere. Draws when something changes "
         "and sleeps otherwise; SIGTERM and Ctrl-C end it and give the console back, SIGHUP writes the "
-        "statistics.",
+        "statistics. With --edit the world is dug, filled and shaped.",
     .parts = kParts,
     .examples =
         "karst view canyon.karst\n"
+        "karst view hills.karst --edit\n"
+        "karst view hills.karst --window --edit --edit-out dug.karst\n"
         "karst view canyon.karst --connector HDMI-A-1 --mode 1920x1080@60 --rotate 90\n"
         "simulator | karst view canyon.karst --poses - --navigate none\n"};
 
@@ -204,7 +237,10 @@ Error parse_view_options(std::span<const char* const> words, CommandLine& line, 
   if (worlds == 1 && lists) return "--list-outputs takes no WORLD";
   if (line.has("json") && !lists) return "--json goes with --list-outputs";
   if (line.has("path") && line.has("poses")) return "--path and --poses exclude each other";
-  if (worlds == 1) options.world = line.positional()[0];
+  if (worlds == 1) options.world = options.edit_files.world = line.positional()[0];
+  for (const char* name : {"edit-out", "discard-edits", "edit-memory"}) {
+    if (line.has(name) && !line.has("edit")) return std::string("--") + name + " goes with --edit";
+  }
   void* const targets[] = {&options, &options.camera, &options, &options.scene};
   if (Error error = line.store(targets); !error.ok()) return error;
   if (!line.has("format") && options.scene.rgb565) options.kms.format = ColourFormat::rgb565;

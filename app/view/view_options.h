@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/command_line/command_line.h"
+#include "app/editor/edit_session.h"
 #include "app/motion/navigator.h"
 #include "app/options/scene_options.h"
 #include "platform/base/error.h"
@@ -33,6 +34,10 @@ struct ViewOptions {
   bool loop = false;
   std::string poses;  // "-", "udp:PORT", "udp:ADDRESS:PORT"; empty: none
   NavigatorMode navigate = NavigatorMode::fly;
+
+  bool edit = false;
+  EditSession::Files edit_files;           // world: as above
+  std::uint64_t edit_bytes = 64ull << 20;  // of memory, about
 
   bool fixed_clock = false;
   std::int64_t frames = 0;  // to draw before ending; 0: no end

@@ -20,7 +20,8 @@ double seconds(const timeval& time) {
 
 }  // namespace
 
-std::string ViewStatistics::json(const Display& display, const Stage& stage, const PoseLines& poses) const {
+std::string ViewStatistics::json(const Display& display, const Stage& stage, const PoseLines& poses,
+                                 const Series& edit_ms) const {
   const FrameTimes& times = display.times();
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -48,6 +49,8 @@ std::string ViewStatistics::json(const Display& display, const Stage& stage, con
       .field("taken", poses.poses())
       .field("malformed", poses.malformed())
       .end_object();
+  json.field("edits", edit_ms.count());
+  write_series(json, "edit_ms", edit_ms);
   // What must not grow in months.
   json.field("descriptors", open_descriptors()).field("gl_objects", gl_objects_alive());
   json.key("bytes").begin_object();

@@ -19,7 +19,9 @@ class ViewStatistics {
     present_ms_.add(present_ms);
   }
   std::uint64_t frames() const { return draw_ms_.count(); }
-  std::string json(const Display& display, const Stage& stage, const PoseLines& poses) const;
+  // edit_ms: of frames that changed the world.
+  std::string json(const Display& display, const Stage& stage, const PoseLines& poses,
+                   const Series& edit_ms) const;
 
  private:
   Series draw_ms_;     // choosing, listing and submitting

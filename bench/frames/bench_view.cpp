@@ -90,7 +90,7 @@ Error BenchView::open_timed(const std::string& world, const SceneArguments& look
 }
 
 Error BenchView::load(const std::string& world, const SceneArguments& look) {
-  if (Error error = stage_.load(world, look, 1); !error.ok()) return error;
+  if (Error error = stage_.load(world, look, {.queries = 1}); !error.ok()) return error;
   look_ = stage_view(look, stage_.world().info());
   look_.work_ms = 0;
   shape_ = {look.width, look.height, look.fov_y_deg, 0};

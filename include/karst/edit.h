@@ -88,8 +88,13 @@ class KARST_API Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Voxels of worlds without a ground (clear, fill; Needs::edit_patches), and heights of grounds on planes
-  // without regions (extrude to level; Needs::edit_tiles); paint is refused, and so is the rest.
+  // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
+  // Needs::edit_patches), and heights of grounds on planes without regions (extrude to level;
+  // Needs::edit_tiles); paint is refused, and so is the rest.
+  //
+  // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
+  // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to
+  // go; flatten and level move it the less the more its direction runs along the plane.
   // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
   // "max_octets", with what it would take. After an error nothing has changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
@@ -102,14 +107,14 @@ class KARST_API Editor {
   // Takes the last step back, or does the last one that was taken back again: the world is then what it was
   // before, or after it, to the bit. An edit forgets what could be done again. Steps are kept in undo_bytes;
   // the oldest ones give way to new ones, and one that takes up to half of undo_bytes is kept for certain.
-  // result.changed false: there is no such step. They need no more room than the step's edits did and do not
-  // fail for want of any; errors of reading, as apply().
+  // result.changed false: there is no such step, or all that it did was undone by itself. They need no more
+  // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
   Status redo(EditResult& result) noexcept;
   UndoState undo_state() const noexcept;
 
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;
-  // limit_reached ("sink"); unsupported ("ground") where heights of the ground were edited.
+  // limit_reached ("sink").
   Status save(const Sink& sink) noexcept;
 
  protected:

@@ -86,7 +86,7 @@ struct FrameInput {
 // What a frame had to give up, and what to raise.
 enum FrameLimit : std::uint32_t {
   kLimitVertexMemory = 1,  // Needs::vertex_bytes: the picture or what casts shadows is coarser
-  kLimitWork = 2,          // FrameInput::work_ms: coarser until more vertices are made
+  kLimitWork = 2,          // FrameInput::work_ms: coarser until more vertices are made, or edits measured
   kLimitDrawItems = 4,     // more patches in view than the plan draws: distant parts are missing
   kLimitFile = 8,  // heights or tiles could not be read: coarser until they can; asked again 4 times a second
   kLimitTiles = 16  // Needs::max_cpu_bytes: no room for more tiles of the ground; it is coarser

@@ -4,6 +4,7 @@
 #include <SDL.h>
 #include <linux/input-event-codes.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +34,27 @@ constexpr Key kKeys[] = {{SDL_SCANCODE_W, KEY_W},
                          {SDL_SCANCODE_DOWN, KEY_DOWN},
                          {SDL_SCANCODE_LEFT, KEY_LEFT},
                          {SDL_SCANCODE_RIGHT, KEY_RIGHT},
+                         {SDL_SCANCODE_0, KEY_0},
+                         {SDL_SCANCODE_B, KEY_B},
+                         {SDL_SCANCODE_H, KEY_H},
+                         {SDL_SCANCODE_I, KEY_I},
+                         {SDL_SCANCODE_J, KEY_J},
+                         {SDL_SCANCODE_K, KEY_K},
+                         {SDL_SCANCODE_M, KEY_M},
+                         {SDL_SCANCODE_O, KEY_O},
+                         {SDL_SCANCODE_P, KEY_P},
+                         {SDL_SCANCODE_T, KEY_T},
+                         {SDL_SCANCODE_Y, KEY_Y},
+                         {SDL_SCANCODE_Z, KEY_Z},
+                         {SDL_SCANCODE_SPACE, KEY_SPACE},
+                         {SDL_SCANCODE_RETURN, KEY_ENTER},
+                         {SDL_SCANCODE_LEFTBRACKET, KEY_LEFTBRACE},
+                         {SDL_SCANCODE_RIGHTBRACKET, KEY_RIGHTBRACE},
+                         {SDL_SCANCODE_MINUS, KEY_MINUS},
+                         {SDL_SCANCODE_EQUALS, KEY_EQUAL},
+                         {SDL_SCANCODE_COMMA, KEY_COMMA},
+                         {SDL_SCANCODE_PERIOD, KEY_DOT},
+                         {SDL_SCANCODE_F5, KEY_F5},
                          {SDL_SCANCODE_HOME, KEY_HOME},
                          {SDL_SCANCODE_LSHIFT, KEY_LEFTSHIFT},
                          {SDL_SCANCODE_RSHIFT, KEY_RIGHTSHIFT},
@@ -62,12 +84,20 @@ class WindowInput final : public Input {
         break;
       case SDL_MOUSEBUTTONDOWN:
       case SDL_MOUSEBUTTONUP:
-        if (event.button.button != SDL_BUTTON_LEFT) return;
+        if (event.button.button != SDL_BUTTON_LEFT && event.button.button != SDL_BUTTON_RIGHT) return;
         out.kind = InputEvent::Kind::button;
-        out.code = BTN_LEFT;
+        out.code = event.button.button == SDL_BUTTON_LEFT ? BTN_LEFT : BTN_RIGHT;
         out.pressed = event.type == SDL_MOUSEBUTTONDOWN;
         break;
       case SDL_MOUSEMOTION:
+        if (SDL_Window* const window = SDL_GetWindowFromID(event.motion.windowID); window != nullptr) {
+          int width = 0, height = 0;
+          SDL_GetWindowSize(window, &width, &height);
+          out.kind = InputEvent::Kind::pointer;
+          out.x = (event.motion.x + 0.5) / std::max(width, 1);
+          out.y = (event.motion.y + 0.5) / std::max(height, 1);
+          events_.push_back(out);
+        }
         out.kind = InputEvent::Kind::motion;
         out.x = event.motion.xrel;
         out.y = event.motion.yrel;

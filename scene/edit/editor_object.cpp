@@ -7,8 +7,10 @@
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
 #include "terrain/edit/settle.h"
+#include "tiles/write_tile.h"
 
 namespace karst {
 namespace core {
@@ -68,9 +70,12 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status;
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  if (!edits_voxels(edit.tool))
-    return {StatusCode::invalid_argument, "heights of a ground alone can be edited", "tool"};
+  if (edit.tool == EditTool::paint) return {StatusCode::invalid_argument, "nothing can be painted", "tool"};
   EditChange change;
+  if (edits_heights(edit.tool)) {
+    const Status status = edit_heights(terrain, edit, kept, change);
+    return status.ok() ? follow(change, result) : status;
+  }
   if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
   return follow(change, result);
 }
@@ -139,14 +144,18 @@ void EditorObject::settle(double most_ms) {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
-  if (ground_changed)
-    return {StatusCode::unsupported, "edited heights of a ground cannot be saved", "ground"};
   settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
                          return host.write(host.user, piece);
                        }};
-  return SaveWorld{&world.terrain.world, nullptr, world.terrain.residency.lend_list()}.run(bytes);
+  const core::World& terrain = world.terrain.world;
+  const std::span<PatchId> room = world.terrain.residency.lend_list();
+  if (!ground_changed) return SaveWorld{&terrain, nullptr, room}.run(bytes);
+  static_assert(tiles::kWriteTileRoom <= EditGround::kWritingRoom);
+  SaveTiles tiles = world.ground_edits->saving(terrain.reader(), tiles::write_tile);
+  if (const Status status = tiles.plan(); !status.ok()) return status;
+  return SaveWorld{&terrain, tiles.added(), room}.run(bytes);
 }
 
 }  // namespace core

@@ -31,9 +31,12 @@ Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
-  EditChange change;
-  core::take_part(world.terrain.world, part, back, change);
-  return follow(change, result);
+  Status first;
+  core::take_part(world.terrain.world, part, back, [&](const EditChange& change) {
+    const Status status = follow(change, result);
+    if (first.ok()) first = status;
+  });
+  return first;
 }
 
 Status EditorObject::take_step(bool back, EditResult& result) {

@@ -390,6 +390,8 @@ void RendererObject::fill_result(FrameResult& result) {
   } else if (result.lacking > without_room && !governor.pool_full) {
     limits_ |= kLimitWork;
   }
+  // Hosts that draw when something changed draw on until edits are measured.
+  if (!world.terrain.world.is_settled()) limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;

@@ -245,7 +245,10 @@ Status World::take_editor(Editor*& out) noexcept {
 }
 
 void World::release(Editor* editor) noexcept {
-  if (editor != nullptr) static_cast<core::EditorObject*>(editor)->taken.store(false);
+  if (editor == nullptr) return;
+  auto& object = *static_cast<core::EditorObject*>(editor);
+  object.end_stroke();
+  object.taken.store(false);
 }
 
 Vec3 World::to_world(Vec3 place) const noexcept {

@@ -126,6 +126,27 @@ inline unsigned lanes(Int4 mask) {
 #endif
 }
 
+// Bit n: value n of sixteen is below 0.
+inline std::uint32_t signs(const std::int8_t* sixteen) {
+#if defined(__SSE2__)
+  return static_cast<std::uint32_t>(_mm_movemask_epi8(load<__m128i>(sixteen)));
+#else
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(sixteen[i] < 0) << i;
+  return bits;
+#endif
+}
+inline std::uint32_t signs(const std::int16_t* sixteen) {
+#if defined(__SSE2__)
+  return static_cast<std::uint32_t>(
+      _mm_movemask_epi8(_mm_packs_epi16(load<__m128i>(sixteen), load<__m128i>(sixteen + 8))));
+#else
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(sixteen[i] < 0) << i;
+  return bits;
+#endif
+}
+
 // How many of eight values, each within 0..0x7fff, are greater than v, which is, too.
 inline int count_greater(const std::uint16_t* eight, std::int32_t v) {
 #if defined(__SSE2__)

@@ -19,6 +19,10 @@ constexpr bool edits_voxels(EditTool tool) {
   return tool == EditTool::clear || tool == EditTool::fill;
 }
 
+constexpr bool edits_heights(EditTool tool) {
+  return tool >= EditTool::extrude && tool <= EditTool::level;
+}
+
 struct Edit {
   EditTool tool = EditTool::clear;
   BrushShape shape = BrushShape::sphere;

@@ -65,7 +65,7 @@ class Saver {
     ground_.image_root = reader_.root_image();
     if (tiles_ != nullptr) {
       ground_.root = tiles_->root;
-      ground_.tile_bytes += tiles_->bytes;
+      ground_.tile_bytes = tiles_->kept + tiles_->bytes;
       ground_.info.low = tiles_->low;
       ground_.info.high = tiles_->high;
     }
@@ -168,8 +168,8 @@ class Saver {
       return true;
     };
     if (section != WorldSection::tiles) return put_section(section, ByteSink::to(add));
-    crc = reader_.section_crc(section);
-    return tiles_ == nullptr ? Status() : tiles_->put(tiles_->context, ByteSink::to(add));
+    crc = tiles_ == nullptr ? reader_.section_crc(section) : tiles_->crc;
+    return {};
   }
 
   static bool is_copied(WorldSection section) {
@@ -268,6 +268,17 @@ class Saver {
     return put(sink, bytes);
   }
 
+  Status put_tiles(const ByteSink& sink) const {
+    std::uint64_t left = tiles_ == nullptr ? ground_.tile_bytes : tiles_->kept;
+    const auto kept = [&](std::span<const std::byte> piece) {
+      piece = piece.first(static_cast<std::size_t>(std::min<std::uint64_t>(left, piece.size())));
+      left -= piece.size();
+      return piece.empty() || sink.write(sink.context, piece);
+    };
+    const Status status = reader_.copy_section(WorldSection::tiles, ByteSink::to(kept));
+    return !status.ok() || tiles_ == nullptr ? status : tiles_->put(tiles_->context, sink);
+  }
+
   Status put_section(WorldSection section, const ByteSink& sink) const {
     const auto of_part = [&](PatchId id, auto member) {
       const WorldPart& part = world_.part_of(id);
@@ -298,10 +309,8 @@ class Saver {
         return put_ground(sink);
       case WorldSection::region:
         return put_regions(sink);
-      case WorldSection::tiles: {
-        const Status status = reader_.copy_section(section, sink);
-        return !status.ok() || tiles_ == nullptr ? status : tiles_->put(tiles_->context, sink);
-      }
+      case WorldSection::tiles:
+        return put_tiles(sink);
       default:
         return reader_.copy_section(section, sink);
     }

@@ -18,15 +18,18 @@
 
 namespace karst::core {
 
-// Tiles that are written behind those of the file, which stay where they are.
+// Tiles that are written behind those of the file.
 struct AddedTiles {
-  std::uint64_t bytes = 0;
-  TilePlace root;  // of the new ground; offsets count from where the file's tiles begin
+  std::uint64_t kept = 0;   // bytes of the file's tiles, from their first on, that stay where they are
+  std::uint64_t bytes = 0;  // behind them
+  std::uint32_t crc = 0;    // of all of these
+  TilePlace root;           // of the new ground; offsets count from where the file's tiles begin
   // The least and the greatest height of all samples, kVertexStep.
   std::int32_t low = 0;
   std::int32_t high = 0;
-  const void* context = nullptr;                                       // borrowed
-  Status (*put)(const void* context, const ByteSink& sink) = nullptr;  // the same bytes each time
+  const void* context = nullptr;  // borrowed
+  // Writes what is behind.
+  Status (*put)(const void* context, const ByteSink& sink) = nullptr;
 };
 
 struct SaveWorld {

@@ -27,7 +27,7 @@ enum class CellKind : std::uint8_t {
   none,
   voxel_edit,      // an edit of voxels itself (terrain/edit/shape/shape_undo.h); voxels, heights follow
   voxels,          // a cube of them
-  patch_heights,   // of a patch, by its key, and its material
+  patch_heights,   // of a patch, by its key; behind a voxel_edit its material, too
   ground_samples,  // a block of them (terrain/edit/ground/edit_ground.h)
   paint
 };

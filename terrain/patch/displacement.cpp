@@ -256,8 +256,11 @@ void displaced_positions(const Surface& surface, const Heights& heights, int lev
 }
 
 BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j) {
-  const PatchShape shape = PatchShape::make(surface, Heights{}, level, patch);
-  const int n = patch_cells(level);
+  return base_point(PatchShape::make(surface, Heights{}, level, patch), i, j);
+}
+
+BasePoint base_point(const PatchShape& shape, int i, int j) {
+  const int n = patch_cells(shape.level);
   const LineCurve curve = line_curve(shape, {0, j, 1, 0});
   const Weights w = bernstein(i, n);
   glm::dvec3 p(0.0);  // half voxels

@@ -85,6 +85,7 @@ struct BasePoint {
   glm::dvec3 position;
   glm::dvec3 direction;
 };
+BasePoint base_point(const PatchShape& shape, int i, int j);
 BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j);
 
 }  // namespace karst::core

@@ -427,6 +427,7 @@ void World::open_slots() {
   std::ranges::fill(rest(blocks_.shading_cones, info_.patches), NormalCone{});
   std::ranges::fill(rest(blocks_.overrides, info_.patches), std::uint8_t{0});
   std::ranges::fill(rest(blocks_.level_errors, level_error_count(info_.patches)), std::uint16_t{0});
+  std::ranges::fill(blocks_.edit.kept, 0u);
   part.surface = {blocks_.volumes, blocks_.patches};
   part.boxes = blocks_.patch_boxes;
 }

@@ -218,6 +218,9 @@ class World {
     std::span<PatchId> touched;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
+    std::span<std::int16_t> heights;  // of as many patches
+    // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
+    std::span<std::uint32_t> kept;
     std::span<std::uint64_t> sky;  // that is found anew
     MeasureQueue::Storage queue;
 
@@ -233,6 +236,8 @@ class World {
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
+      visit(Consumer::edits, most * of_patch, heights);
+      visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
       visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
       queue.each_block(config, visit);
     }

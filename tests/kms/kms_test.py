@@ -5,9 +5,9 @@
   kms_test.py CASE --karst PROGRAM --bake PROGRAM --console-mode PROGRAM --work DIR
               [--cycles N] [--seconds S] [--seed N]
 
-CASE: picture, recovery, kill or input (see guest/). Packages of the guest are fetched once and kept under
-DIR. Exit status 77: skipped, with the reason, where the packages or QEMU are not to be had. Standard library
-only.
+CASE: picture, recovery, kill, input or edit (see guest/). Packages of the guest are fetched once and kept
+under DIR. Exit status 77: skipped, with the reason, where the packages or QEMU are not to be had. Standard
+library only.
 """
 import argparse, fcntl, glob, os, shutil, struct, subprocess, sys, zlib
 
@@ -200,8 +200,9 @@ def run_alone(args, prepared):
 
 
 def main():
+    global failed
     ap = argparse.ArgumentParser(usage=__doc__)
-    ap.add_argument("case", choices=("picture", "recovery", "kill", "input"))
+    ap.add_argument("case", choices=("picture", "recovery", "kill", "input", "edit"))
     ap.add_argument("--karst", required=True)
     ap.add_argument("--bake", required=True)
     ap.add_argument("--console-mode", required=True, help="the helper that looks at the terminal")
@@ -214,7 +215,8 @@ def main():
     if prepared is None:
         return SKIPPED
     kernel, image, world = prepared
-    script = {"picture": ". /picture.sh", "input": ". /input.sh", "kill": f"set -- {args.cycles}; . /kill.sh",
+    script = {"picture": ". /picture.sh", "input": ". /input.sh", "edit": ". /edit.sh",
+              "kill": f"set -- {args.cycles}; . /kill.sh",
               "recovery": f"set -- {args.cycles} {args.seed}; . /recovery.sh"}[args.case]
     out = boot(args, kernel, image, script, args.seconds)
     shot = lambda name: os.path.join(out, name + ".png")
@@ -242,6 +244,17 @@ def main():
         expect("a pose from standard input", shot("posed"), rendered(args, world, SIZE,
                ("--camera", "60,70,60,85,5")), 1)
         expect("through libseat, without root", shot("libseat"), golden, 1)
+    elif args.case == "edit":
+        # Between the lines at top and bottom.
+        inner = lambda name: (lambda w, h, rows: (w, h - 110, rows[80:-30]))(*load_png(shot(name)))
+        pairs = (("still", "dug", 0.01, 0.6), ("still", "undone", 0, 0.0005),
+                 ("undone", "clicked", 0.005, 0.6), ("dug", "clicked", 0.005, 0.6),
+                 ("clicked", "again", 0, 0.03))
+        for before, after, least, most in pairs:
+            apart = difference(inner(before), inner(after))[1]
+            good = least <= apart <= most
+            failed = failed or not good
+            print(f"== {after} differs from {before} on {100 * apart:.2f} %: {'ok' if good else 'FAILED'}")
     return 1 if failed else 0
 
 

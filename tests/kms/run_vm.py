@@ -8,6 +8,7 @@ In the guest, these ask the host for something and wait for it:
   host shot NAME [HEAD]     screenshot of a head to OUTDIR/NAME.png (or .ppm)
   host resize HEAD W H      resize a head (hotplug event); 0 0 unplugs it
   host key QCODE [MS]       press and release a key
+  host click X Y            move the tablet there, 0..32767, and press and release its left button
   host mark TEXT            print a time stamp
 Exit status: that of the guest commands; 124 on timeout, 125 if the guest died or
 did not boot, 126 if it has no script (memory too small for the initramfs), 2 on
@@ -287,6 +288,14 @@ def run_vm(a, spec, qemu, accel):
                             if head not in vnc:
                                 vnc[head] = Vnc(f"{tmp}/vnc{head}")
                             vnc[head].resize(int(word[2]), int(word[3]))
+                        elif word[:1] == ["click"]:
+                            for axis, value in (("x", word[1]), ("y", word[2])):
+                                qmp.cmd("input-send-event", events=[
+                                    {"type": "abs", "data": {"axis": axis, "value": int(value)}}])
+                            for down in (True, False):
+                                qmp.cmd("input-send-event", events=[
+                                    {"type": "btn", "data": {"button": "left", "down": down}}])
+                                time.sleep(0.1)
                         elif word[:1] == ["key"]:
                             hold = {"hold-time": int(word[2])} if len(word) > 2 else {}
                             qmp.cmd("send-key", keys=[{"type": "qcode", "data": word[1]}], **hold)

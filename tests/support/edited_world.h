@@ -21,6 +21,11 @@
 
 namespace karst::test {
 
+// Does all that edits left for later.
+inline void settle(World& world) {
+  for (Settled done; !world.is_settled();) settle_some(world, done);
+}
+
 // One that is loaded. edit_patches 0: the least that holds it. octets: of room beyond those of the file; 0:
 // as many as go with the patches.
 class LoadedWorld : public TerrainParts {
@@ -38,7 +43,9 @@ class LoadedWorld : public TerrainParts {
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
   }
 
-  std::vector<std::byte> save() const {
+  // Once all that edits left for later is done.
+  std::vector<std::byte> save() {
+    settle(world);
     std::vector<std::byte> out;
     std::vector<PatchId> room(world.patch_count());
     const auto append = [&](std::span<const std::byte> bytes) {
@@ -128,16 +135,10 @@ inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
   return facts_of(world, measure.out);
 }
 
-// Does all that edits left for later.
-inline void settle(World& world) {
-  for (Settled done; !world.is_settled();) settle_some(world, done);
-}
-
 // Live against saved, loaded and measured, once it is settled: by key, to the bit.
 inline void expect_as_loaded(LoadedWorld& live) {
-  settle(live.world);
   const std::vector<std::byte> saved = live.save();
-  const LoadedWorld fresh(saved);
+  LoadedWorld fresh(saved);
   const World& a = live.world;
   const World& b = fresh.world;
   ASSERT_EQ(a.surface().patches.size() - a.free_patches(), b.patch_count());
@@ -199,6 +200,22 @@ inline Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
   edit.to = edit.place + 4.0 * (glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
   edit.half = glm::dvec3(random.unit(), random.unit(), random.unit()) * 2.0;
   edit.radius = 0.3 + 2 * random.unit();
+  return edit;
+}
+
+// And of heights.
+inline Edit random_heights_edit(Random& random, glm::ivec3 extent) {
+  Edit edit = random_voxel_edit(random, extent, 0);
+  edit.octree_level = 0;
+  edit.tool = static_cast<EditTool>(static_cast<int>(EditTool::extrude) + random.below(5));
+  edit.shape = static_cast<BrushShape>(1 + random.below(4));
+  edit.half += 0.1;
+  edit.up = glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.4;
+  edit.strength = 2 * random.unit() - 1;
+  edit.amount = random.unit();
+  edit.hardness = random.unit();
+  edit.wave = 0.3 + 3 * random.unit();
+  edit.seed = static_cast<std::uint32_t>(random.next());
   return edit;
 }
 

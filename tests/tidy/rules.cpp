@@ -193,6 +193,7 @@ void check_known(const Source& source, Findings& out) {
   } else if (one_of(top, {"include", "terrain", "platform", "renderer", "scene", "app", "bake", "bench",
                           "etc2", "tiles"})) {
     known = is_cpp(path) || is_cmake(path);
+    known = known || (top == "app" && is_shader(path));  // of hosts, which karst's are not
     if (top == "terrain" && !is_cmake(path)) known = known && floor_of(path) != nullptr;
   } else if (top == "examples") {
     known = is_cpp(path) || is_cmake(path);

@@ -12,6 +12,7 @@
 #include "tiles/decode_tile.h"
 #include "tiles/encode_tile.h"
 #include "tiles/tile_bytes.h"
+#include "tiles/write_tile.h"
 
 namespace karst {
 namespace {
@@ -89,7 +90,13 @@ TEST(TileCodec, WhatIsDecodedIsWhatWasEncoded) {
       encoder.run(made.key, made.info, made.tile, quantum, bytes);
       encoder.run(made.key, made.info, made.tile, 0, plain);
       EXPECT_LE(bytes.size(), plain.size() + 8);
-      for (const auto& encoded : {bytes, plain}) {
+      std::vector<std::uint64_t> room(kWriteTileRoom / 8);
+      const auto part = write_tile(made.key, made.info, made.tile, made.tile.children,
+                                   std::as_writable_bytes(std::span(room)));
+      const std::vector<std::byte> written(part.begin(), part.end());
+      // Repeats, which there are here, are not looked for.
+      EXPECT_LE(written.size(), plain.size() + plain.size() / 3);
+      for (const auto& encoded : {bytes, plain, written}) {
         const Decoded decoded = decode(made, encoded);
         ASSERT_TRUE(decoded.status.ok()) << decoded.status.what() << ", size " << size;
         EXPECT_EQ(std::memcmp(&decoded.tile, &made.tile, sizeof(Tile)), 0) << "size " << size;

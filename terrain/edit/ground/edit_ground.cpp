@@ -501,6 +501,11 @@ void EditGround::exchange(UndoPart part, GroundChange& change) {
   if (change.samples.exists()) follow(change);
 }
 
+SaveTiles EditGround::saving(const WorldReader& reader, WriteTile write) {
+  const std::span<MeasureEdits::Scratch> room(&blocks_.scratch[0].measure, 1);
+  return SaveTiles({info_, overlay_, file_, reader, write, std::as_writable_bytes(room)});
+}
+
 std::uint32_t EditGround::show(const GroundChange& change, Ground& ground) const {
   if (!change.changed) return 0;
   ground.set_heights(info_.low, info_.high);

@@ -22,6 +22,7 @@
 #include "terrain/edit/ground/file_tiles.h"
 #include "terrain/edit/ground/ground_overlay.h"
 #include "terrain/edit/ground/measure_edits.h"
+#include "terrain/edit/ground/save_tiles.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/world/ground.h"
 
@@ -71,6 +72,11 @@ class EditGround {
 
   // Hands a change to what is drawn. Returns how many nodes are made anew.
   std::uint32_t show(const GroundChange& change, Ground& ground) const;
+
+  // What a file of the ground as it is holds. reader: of the file that was attached. write: takes
+  // kWritingRoom bytes at most. Until the next edit.
+  SaveTiles saving(const WorldReader& reader, WriteTile write);
+  static constexpr std::size_t kWritingRoom = sizeof(MeasureEdits::Scratch);
 
   // Of the last change: where measures could not be made for want of tiles, nodes are drawn finer.
   const Status& trouble() const { return trouble_; }

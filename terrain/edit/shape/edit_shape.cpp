@@ -53,7 +53,7 @@ class ShapeEdit {
       return status;
     }
     if (log != nullptr) {
-      keep_shape_edit(all_, 0, {edit_, made.low, made.high}, old_root, update.list_lost(room_.changed),
+      keep_shape_edit(all_, {edit_, made.low, made.high, 0}, old_root, update.list_lost(room_.changed),
                       level_, *log);
     }
     put(update, old_root, made, nullptr, change);

@@ -122,17 +122,17 @@ class RestoreVoxels {
 
 }  // namespace
 
-void keep_shape_edit(const World::Editable& all, std::size_t part, const VoxelEditCell& edit,
-                     Octree::Node old_root, std::span<const PatchId> lost, int level, UndoLog& log) {
+void keep_shape_edit(const World::Editable& all, const VoxelEditCell& edit, Octree::Node old_root,
+                     std::span<const PatchId> lost, int level, UndoLog& log) {
   log.begin_part();
-  log.add(CellKind::voxel_edit, part, std::as_bytes(std::span(&edit, 1)));
+  log.add(CellKind::voxel_edit, 0, std::as_bytes(std::span(&edit, 1)));
   const Octree& octree = *all.octree;
   KeepVoxels(octree, log).run(old_root, octree.root(), glm::ivec3(0), octree.depth());
   const std::size_t block_bytes = sizeof(std::int16_t) * static_cast<std::size_t>(patch_vertices(level));
   for (const PatchId patch : lost) {
     const std::uint32_t block = all.patches[patch].height_block;
     PatchCell head;
-    head.has_heights = block != kNoHeights ? 1 : 0;
+    head.has_heights = block != kNoHeights;
     head.material = all.overrides.empty() ? std::uint8_t{0} : all.overrides[patch];
     const std::span<std::byte> room = log.add(CellKind::patch_heights, key_of(all.surface, patch).bits(),
                                               sizeof head + (block != kNoHeights ? block_bytes : 0));
@@ -164,8 +164,8 @@ void restore_patches(const World::Editable& all, int level, UndoPart part) {
     PatchCell head;
     std::memcpy(&head, cell.bytes.data(), sizeof head);
     if (!all.overrides.empty()) all.overrides[patch] = head.material;
-    all.patches[patch].height_block = head.has_heights != 0 ? patch : kNoHeights;
-    if (head.has_heights != 0)
+    all.patches[patch].height_block = head.has_heights ? patch : kNoHeights;
+    if (head.has_heights)
       std::memcpy(all.heights->block(patch).data(), cell.bytes.data() + sizeof head, block_bytes);
   }
 }

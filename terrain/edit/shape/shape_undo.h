@@ -4,7 +4,7 @@
 // it again it is made anew, in the same world.
 //
 // Cells of such a part, in this order:
-//   voxel_edit     VoxelEditCell; key: the number of the world's part
+//   voxel_edit     VoxelEditCell; key: 0
 //   voxels         a cube that was all the same: no bytes; one of 8 voxels a side (or the whole octree): a
 //   bit
 //                  each, x fastest, then y, then z; key: VoxelCube. In the octree's order in space
@@ -28,6 +28,7 @@ namespace karst::core {
 struct VoxelEditCell {
   Edit edit;                   // from the corner of the world's part
   glm::ivec3 low{0}, high{0};  // voxels that it changed lie there, both ends included
+  std::uint32_t part = 0;      // of the world
 };
 
 struct VoxelCube {
@@ -50,15 +51,15 @@ struct VoxelCube {
 };
 
 struct PatchCell {
-  std::uint8_t has_heights = 0;
+  bool has_heights = false;
   std::uint8_t material = 0;  // World::material_overrides()
   std::uint8_t unused[6] = {};
 };
 
 // Begins a part and adds an edit to it: made, made of the octree's old root; lost: patches that are gone or
 // reshaped afterwards. The world is as it was, but for its octree's root.
-void keep_shape_edit(const World::Editable& all, std::size_t part, const VoxelEditCell& edit,
-                     Octree::Node old_root, std::span<const PatchId> lost, int level, UndoLog& log);
+void keep_shape_edit(const World::Editable& all, const VoxelEditCell& edit, Octree::Node old_root,
+                     std::span<const PatchId> lost, int level, UndoLog& log);
 
 // The edit that a part is of. Precondition: its kind is voxel_edit.
 VoxelEditCell kept_edit(UndoPart part);

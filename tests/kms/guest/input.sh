@@ -2,14 +2,7 @@
 # SPDX-License-Identifier: MIT
 # Keys move the camera; a card that appears late; libseat without root; a lost screen while a key is held.
 . /lib.sh
-# No udevd runs here: what it would say about the keyboard is written by hand.
-mkdir -p /run/udev/data
-for event in /sys/class/input/event*; do
-  number=$(cat $event/dev)
-  kind=KEY=1\\nE:ID_INPUT_KEYBOARD
-  grep -qi tablet $event/device/name && kind=MOUSE
-  printf 'I:1\nE:ID_INPUT=1\nE:ID_INPUT_%b=1\nG:seat\n' $kind >/run/udev/data/c$number
-done
+know_inputs
 view input --navigate orbit
 host shot still
 frames=$(statistic frames)

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+// New heights are made beside the old ones, all from the old ones, and counted; only then they are put in
+// place. What a vertex gets follows from numbers that are the same bits in all patches that share it: its
+// displaced place, its direction, and sums of heights that are integers.
+#include "terrain/edit/patch/edit_heights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "terrain/base/check.h"
+#include "terrain/edit/brush.h"
+#include "terrain/edit/patch/smooth_heights.h"
+#include "terrain/edit/shape/edit_shape.h"
+#include "terrain/edit/shape/shape_undo.h"
+#include "terrain/measure/measure_patches.h"
+#include "terrain/patch/displacement.h"
+#include "terrain/surface/patch_key.h"
+
+namespace karst::core {
+namespace {
+
+constexpr double kSteps = kStepsPerVoxel;
+
+Status refuse(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+Status too_small(std::uint64_t patches) {
+  return {StatusCode::limit_reached, "the brush reaches more patches than there is room for", "edit_patches",
+          patches};
+}
+
+// As they lie in the patch's slot, made where there are none.
+std::span<std::int16_t> current_heights(const World::Editable& all, PatchId patch) {
+  const std::span<std::int16_t> heights = all.heights->block(patch);
+  if (all.patches[patch].height_block == kNoHeights) std::ranges::fill(heights, std::int16_t{0});
+  return heights;
+}
+
+void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, UndoLog& log) {
+  const PatchCell head{all.patches[patch].height_block != kNoHeights};
+  const std::span<const std::byte> heights = std::as_bytes(current_heights(all, patch));
+  const std::span<std::byte> room = log.add(CellKind::patch_heights, key, sizeof head + heights.size());
+  if (room.empty()) return;  // the step is lost
+  std::memcpy(room.data(), &head, sizeof head);
+  std::ranges::copy(heights, room.begin() + sizeof head);
+}
+
+class HeightsEdit {
+ public:
+  HeightsEdit(World& world, const Edit& edit)
+      : all_(world.edit()),
+        room_(*all_.room),
+        edit_(edit),
+        level_(world.info().level),
+        heights_(all_.heights->heights()),
+        around_(all_.surface, heights_, level_),
+        box_(brush_box(edit)),
+        up_(edit.tool == EditTool::flatten ? glm::normalize(edit.up) : glm::dvec3(0, 1, 0)) {}
+
+  Status run(UndoLog* log, EditChange& change) {
+    const std::uint64_t reached = count();
+    if (reached > room_.patches.size()) return too_small(reached);
+    std::size_t made = 0;
+    for_each_reached([&](PatchId patch) {
+      if (make(patch, fresh(made))) room_.changed[made++] = patch;
+    });
+    if (made == 0) return {};
+    const std::span<const PatchId> changed = room_.changed.first(made);
+    // Patches and those around them.
+    if (!find_touched(all_.surface, changed, room_.touched, change.touched).ok())
+      return too_small(3 * made + 4);
+    if (log != nullptr) keep(changed, *log);
+    change.changed = true;
+    FollowChange follow(all_, level_, change);
+    change.box = follow.box_before(changed[0]);
+    for (std::size_t n = 0; n < made; ++n) put_heights(all_, changed[n], fresh(n));
+    follow.run(changed, {}, false);
+    return {};
+  }
+
+ private:
+  std::span<std::int16_t> fresh(std::size_t n) const {
+    const auto count = static_cast<std::size_t>(patch_vertices(level_));
+    return room_.heights.subspan(n * count, count);
+  }
+
+  bool reaches(const LatticeBox& box) const {
+    glm::dvec3 away(0.0);  // from the brush's place to the box
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = box.min[axis] / kSteps, high = box.max[axis] / kSteps;
+      if (!(low <= box_.high[axis] && high >= box_.low[axis])) return false;
+      away[axis] = std::clamp(edit_.place[axis], low, high) - edit_.place[axis];
+    }
+    if (edit_.shape == BrushShape::cylinder) away.y = 0;
+    if (edit_.shape != BrushShape::cylinder && edit_.shape != BrushShape::sphere) return true;
+    return glm::dot(away, away) <= edit_.radius * edit_.radius;
+  }
+
+  template <class Visit>
+  void visit_node(int row, std::uint32_t n, const Visit& visit) const {
+    const BoundsTree& tree = *all_.tree;
+    if (is_nowhere(tree.node(row, n)) || !reaches(tree.node(row, n))) return;
+    if (row > 0) {
+      const std::uint32_t first = n * BoundsTree::kFanOut;
+      const std::uint32_t end = std::min(first + BoundsTree::kFanOut, tree.nodes(row - 1));
+      for (std::uint32_t k = first; k < end; ++k) visit_node(row - 1, k, visit);
+      return;
+    }
+    for (std::uint32_t k = 0; k < tree.patch_count(0, n); ++k) {
+      const PatchId patch = tree.first_patch(0, n) + k;
+      if (!all_.surface.is_free(patch) && reaches(patch_box(all_.surface, all_.bounds, patch))) visit(patch);
+    }
+  }
+  // Patches that a brush may reach, ascending.
+  template <class Visit>
+  void for_each_reached(const Visit& visit) const {
+    if (all_.tree->rows() > 0) visit_node(all_.tree->rows() - 1, 0, visit);
+  }
+
+  std::uint64_t count() const {
+    std::uint64_t reached = 0;
+    for_each_reached([&](PatchId) { ++reached; });
+    return reached;
+  }
+
+  // A patch's heights after the edit. False: they are as before.
+  bool make(PatchId patch, std::span<std::int16_t> out) const {
+    const int side = patch_side(level_);
+    const PatchShape shape = PatchShape::make(all_.surface, heights_, level_, patch);
+    const glm::dvec3 origin(patch_origin(all_.surface.volume_of(patch)));
+    constexpr int kMostSide = (1 << kMaxLevel) + 1;
+    float x[kMostSide + 3], y[kMostSide + 3], z[kMostSide + 3];
+    bool changed = false;
+    for (int j = 0; j < side; ++j) {
+      displace_line(shape, {0, j, 1, 0}, glm::vec3(0), x, y, z);
+      for (int i = 0; i < side; ++i) {
+        const std::int32_t before = shape.height(i, j);
+        std::int32_t after = before;
+        const glm::dvec3 place = (origin + glm::dvec3(x[i], y[i], z[i])) / kSteps;
+        if (is_within(place)) {
+          if (const double weight = brush_weight(edit_, place); weight > 0)
+            after = rounded(before + weight * move(shape, patch, origin, i, j, before, place));
+        }
+        out[static_cast<std::size_t>(j * side + i)] = static_cast<std::int16_t>(after);
+        changed = changed || after != before;
+      }
+    }
+    return changed;
+  }
+
+  bool is_within(const glm::dvec3& place) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(place[axis] >= box_.low[axis] && place[axis] <= box_.high[axis])) return false;
+    }
+    return true;
+  }
+
+  static std::int32_t rounded(double height) {
+    return static_cast<std::int32_t>(
+        std::clamp(std::floor(height + 0.5), double{-kMaxHeight}, double{kMaxHeight}));
+  }
+
+  // What is added to a height where the brush has its whole strength, lattice steps.
+  double move(const PatchShape& shape, PatchId patch, const glm::dvec3& origin, int i, int j,
+              std::int32_t height, const glm::dvec3& place) const {
+    switch (edit_.tool) {
+      case EditTool::extrude:
+        return edit_.strength * kSteps;
+      case EditTool::noise:
+        return edit_.strength * kSteps * simplex_noise(place / edit_.wave, edit_.seed);
+      case EditTool::smooth:
+        return edit_.amount * (around_.mean(patch, i, j) - height);
+      default:
+        return edit_.amount * onto_plane(base_point(shape, i, j), origin, height);
+    }
+  }
+
+  double onto_plane(const BasePoint& base, const glm::dvec3& origin, std::int32_t height) const {
+    const glm::dvec3 at = origin / kSteps + base.position + base.direction * (height / kSteps);
+    const double below = glm::dot(edit_.place - at, up_);
+    const double across = glm::dot(base.direction, up_);
+    return below * kSteps * across / std::max(across * across, kLeastAcross * kLeastAcross);
+  }
+
+  // Once a patch and part.
+  void keep(std::span<const PatchId> changed, UndoLog& log) const {
+    if (log.open_part() != CellKind::patch_heights) log.begin_part();
+    for (const PatchId patch : changed) {
+      const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
+      if (log.open_part() == CellKind::patch_heights && room_.kept[patch] == part()) continue;
+      const std::uint64_t key = key_of(all_.surface, patch).bits();
+      keep_heights(all_, patch, key, log);
+      room_.kept[patch] = part();
+    }
+  }
+
+  World::Editable all_;
+  const World::EditRoom& room_;
+  const Edit& edit_;
+  int level_;
+  Heights heights_;
+  HeightsAround around_;
+  BrushBox box_;
+  glm::dvec3 up_;
+};
+
+}  // namespace
+
+void put_heights(const World::Editable& all, PatchId patch, std::span<const std::int16_t> heights) {
+  std::ranges::copy(heights, all.heights->block(patch).begin());
+  const bool flat = std::ranges::all_of(heights, [](std::int16_t height) { return height == 0; });
+  all.patches[patch].height_block = flat ? kNoHeights : patch;
+}
+
+ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
+    : world_(world), part_(part), at_(part.begin()) {
+  const World::Editable all = world_.edit();
+  for (const UndoCell cell : part_) {
+    const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
+    KARST_ASSERT(patch != PatchTable::kNone);
+    // A block of the file may be all zeros: whether there is one is exchanged, too.
+    PatchCell before;
+    std::memcpy(&before, cell.bytes.data(), sizeof before);
+    const PatchCell after{all.patches[patch].height_block != kNoHeights};
+    const std::span<std::int16_t> now = current_heights(all, patch);
+    const auto bytes = cell.bytes.subspan(sizeof before);
+    KARST_ASSERT(bytes.size() == now.size_bytes());
+    std::ranges::swap_ranges(bytes, std::as_writable_bytes(now));
+    all.patches[patch].height_block = before.has_heights ? patch : kNoHeights;
+    std::memcpy(cell.bytes.data(), &after, sizeof after);
+  }
+}
+
+bool ExchangeHeights::next(EditChange& change) {
+  change = {};
+  if (at_ == part_.end()) return false;
+  const World::Editable all = world_.edit();
+  const std::span<PatchId> changed = all.room->changed;
+  std::size_t count = 0;
+  UndoPart::Iterator end = at_;
+  for (; end != part_.end() && count < changed.size(); ++end)
+    changed[count++] = world_.patch_table().find(PatchKey::from_bits((*end).key));
+  // One alone finds room: the edit did.
+  while (count > 1 &&
+         !find_touched(all.surface, changed.first(count), all.room->touched, change.touched).ok())
+    count /= 2;
+  for (std::size_t n = 0; n < count; ++n) ++at_;
+  change.changed = true;
+  FollowChange follow(all, world_.info().level, change);
+  change.box = follow.box_before(changed[0]);
+  follow.run(changed.first(count), {}, false);
+  return true;
+}
+
+Status check_heights_edit(const Edit& edit, const World& world) {
+  if (const Status status = check_edit(edit, world); !status.ok()) return status;
+  if (edit.shape == BrushShape::voxel) return refuse("heights have no voxels", "shape");
+  const glm::dvec3& half = edit.half;
+  if (edit.shape == BrushShape::box && !(half.x > 0 && half.y > 0 && half.z > 0))
+    return refuse("not a positive length", "half_m");
+  if (edit.shape != BrushShape::box && !(edit.radius > 0)) return refuse("not a positive length", "radius_m");
+  if (edit.tool == EditTool::flatten && !(glm::dot(edit.up, edit.up) > 0x1p-40))
+    return refuse("not a direction", "up");
+  return {};
+}
+
+Status edit_heights(World& world, const Edit& edit, UndoLog* log, EditChange& change) {
+  change = {};
+  if (const Status status = check_heights_edit(edit, world); !status.ok()) return status;
+  KARST_ASSERT(edits_heights(edit.tool));
+  return HeightsEdit(world, edit).run(log, change);
+}
+
+}  // namespace karst::core

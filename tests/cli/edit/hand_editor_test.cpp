@@ -1,0 +1,360 @@
+// SPDX-License-Identifier: MIT
+// Edits by hand as events and frames make them, without a screen.
+#include "app/editor/hand_editor.h"
+
+#include <gtest/gtest.h>
+#include <linux/input-event-codes.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "tests/cli/edit/hand_world.h"
+
+namespace karst::app {
+namespace {
+
+constexpr std::int64_t kFrame_ns = 16'666'667;
+using Kind = InputEvent::Kind;
+
+glm::dvec3 vec(Vec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+class HandEditorTest : public testing::Test {
+ protected:
+  void SetUp() override { open(4096); }
+  void open(std::uint32_t edit_patches) {
+    folder_.write("w.karst", hand_world_file());
+    const std::string path = folder_.path("w.karst");
+    ASSERT_EQ(session_.open({path, folder_.path("out.karst")}).text(), "");
+    world_.emplace(path, edit_patches);
+    ASSERT_EQ(session_.begin(*world_->world).text(), "");
+    hand_.emplace(*world_->world, *world_->query, session_);
+    view_.width_px = 640;
+    view_.height_px = 360;
+    look({20, 22, 34}, {20, 9, 14});
+  }
+  void TearDown() override {
+    hand_->end();
+    session_.end();
+  }
+  void look(Vec3 eye, Vec3 target) {
+    view_.eye = eye;
+    ASSERT_TRUE(look_at(view_, target, {0, 1, 0}));
+    set_perspective(view_, 60, 0.1, 200);
+  }
+  void event(Kind kind, unsigned code, bool pressed, double x = 0, double y = 0) {
+    InputEvent event;
+    event.kind = kind;
+    event.code = code;
+    event.pressed = pressed;
+    event.x = x;
+    event.y = y;
+    hand_->handle(event, [&](const InputEvent& rest) { camera_.push_back(rest); });
+  }
+  void tap(unsigned code, int times = 1) {
+    for (int n = 0; n < times; ++n) {
+      event(Kind::key, code, true);
+      event(Kind::key, code, false);
+    }
+    frame();
+  }
+  void frame(int count = 1) {
+    for (int n = 0; n < count; ++n) hand_->frame(view_, 0, now_ += kFrame_ns);
+  }
+  Aimed aimed(const Brush& brush, glm::dvec2 pointer = glm::dvec2(0.5)) {
+    return Aim(*world_->world, *world_->query).at(brush, view_, 0, pointer);
+  }
+  bool rock(const glm::dvec3& p) { return world_->query->inside({p.x, p.y, p.z}, Wait::for_file); }
+
+  test::Folder folder_;
+  std::optional<HandWorld> world_;
+  EditSession session_;
+  std::optional<HandEditor> hand_;
+  ViewState view_;
+  std::int64_t now_ = 1'000'000'000;
+  std::vector<InputEvent> camera_;
+};
+
+TEST_F(HandEditorTest, ATapIsOneEditAndOneStep) {
+  frame();
+  const Aimed at = aimed(hand_->brush());
+  ASSERT_TRUE(at.found);
+  ASSERT_TRUE(rock(at.place - 1.5 * at.normal));
+  tap(KEY_SPACE);
+  frame(30);
+  EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_FALSE(hand_->is_drawing());
+  tap(KEY_Z);
+  EXPECT_TRUE(rock(at.place - 1.5 * at.normal));
+  tap(KEY_Y);
+  EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
+  tap(KEY_Y);
+  EXPECT_EQ(hand_->message(), "there is nothing to do again");
+  EXPECT_TRUE(camera_.empty());
+}
+
+// Held, it goes into the rock, four times a second; all of it is one step.
+TEST_F(HandEditorTest, HeldItDigsOnAndIsOneStroke) {
+  tap(KEY_LEFTBRACE, 6);
+  frame();
+  const Aimed before = aimed(hand_->brush());
+  event(Kind::button, BTN_LEFT, true);
+  frame(61);
+  const Aimed after = aimed(hand_->brush());
+  event(Kind::button, BTN_LEFT, false);
+  frame();
+  EXPECT_FALSE(hand_->is_drawing());
+  const double radius = hand_->brush().radius_m();
+  const double deeper = glm::length(after.place - before.place);
+  EXPECT_GT(deeper, 2.5 * radius);
+  EXPECT_LT(deeper, 7 * radius + 1);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  tap(KEY_Z);
+  EXPECT_LT(glm::length(aimed(hand_->brush()).place - before.place), 1e-9);
+}
+
+// The mouse moves with the button down: what lies between two places is dug, too.
+TEST_F(HandEditorTest, AStrokeHasNoGaps) {
+  tap(KEY_LEFTBRACE, 4);
+  tap(KEY_P);  // on the old surface
+  event(Kind::pointer, 0, false, 0.4, 0.5);
+  frame();
+  const glm::dvec3 from = aimed(hand_->brush(), {0.4, 0.5}).place;
+  const glm::dvec3 to = aimed(hand_->brush(), {0.46, 0.5}).place;
+  const double apart = glm::length(to - from), radius = hand_->brush().radius_m();
+  ASSERT_GT(apart, radius);
+  ASSERT_LT(apart, 2 * radius);
+  event(Kind::button, BTN_LEFT, true);
+  frame();
+  event(Kind::pointer, 0, false, 0.46, 0.5);
+  frame();
+  event(Kind::button, BTN_LEFT, false);
+  frame();
+  const std::string journal = test::read_text(JournalFile::path_for(folder_.path("w.karst")));
+  EXPECT_NE(journal.find("\"capsule\""), std::string::npos) << journal;
+  EXPECT_NE(journal.find("\"joined\":true"), std::string::npos);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+}
+
+TEST_F(HandEditorTest, AMouseWithoutPointerTurnsTheCamera) {
+  event(Kind::motion, 0, false, 5, 3);
+  ASSERT_EQ(camera_.size(), 3u);
+  EXPECT_TRUE(camera_[0].kind == Kind::button && camera_[0].pressed);
+  EXPECT_EQ(camera_[1].kind, Kind::motion);
+  EXPECT_TRUE(camera_[2].kind == Kind::button && !camera_[2].pressed);
+  camera_.clear();
+  // One with a pointer moves the brush; its right button turns.
+  event(Kind::pointer, 0, false, 0.3, 0.3);
+  event(Kind::motion, 0, false, 5, 3);
+  event(Kind::button, BTN_RIGHT, true);
+  event(Kind::button, BTN_RIGHT, false);
+  ASSERT_EQ(camera_.size(), 4u);
+  EXPECT_EQ(camera_[2].code, unsigned{BTN_LEFT});
+  EXPECT_TRUE(camera_[2].pressed);
+  event(Kind::key, KEY_W, true);
+  EXPECT_EQ(camera_.back().code, unsigned{KEY_W});
+  EXPECT_FALSE(hand_->is_drawing());
+}
+
+TEST_F(HandEditorTest, KeysChangeTheBrush) {
+  EXPECT_EQ(hand_->brush().text(), "dig sphere 3 m, on the surface");
+  tap(KEY_RIGHTBRACE, 2);
+  EXPECT_NEAR(hand_->brush().radius_m(), 3 * 1.44, 1e-9);
+  event(Kind::wheel, 0, false, 0, 1);
+  frame();
+  EXPECT_NEAR(hand_->brush().radius_m(), 3 * 1.2, 1e-9);
+  tap(KEY_LEFTBRACE);
+  tap(KEY_B);
+  EXPECT_EQ(hand_->brush().text(), "dig box 3 m, on the surface");
+  tap(KEY_B);
+  EXPECT_EQ(hand_->brush().text(), "dig voxel of 1 m (level 6 of 6), on the surface");
+  tap(KEY_COMMA, 2);
+  EXPECT_EQ(hand_->brush().text(), "dig voxel of 4 m (level 4 of 6), on the surface");
+  tap(KEY_DOT, 9);
+  EXPECT_EQ(hand_->brush().octree_level(), 6);
+  event(Kind::key, KEY_LEFTSHIFT, true);
+  tap(KEY_T);
+  EXPECT_EQ(hand_->brush().tool(), Tool::paint);
+  tap(KEY_T, 2);
+  event(Kind::key, KEY_LEFTSHIFT, false);
+  tap(KEY_K, 3);
+  tap(KEY_O, 2);
+  tap(KEY_MINUS, 9);
+  EXPECT_EQ(hand_->brush().text(), "flatten sphere 3 m, strength 10 %, slope 15 deg, on the surface +50 %");
+  tap(KEY_I, 20);
+  tap(KEY_EQUAL, 99);
+  EXPECT_EQ(hand_->brush().offset(), -1);
+  EXPECT_EQ(hand_->brush().strength(), 1);
+}
+
+TEST_F(HandEditorTest, WhatCannotBeDoneIsSaidOnceAndChangesNothing) {
+  TearDown();
+  open(16);
+  event(Kind::key, KEY_SPACE, true);
+  frame(40);
+  event(Kind::key, KEY_SPACE, false);
+  frame();
+  EXPECT_NE(hand_->message().find("edit_patches"), std::string::npos) << hand_->message();
+  EXPECT_EQ(hand_->take_news(), hand_->message());
+  EXPECT_EQ(hand_->take_news(), "");
+  EXPECT_TRUE(session_.is_saved());
+  tap(KEY_H);
+  EXPECT_EQ(hand_->message(), "");
+}
+
+TEST_F(HandEditorTest, SavingIsShownBeforeItIsDone) {
+  tap(KEY_SPACE);
+  tap(KEY_F5);
+  EXPECT_EQ(hand_->message(), "saving to " + session_.output() + " ...");
+  EXPECT_TRUE(hand_->take_changed());
+  EXPECT_FALSE(session_.is_saved());
+  frame();
+  EXPECT_EQ(hand_->message(), "saved to " + session_.output());
+  EXPECT_TRUE(session_.is_saved());
+  frame(3);
+  EXPECT_FALSE(hand_->take_changed() && hand_->take_changed());
+}
+
+// K algorithm 5.1: dig takes the voxel that is met, fill puts one before it.
+TEST_F(HandEditorTest, VoxelsAreThoseThatThePickFinds) {
+  Brush brush(1, 6, true);
+  brush.next_shape(-1);
+  ASSERT_EQ(brush.shape(), HandShape::voxel);
+  for (const int level : {6, 5, 3}) {
+    brush.refine(level - brush.octree_level());
+    const EyeRay ray = eye_ray(view_, 0, {0.5, 0.5});
+    const glm::dvec3 end = ray.from + 100.0 * ray.along;
+    Voxel voxel;
+    ASSERT_TRUE(world_->query->pick(view_.eye, {end.x, end.y, end.z}, level, voxel));
+    const Aimed dig = aimed(brush);
+    ASSERT_TRUE(dig.found);
+    EXPECT_EQ(dig.place, vec(voxel.centre));
+    EXPECT_EQ(dig.voxel_side_m, std::ldexp(1.0, 6 - level));
+    Brush filling = brush;
+    filling.next_tool(1);
+    const Aimed fill = aimed(filling);
+    ASSERT_TRUE(fill.found);
+    EXPECT_NEAR(glm::length(fill.place - dig.place), dig.voxel_side_m, 1e-12);
+    // Nearer to the eye, and met by the ray.
+    EXPECT_LT(glm::length(fill.place - ray.from), glm::length(dig.place - ray.from));
+    const glm::dvec3 way = fill.place - ray.from;
+    const double off = glm::length(way - ray.along * glm::dot(way, ray.along));
+    EXPECT_LT(off, dig.voxel_side_m * 0.87);
+  }
+}
+
+// L A.2's drawing planes and offset.
+TEST_F(HandEditorTest, AStrokeStaysOnItsPlane) {
+  const glm::dvec2 first(0.5, 0.5), second(0.42, 0.61);
+  for (int on = 0; on < kDrawOns; ++on) {
+    Brush brush(1, 6, true);
+    brush.next_draw_on(on);
+    brush.lift(2);
+    Aim aim(*world_->world, *world_->query);
+    const Aimed at = aim.at(brush, view_, 0, first);
+    ASSERT_TRUE(at.found);
+    EXPECT_NEAR(glm::length(at.place - at.surface - 1.5 * at.normal), 0, 1e-12);
+    ASSERT_TRUE(aim.begin_stroke(brush));
+    const glm::dvec3 moved = aim.at(brush, view_, 0, second).surface - at.surface;
+    EXPECT_GT(glm::length(moved), 0.5);
+    if (brush.draw_on() == DrawOn::level) {
+      EXPECT_NEAR(moved.y, 0, 1e-9);
+    }
+    if (brush.draw_on() == DrawOn::tangent) {
+      EXPECT_NEAR(glm::dot(moved, at.normal), 0, 1e-9);
+    }
+    const EyeRay middle = eye_ray(view_, 0, {0.5, 0.5});
+    if (brush.draw_on() == DrawOn::camera) {
+      EXPECT_NEAR(glm::dot(moved, middle.along), 0, 1e-9);
+    }
+    // All of them are where the pointer is.
+    const EyeRay ray = eye_ray(view_, 0, second);
+    const glm::dvec3 way = at.surface + moved - ray.from;
+    EXPECT_NEAR(glm::length(glm::cross(way, ray.along)), 0, 1e-6) << on;
+    aim.end_stroke();
+  }
+}
+
+TEST_F(HandEditorTest, TheOldSurfaceIsThatBeforeTheStroke) {
+  Brush brush(1, 6, true);
+  brush.next_draw_on(1);
+  ASSERT_EQ(brush.draw_on(), DrawOn::old_surface);
+  Aim aim(*world_->world, *world_->query);
+  const glm::dvec2 pointer(0.5, 0.5), beside(0.52, 0.51);
+  const Aimed before = aim.at(brush, view_, 0, pointer);
+  const Aimed before_beside = Aim(*world_->world, *world_->query).at(brush, view_, 0, beside);
+  ASSERT_TRUE(before.found && before_beside.found);
+  ASSERT_TRUE(aim.begin_stroke(brush));
+  EditResult result;
+  ASSERT_EQ(session_.apply(ball(before.place.x, before.place.y, before.place.z, 4), result).text(), "");
+  const Aimed now = aimed(Brush(1, 6, true));
+  EXPECT_GT(glm::length(now.surface - before.surface), 2);
+  EXPECT_LT(glm::length(aim.at(brush, view_, 0, pointer).surface - before.surface), 0.5);
+  EXPECT_LT(glm::length(aim.at(brush, view_, 0, beside).surface - before_beside.surface), 0.5);
+  // The camera goes on, and the old surface stays where it was.
+  look({21, 22, 33}, {20, 9, 14});
+  const EyeRay ray = eye_ray(view_, 0, pointer);
+  const Aimed moved = aim.at(brush, view_, 0, pointer);
+  ASSERT_TRUE(moved.found);
+  EXPECT_NEAR(glm::length(glm::cross(moved.surface - ray.from, ray.along)), 0, 0.5);
+  EXPECT_LT(glm::length(moved.surface - before.surface), 3);
+}
+
+TEST_F(HandEditorTest, FlattenHasASlopeAwayFromTheEye) {
+  Brush brush(1, 6, true);
+  while (brush.tool() != Tool::flatten) brush.next_tool(1);
+  brush.tilt(4);
+  Aim aim(*world_->world, *world_->query);
+  const Aimed at = aim.at(brush, view_, 0, {0.5, 0.5});
+  ASSERT_TRUE(aim.begin_stroke(brush));
+  const Edit edit = brush.make_edit(at.place, aim.plane_up(), 0);
+  EXPECT_NEAR(std::hypot(edit.up.x, edit.up.y, edit.up.z), 1, 1e-12);
+  EXPECT_NEAR(std::acos(edit.up.y) * 180 / 3.14159265358979, 20, 1e-9);
+  // The eye looks to the north: the plane rises there.
+  EXPECT_GT(edit.up.z, 0);
+  // Other places of the stroke are on the plane.
+  const Aimed other = aim.at(brush, view_, 0, {0.5, 0.4});
+  EXPECT_NEAR(glm::dot(other.place - at.place, glm::dvec3(edit.up.x, edit.up.y, edit.up.z)), 0, 1e-9);
+  EXPECT_GT(other.place.y, at.place.y + 0.1);
+}
+
+TEST_F(HandEditorTest, WhatIsDrawnIsOnTheGroundAndOnTheScreen) {
+  frame();
+  OverlayMesh mesh;
+  mesh.start(view_, 0);
+  hand_->draw(mesh);
+  const std::size_t with_help = mesh.screen().size();
+  EXPECT_GT(mesh.lines({}).size(), 64u * 6);
+  EXPECT_GT(with_help, 6u * 200);
+  tap(KEY_H);
+  mesh.start(view_, 0);
+  hand_->draw(mesh);
+  EXPECT_LT(mesh.screen().size(), with_help / 2);
+  // Of the smallest picture, too, it fits.
+  view_.width_px = 64;
+  view_.height_px = 36;
+  tap(KEY_H);
+  mesh.start(view_, 0);
+  hand_->draw(mesh);
+  EXPECT_LE(mesh.screen().size() + mesh.lines({}).size(), OverlayMesh::kMostVertices);
+  // Into the sky there is no brush.
+  look({20, 22, 34}, {20, 60, 14});
+  frame();
+  mesh.start(view_, 0);
+  hand_->draw(mesh);
+  EXPECT_EQ(mesh.lines({}).size(), 0u);
+  event(Kind::key, KEY_SPACE, true);
+  frame(3);
+  event(Kind::key, KEY_SPACE, false);
+  frame();
+  EXPECT_TRUE(session_.is_saved());
+}
+
+}  // namespace
+}  // namespace karst::app
