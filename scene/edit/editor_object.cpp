@@ -140,6 +140,17 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky();
     ++sky_version;
   }
+  EditGround* const ground = world.ground_edits;
+  while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) {
+    GroundChange change;
+    ground->settle_some(change);
+    ground->show_measures(change, world.terrain.ground);
+  }
+}
+
+bool EditorObject::is_settled() const {
+  return world.terrain.world.is_settled() &&
+         (world.ground_edits == nullptr || world.ground_edits->is_settled());
 }
 
 Status EditorObject::save(const Sink& sink) {

@@ -131,7 +131,7 @@ inline constexpr std::array<ConfigField, 21> kConfigFields = {{
     {"edit_tiles", &Config::edit_tiles, 0, 0, 1u << 16, "tiles of the ground that edits have changed",
      "41 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
-     "some 350 bytes of working memory each and a block of heights; 0: nothing is edited"},
+     "some 110 bytes of working memory each and a block of heights, 105 a patch slot; 0: nothing is edited"},
     {"undo_bytes", &Config::undo_bytes, 0, 0, 1u << 30, "bytes that steps of edits keep to be taken back",
      "the oldest steps give way; 0: nothing is taken back"},
 }};

@@ -117,22 +117,27 @@ inline std::map<PatchKey, PatchFacts> facts_of(const World& world) {
   return facts_of(world, {errors, bounds, cones, shading});
 }
 
-// As they are measured from scratch.
-inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
+// All patches from scratch.
+inline void measure_all(const World& world, const PatchMeasures& out) {
   const std::size_t patches = world.surface().patches.size();
-  const int level = world.info().level;
-  std::vector<std::uint16_t> errors(patches * level_error_values(level));
-  std::vector<PatchBounds> bounds(patches);
-  std::vector<NormalCone> cones(patches), shading(patches);
   std::vector<BorderErrors> borders(patches);
-  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level)));
+  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(world.info().level)));
   const TestScratch scratch;
-  const MeasurePatches measure{
-      world.surface(), world.heights(), {}, borders, {errors, bounds, cones, shading}};
+  const MeasurePatches measure{world.surface(), world.heights(), {}, borders, out};
   EXPECT_TRUE(measure.validate().ok());
   measure.measure(0, patches, {scratch.get(), vertices});
   measure.join(0, patches);
-  return facts_of(world, measure.out);
+}
+
+// As they are measured from scratch.
+inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
+  const std::size_t patches = world.surface().patches.size();
+  std::vector<std::uint16_t> errors(patches * level_error_values(world.info().level));
+  std::vector<PatchBounds> bounds(patches);
+  std::vector<NormalCone> cones(patches), shading(patches);
+  const PatchMeasures out{errors, bounds, cones, shading};
+  measure_all(world, out);
+  return facts_of(world, out);
 }
 
 // Live against saved, loaded and measured, once it is settled: by key, to the bit.
@@ -166,6 +171,7 @@ inline void expect_as_loaded(LoadedWorld& live) {
   }
   // The tree's boxes hold what lies below them, and nothing else.
   const BoundsTree& tree = a.tree();
+  ASSERT_EQ(tree.longest_diagonal(), b.tree().longest_diagonal());
   for (std::uint32_t n = 0; n < tree.nodes(0); ++n) {
     LatticeBox box{glm::ivec3(INT32_MAX), glm::ivec3(INT32_MIN)};
     for (PatchId p = tree.first_patch(0, n); p < tree.first_patch(0, n) + tree.patch_count(0, n); ++p) {

@@ -25,6 +25,7 @@ void EditGround::attach(const GroundInfo& info, const Tile& root, const TileSour
   info_ = info;
   overlay_.reset(file, reading);
   trouble_ = {};
+  waiting_ = 0;
   if (overlay_.capacity() > 0) file_.reset(tile_of({info.top_size(), 0, 0}), root, reading);
 }
 

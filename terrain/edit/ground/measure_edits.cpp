@@ -94,8 +94,9 @@ NodeMeasure MeasureEdits::measure(NodeKey node) {
   return tile == nullptr ? unknown() : tile->nodes[node_in_tile(node)];
 }
 
-void MeasureEdits::run(const GridRect& samples) {
-  KARST_ASSERT(samples.exists());
+void MeasureEdits::run(const GridRect& samples, int exact) {
+  KARST_ASSERT(samples.exists() && 0 <= exact && exact <= kReferenceSizes);
+  exact_ = exact;
   for (int size = 0; size <= info_.top_size(); ++size) {
     const GridRect nodes = nodes_with(info_, size, samples);
     find_heights(size, nodes);
@@ -103,6 +104,12 @@ void MeasureEdits::run(const GridRect& samples) {
     if (size <= kReferenceSizes) forget_parts(size, nodes);
     find_thresholds(size, nodes_around(info_, size, samples));
   }
+}
+
+void MeasureEdits::measure_again(int size, const GridRect& samples) {
+  KARST_ASSERT(samples.exists() && size > 0);
+  exact_ = kReferenceSizes;
+  find_thresholds(size, nodes_around(info_, size, samples));
 }
 
 // Least and greatest heights, and how far heights are from the file's.
@@ -312,7 +319,7 @@ void MeasureEdits::find_thresholds(int size, const GridRect& nodes) {
 
 // nodes: of one tile.
 void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
-  const bool exact = size <= kReferenceSizes;
+  const bool exact = size <= exact_;
   const std::int64_t first = std::max<std::int64_t>(nodes.low[0] - 1, 0);
   const std::int64_t last = std::min(nodes.high[0] + 1, last_node(info_, 0, size));
   const auto count = static_cast<std::size_t>(last - first + 1);

@@ -3,7 +3,8 @@
 // so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
 // measured of all their samples, which would have to be read: there a threshold is the file's, raised by what
 // heights of the node and those around it are off from the file's. It is never too small, and the file's
-// again where the heights are.
+// again where the heights are. Finer sizes can have such bounds for a while, too: the largest exact nodes
+// look at 257 x 257 samples each.
 #pragma once
 
 #include <cstdint>
@@ -58,8 +59,11 @@ class MeasureEdits {
                std::uint64_t stamp)
       : info_(info), overlay_(overlay), file_(file), scratch_(scratch), stamp_(stamp) {}
 
-  // After heights changed, in tiles of all sizes, at these samples.
-  void run(const GridRect& samples);
+  // After heights changed, in tiles of all sizes, at these samples. exact: sizes up to it are measured,
+  // within 0..kReferenceSizes; coarser ones have bounds until measure_again().
+  void run(const GridRect& samples, int exact);
+  // What run() left of a size, all finer sizes being exact.
+  void measure_again(int size, const GridRect& samples);
 
   // Nodes of which parts were measured.
   std::uint64_t measured() const { return measured_; }
@@ -86,6 +90,7 @@ class MeasureEdits {
   FileTiles& file_;
   Scratch& scratch_;
   std::uint64_t stamp_;
+  int exact_ = kReferenceSizes;
   std::uint64_t measured_ = 0;
   Status trouble_;
 };
