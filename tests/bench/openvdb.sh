@@ -14,6 +14,6 @@ esac
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 "${CXX:-c++}" -std=c++20 -O2 -ffp-contract=off -I"$root" -I"$root/include" -I/usr/include/Imath \
-  "$root"/tests/bench/peers/volume_to_mesh.cpp "$root"/terrain/surface/isosurface/*.cpp \
+  "$root"/tests/bench/peers/volume_to_mesh.cpp "$root"/terrain/isosurface/*.cpp \
   -lopenvdb -ltbb -lImath-3_1 -o "$work/volume_to_mesh"
 "$work/volume_to_mesh" "${1:-21}"

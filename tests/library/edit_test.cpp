@@ -15,6 +15,7 @@ constexpr int kHeight = 144;
 Needs edit_needs() {
   Needs needs;
   needs.edit_patches = 4'000;
+  needs.undo_bytes = 4u << 20;
   needs.queries = 1;
   return needs;
 }
@@ -238,8 +239,8 @@ TEST_F(Edits, HeightsOfPatchesAreOneStroke) {
   }
   editor_->end_stroke();
   EXPECT_GT(before.distance - middle().distance, 0.8);
-  const Pixels up = shot(view, 1e-6);
-  EXPECT_GT(test::share_beyond(intact, up, 8), 0.02);
+  EXPECT_GT(test::share_beyond(intact, shot(view, 1e-6), 8), 0.02);
+  const Pixels up = shot(view);
   EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
   ASSERT_TRUE(editor_->undo(result).ok());
   EXPECT_TRUE(result.changed);

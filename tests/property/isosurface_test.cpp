@@ -20,8 +20,8 @@
 #include <glm/vec3.hpp>
 
 #include "terrain/field/scalar_field.h"
+#include "terrain/isosurface/extract_block.h"
 #include "terrain/patch/octahedral.h"
-#include "terrain/surface/isosurface/extract_block.h"
 
 namespace karst::core {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Cells of isosurfaces: all states against all neighbours.
-#include "terrain/surface/isosurface/cell_tables.h"
+#include "terrain/isosurface/cell_tables.h"
 
 #include <gtest/gtest.h>
 

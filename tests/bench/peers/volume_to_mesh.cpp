@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "terrain/field/scalar_field.h"
-#include "terrain/surface/isosurface/extract_block.h"
+#include "terrain/isosurface/extract_block.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Both kinds of cells are polyhedra: a list of faces, each a ring of corners, counter-clockwise as seen from
 // outside. All that follows is the same for both.
-#include "terrain/surface/isosurface/cell_tables.h"
+#include "terrain/isosurface/cell_tables.h"
 
 namespace karst::core {
 namespace {

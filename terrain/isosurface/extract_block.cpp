@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Cells are gone through slice by slice; vertices are made as soon as both ends of their edge are known and
 // are found again by their edge (L 3.3 keeps two slices of cells; here two slices of edges).
-#include "terrain/surface/isosurface/extract_block.h"
+#include "terrain/isosurface/extract_block.h"
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
 
 #include "terrain/base/simd.h"
+#include "terrain/isosurface/cell_tables.h"
 #include "terrain/patch/octahedral.h"
-#include "terrain/surface/isosurface/cell_tables.h"
 
 namespace karst::core {
 namespace {
