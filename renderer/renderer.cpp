@@ -195,9 +195,9 @@ Status Renderer::set_materials(const MaterialSet& materials) {
   return core::set_materials(device_, settings_, materials);
 }
 
-Status Renderer::upload_blend_rows(std::uint32_t first, std::uint32_t rows,
-                                   std::span<const std::byte> bytes) {
-  return core::upload_blend_rows(device_, settings_, first, rows, bytes);
+Status Renderer::upload_blend_texels(const TexelRect& texels, std::span<const std::byte> bytes) {
+  counts_.uploaded_bytes += bytes.size();
+  return core::upload_blend_texels(device_, settings_, texels, bytes);
 }
 
 void Renderer::finish_blend_map() {

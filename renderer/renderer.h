@@ -54,6 +54,7 @@
 #include "renderer/resources/vertex_pages.h"
 #include "terrain/field/octree.h"
 #include "terrain/patch/gpu_vertex.h"
+#include "terrain/shading/painted_texels.h"
 
 namespace karst::core {
 
@@ -98,9 +99,9 @@ class Renderer {
   Status upload_image(std::uint32_t layer, std::span<const std::byte> texels);
   Status upload_image_table(std::uint32_t view, int size, std::span<const std::uint16_t> part);
 
-  // Rows [first, first + rows) of the blend map, and, after the last of them, its coarser levels. Where there
-  // is none, there are no rows. invalid_argument ("rows", "bytes").
-  Status upload_blend_rows(std::uint32_t first, std::uint32_t rows, std::span<const std::byte> bytes);
+  // Texels of the blend map, row by row, and, after the last of them, its coarser levels. invalid_argument
+  // ("texels", also where there is no map; "bytes").
+  Status upload_blend_texels(const TexelRect& texels, std::span<const std::byte> bytes);
   void finish_blend_map();
   // Where the ground ends (surroundings.h); without it there is no wall. plain_steps: height of the plain.
   // invalid_argument where the settings have no room for it.

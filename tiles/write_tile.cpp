@@ -6,8 +6,8 @@
 
 #include "terrain/base/check.h"
 #include "tiles/decode_tile.h"
+#include "tiles/frame/zstd_frame.h"
 #include "tiles/tile_contents.h"
-#include "tiles/zstd_frame.h"
 
 namespace karst::tiles {
 namespace {

@@ -74,6 +74,7 @@ class EditedWorld {
     if (const Status status = read_world_info(source, info); !status.ok()) return {path, status};
     if (info.ground_samples[0] == 0) plan.needs.edit_tiles = 0;
     if (info.patches == 0) plan.needs.edit_patches = 0;
+    if (info.materials == 0) plan.needs.paint_width = plan.needs.paint_depth = 0;
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
         kMemoryAlignment, (plan.cpu_bytes + kMemoryAlignment - 1) / kMemoryAlignment * kMemoryAlignment)));
@@ -142,6 +143,11 @@ constexpr std::uint32_t kMostEditPatches = 1u << 20;
 constexpr std::uint64_t kFirstUndoBytes = 1u << 20;
 constexpr std::uint64_t kMostUndoBytes = 1u << 30;
 constexpr std::uint32_t kFirstEditTiles = 256;
+// Texels of the painted map of a world that has none.
+constexpr std::uint32_t kPaintSide = 1'024;
+bool paints(const ScriptStep& step) {
+  return step.kind == ScriptStep::edit && step.what.tool == EditTool::paint;
+}
 constexpr std::uint32_t kMostEditTiles = 65'536;
 
 // What a limit that was reached has to be; false: it cannot be more.
@@ -183,9 +189,11 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (std::ranges::any_of(steps, [](const ScriptStep& one) { return one.kind == ScriptStep::undo; }))
     needs.undo_bytes = kFirstUndoBytes;
   needs.edit_tiles = kFirstEditTiles;
+  if (std::ranges::any_of(steps, paints)) needs.paint_width = needs.paint_depth = kPaintSide;
   for (;;) {
     EditedWorld edited;
     if (Error error = edited.open(path, needs); !error.ok()) return error;
+    if (Error error = find_materials(edited.world->info(), options.script, steps); !error.ok()) return error;
     Status full;
     if (Error error = apply_all(*edited.editor, steps, options.script, counts, full); !error.ok()) {
       if (raise(full, needs)) continue;
@@ -212,8 +220,9 @@ constinit const CommandSpec kEditSpec = {
         "The same script makes the same bytes. Where an edit cannot be done, nothing is written.\n\n"
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
         "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
-        "fill are of voxels, in worlds without a ground (karst-bake --no-ground); the other tools are of "
-        "the ground's heights, on a plane and without voxels.",
+        "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
+        "region (--carve); extrude, smooth, noise, flatten and level are of heights, of such voxels' surface "
+        "where there is no ground or of a ground on a plane, beside regions; paint is of materials.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"

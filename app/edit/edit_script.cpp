@@ -58,7 +58,7 @@ Edit read_edit(const JsonFields& fields, int tool) {
   if (edit.shape == BrushShape::box) edit.half_m = vector_of(fields, "half_m", kMostLength);
   if (edit.shape == BrushShape::voxel)
     edit.octree_level = static_cast<std::uint8_t>(count_of(fields, "octree_level", 9));
-  if (edit.tool == EditTool::paint)
+  if (edit.tool == EditTool::paint && !fields.get("material").is_string())
     edit.material = static_cast<std::uint8_t>(count_of(fields, "material", 255));
   if (fields.has("up")) edit.up = vector_of(fields, "up", 1e6);
   read_optional(fields, "radius_m", kLeastLength, kMostLength, edit.radius_m);
@@ -82,6 +82,8 @@ ScriptStep read_step(const JsonFields& fields) {
   fields.only({"tool", "shape", "place_m", "to_m", "half_m", "octree_level", "material", "up", "radius_m",
                "strength_m", "amount", "hardness", "wave_m", "seed", "joined", "check"});
   step.what = read_edit(fields, tool);
+  if (step.what.tool == EditTool::paint && fields.get("material").is_string())
+    step.material = fields.text("material", sizeof WorldInfo().material_names[0] - 1);
   if (fields.has("joined")) {
     if (!fields.get("joined").is_boolean()) fields.fail("joined", "not true or false");
     step.joined = fields.get("joined").is_boolean() && fields.get("joined").get<bool>();
@@ -180,6 +182,24 @@ std::vector<ScriptStep> effective_steps(const std::vector<ScriptStep>& steps, Sc
     if (!stroke.empty()) left[left.size() - stroke.size()].joined = false;
   }
   return left;
+}
+
+Error find_materials(const WorldInfo& info, const std::string& name, std::vector<ScriptStep>& steps) {
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    ScriptStep& step = steps[n];
+    if (step.material.empty()) continue;
+    std::string known = "none";
+    step.what.material = kNoMaterial;
+    bool found = step.material == "none";
+    for (std::uint32_t m = 0; m < info.materials; ++m) {
+      known += std::string(", ") + info.material_names[m];
+      if (step.material != info.material_names[m]) continue;
+      step.what.material = static_cast<std::uint8_t>(m);
+      found = true;
+    }
+    if (!found) return name + ": edit " + std::to_string(n) + ": material: not one of the world's: " + known;
+  }
+  return {};
 }
 
 std::string script_line(const ScriptStep& step) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "karst/edit.h"
+#include "karst/world.h"
 #include "platform/base/error.h"
 
 namespace karst::app {
@@ -16,8 +17,9 @@ namespace karst::app {
 struct ScriptStep {
   enum Kind : std::uint8_t { edit, undo, redo };
   Kind kind = edit;
-  bool joined = false;  // with the edit before it: one step of undo
-  Edit what;            // of edit
+  bool joined = false;        // with the edit before it: one step of undo
+  Edit what;                  // of edit
+  std::string material = {};  // of paint, by name: what.material is not known then
 };
 
 inline constexpr std::size_t kMostScriptSteps = 1'000'000;
@@ -34,6 +36,8 @@ std::vector<ScriptStep> effective_steps(const std::vector<ScriptStep>& steps, Sc
 Error parse_script(std::string_view text, const std::string& name, std::vector<ScriptStep>& steps);
 // One line of it, without its end.
 Error parse_script_line(std::string_view line, const std::string& place, ScriptStep& step);
+// Materials by their numbers in a world. name: of the script, for the message.
+Error find_materials(const WorldInfo& info, const std::string& name, std::vector<ScriptStep>& steps);
 // The line that means this step, without its end: numbers are as long as their bits need.
 std::string script_line(const ScriptStep& step);
 

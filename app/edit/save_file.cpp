@@ -14,7 +14,8 @@ namespace {
 // Pieces are small: they go to the file together.
 class Writer {
  public:
-  Writer(AtomicFile& file, std::uint64_t expected) : file_(file), shown_(expected > 0), progress_("save", expected) {
+  Writer(AtomicFile& file, std::uint64_t expected)
+      : file_(file), shown_(expected > 0), progress_("save", expected) {
     buffer_.reserve(kBuffer);
   }
 

@@ -13,7 +13,6 @@ constexpr double kLeastVoxels = 0.25, kMostVoxels = 256;  // of the radius
 constexpr double kFirstVoxels = 3;
 constexpr double kStrengthStep = 0.1, kOffsetStep = 0.25;
 constexpr double kSlopeStep_deg = 5, kMostSlope_deg = 60;
-constexpr int kMaterials = 16;
 // Of a dab of full strength, in radii.
 constexpr double kHeightOfADab = 0.2, kNoiseOfADab = 0.1, kWaves = 0.5;
 
@@ -83,7 +82,7 @@ void Brush::refine(int steps) {
 }
 
 void Brush::next_material(int steps) {
-  material_ = turn(material_, steps, kMaterials);
+  material_ = turn(material_, steps, static_cast<int>(materials_.size()) + 1);
 }
 
 Edit Brush::make_edit(const glm::dvec3& place, const glm::dvec3& plane_up, std::uint32_t seed) const {
@@ -116,7 +115,8 @@ Edit Brush::make_edit(const glm::dvec3& place, const glm::dvec3& plane_up, std::
       edit.amount = strength_;
       break;
     case Tool::paint:
-      edit.material = static_cast<std::uint8_t>(material_);
+      edit.material = material_ < static_cast<int>(materials_.size()) ? static_cast<std::uint8_t>(material_)
+                                                                      : kNoMaterial;
       edit.amount = strength_;
       break;
   }
@@ -137,7 +137,10 @@ std::string Brush::text() const {
     std::snprintf(room, sizeof room, ", strength %.0f %%", strength_ * 100);
     text += room;
   }
-  if (tool_ == Tool::paint) text += ", material " + std::to_string(material_);
+  if (tool_ == Tool::paint) {
+    const auto number = static_cast<std::size_t>(material_);
+    text += number < materials_.size() ? ", " + materials_[number] : ", no paint";
+  }
   if (tool_ == Tool::flatten && slope_deg_ != 0) {
     std::snprintf(room, sizeof room, ", slope %.0f deg", slope_deg_);
     text += room;

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -45,7 +47,9 @@ class Brush {
   double offset() const { return offset_; }        // radii along the surface's or the plane's normal, -1..1
   double slope_deg() const { return slope_deg_; }  // that flatten's plane rises by, away from the eye
   int octree_level() const { return octree_level_; }
-  int material() const { return material_; }
+  int material() const { return material_; }  // one more than the last one: none
+
+  void set_materials(std::vector<std::string> names) { materials_ = std::move(names); }
 
   // steps: below 0 back.
   void next_tool(int steps);
@@ -78,6 +82,7 @@ class Brush {
   double slope_deg_ = 0;
   int octree_level_;
   int material_ = 0;
+  std::vector<std::string> materials_;
 };
 
 }  // namespace karst::app

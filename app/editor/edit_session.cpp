@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "app/common/progress.h"
 #include "app/edit/save_file.h"
@@ -148,7 +149,12 @@ void EditSession::begin_stroke() {
 }
 
 Error EditSession::apply(const Edit& edit, EditResult& result) {
-  if (const Status status = editor_->apply(edit, result); !status.ok()) return {"edit", status};
+  if (const Status status = editor_->apply(edit, result); !status.ok()) {
+    const std::string_view field = status.field() == nullptr ? "" : status.field();
+    const bool room = field == "edit_patches" || field == "edit_tiles";
+    const Error error("edit", status);
+    return room ? Error(error.text() + "; --edit-memory takes more") : error;
+  }
   if (!result.changed) return {};
   ScriptStep step;
   step.joined = in_stroke_ && stroke_changed_;

@@ -46,11 +46,15 @@ const HandEditor::Key HandEditor::kKeys[] = {
     {KEY_F5, Command::save, 1},          {KEY_H, Command::help, 1}};
 
 HandEditor::HandEditor(const World& world, Query& query, EditSession& session)
-    : world_(&world),
-      query_(&query),
+    : query_(&query),
       session_(&session),
       brush_(unit_m(world.info()), world.info().octree_depth, has_voxels(world.info())),
-      aim_(world, query) {}
+      aim_(world, query) {
+  const WorldInfo& info = world.info();
+  std::vector<std::string> materials;
+  for (std::uint32_t m = 0; m < info.materials; ++m) materials.emplace_back(info.material_names[m]);
+  brush_.set_materials(std::move(materials));
+}
 
 void HandEditor::say(std::string text, bool is_error) {
   if (is_error) news_ = text;
@@ -216,7 +220,7 @@ void HandEditor::draw_stroke(std::int64_t now_ns) {
   if (!stroke_) {
     if (!aim_.begin_stroke(brush_)) return;
     if (!message_.empty()) say("", false);
-    stroke_.emplace();
+    stroke_ = Stroke{};
     session_->begin_stroke();
   }
   if (!dab(now_ns)) {

@@ -102,7 +102,6 @@ class HandEditor {
     bool shift = false, control = false, right = false;
   };
 
-  const World* world_;
   Query* query_;
   EditSession* session_;
   Brush brush_;

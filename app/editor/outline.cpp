@@ -9,7 +9,8 @@ namespace karst::app {
 namespace {
 
 constexpr int kRingParts = 64;
-constexpr int kSquareParts = 12;  // a side
+constexpr int kSquareParts = 12;   // a side
+constexpr double kMostPart = 0.6;  // of the radius
 constexpr double kTwoPi = 6.28318530717958647692;
 
 Vec3 vec(const glm::dvec3& v) {
@@ -36,15 +37,16 @@ void across(const glm::dvec3& axis, glm::dvec3& u, glm::dvec3& v) {
   v = glm::cross(axis, u);
 }
 
+// most_m: longer parts, from one side of a valley to the other, are left out.
 template <class PlaceAt>
-std::vector<OutlinePart> closed(int parts, PlaceAt place_at) {
+std::vector<OutlinePart> closed(int parts, double most_m, PlaceAt place_at) {
   std::vector<OutlinePart> outline;
   outline.reserve(static_cast<std::size_t>(parts));
   const glm::dvec3 first = place_at(0);
   glm::dvec3 before = first;
   for (int n = 1; n <= parts; ++n) {
     const glm::dvec3 next = n == parts ? first : place_at(n);
-    outline.push_back({before, next});
+    if (glm::length(next - before) <= most_m) outline.push_back({before, next});
     before = next;
   }
   return outline;
@@ -56,14 +58,14 @@ std::vector<OutlinePart> ring_on(Query& query, const glm::dvec3& place, const gl
                                  double radius_m) {
   glm::dvec3 u, v;
   across(axis, u, v);
-  return closed(kRingParts, [&](int n) {
+  return closed(kRingParts, kMostPart * radius_m, [&](int n) {
     const double angle = kTwoPi * n / kRingParts;
     return laid(query, place + radius_m * (std::cos(angle) * u + std::sin(angle) * v), axis, radius_m);
   });
 }
 
 std::vector<OutlinePart> square_on(Query& query, const glm::dvec3& place, double half_m) {
-  return closed(4 * kSquareParts, [&](int n) {
+  return closed(4 * kSquareParts, kMostPart * half_m, [&](int n) {
     const double along = 2.0 * (n % kSquareParts) / kSquareParts - 1;
     constexpr double kCorners[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     const int side = n / kSquareParts;
@@ -91,7 +93,7 @@ std::vector<OutlinePart> cube_edges(const glm::dvec3& centre, double side_m) {
 std::vector<OutlinePart> circle(const glm::dvec3& place, const glm::dvec3& axis, double radius_m) {
   glm::dvec3 u, v;
   across(axis, u, v);
-  return closed(kRingParts, [&](int n) {
+  return closed(kRingParts, radius_m, [&](int n) {
     const double angle = kTwoPi * n / kRingParts;
     return place + radius_m * (std::cos(angle) * u + std::sin(angle) * v);
   });

@@ -40,6 +40,9 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
       .field("patches", info.patches)
       .field("height_blocks", info.height_blocks);
   json.field("materials", info.materials).field("lights", info.lights);
+  json.key("material_names").begin_array();
+  for (std::uint32_t m = 0; m < info.materials; ++m) json.value(info.material_names[m]);
+  json.end_array();
   json.key("blend_map").begin_array().value(info.blend_map[0]).value(info.blend_map[1]).end_array();
   if (info.has_water) {
     json.field("water_m", info.water_m);
@@ -70,6 +73,13 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   }
   json.end_object();
   std::fputs(json.text().c_str(), stdout);
+}
+
+void print_materials(const WorldInfo& info) {
+  std::printf("materials      %u", info.materials);
+  for (std::uint32_t m = 0; m < info.materials; ++m)
+    std::printf("%s%s", m == 0 ? ": " : ", ", info.material_names[m]);
+  std::printf("; %u lights\n", info.lights);
 }
 
 void print_ground(const WorldInfo& info) {
@@ -114,7 +124,7 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   std::printf("file           %llu bytes\n", static_cast<unsigned long long>(file_bytes));
   if (info.ground_samples[0] > 0) print_ground(info);
   if (info.patches == 0 && info.ground_samples[0] > 0) {
-    std::printf("materials      %u, %u lights\n", info.materials, info.lights);
+    print_materials(info);
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;
   }
@@ -123,7 +133,7 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
   // Of several regions it is where the first begin.
   if (info.regions <= 1) std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
-  std::printf("materials      %u, %u lights\n", info.materials, info.lights);
+  print_materials(info);
   if (info.blend_map[0] > 0)
     std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);
   if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);

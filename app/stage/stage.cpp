@@ -31,14 +31,37 @@ void lap(std::int64_t& start, double& total) {
   start = now;
 }
 
-// What is taken back takes a quarter, patches (some 350 bytes each) a quarter, tiles of a ground (41,700
-// bytes) the rest; a world without a ground has no tiles, and one without voxels no patches.
-void divide_edit_memory(std::uint64_t bytes, Needs& needs) {
-  constexpr std::uint64_t kBytesAPatch = 350, kBytesATile = 41'700;
-  needs.undo_bytes = bytes / 4;
-  needs.edit_patches =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 4 / kBytesAPatch, 1u << 20));
-  needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(bytes / 2 / kBytesATile, 65'536));
+// What is taken back takes a quarter; patches and a ground's tiles share the rest. What one of them costs is
+// the world's affair.
+Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
+  if (bytes == 0) return {};
+  constexpr std::uint32_t kSome = 1024;
+  Plan trial = plan;
+  trial.needs.max_cpu_bytes = trial.needs.max_gpu_bytes = UINT64_MAX;
+  const auto cost = [&](std::uint32_t patches, std::uint32_t tiles, std::uint64_t& out) {
+    trial.needs.edit_patches = patches;
+    trial.needs.edit_tiles = tiles;
+    const Status status = make_plan(head, trial);
+    out = trial.cpu_bytes + trial.gpu_bytes;
+    return status;
+  };
+  std::uint64_t none = 0, patches = 0, tiles = 0;
+  Status status = cost(0, 0, none);
+  if (status.ok()) status = cost(kSome, 0, patches);
+  if (status.ok()) status = cost(kSome, kSome, tiles);
+  if (!status.ok()) return status;
+  const auto count = [&](std::uint64_t taken, std::uint64_t most) {
+    const std::uint64_t share = bytes / 4 * 3 / (patches > none && tiles > patches ? 2 : 1);
+    const std::uint64_t each = std::max<std::uint64_t>(taken / kSome, 1);
+    return static_cast<std::uint32_t>(taken == 0 ? kSome
+                                                 : std::clamp<std::uint64_t>(share / each, kSome / 8, most));
+  };
+  plan.needs.undo_bytes = bytes / 4;
+  plan.needs.edit_patches = count(patches - none, 1u << 20);
+  plan.needs.edit_tiles = count(tiles - patches, 65'536);
+  // A painted map of a world that has none: 1 MiB and as much of the GPU's, which is not counted.
+  plan.needs.paint_width = plan.needs.paint_depth = 512;
+  return {};
 }
 
 // Counts karst's heap calls between on(true) and on(false).
@@ -70,7 +93,7 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   plan_.needs.queries = needs.queries;
   plan_.needs.query_patches = needs.query_patches;
   overlay_bytes_ = needs.overlay_bytes;
-  divide_edit_memory(needs.edit_bytes, plan_.needs);
+  edit_bytes_ = needs.edit_bytes;
   std::int64_t start = now_ns();
   if (Error error = load_drape(); !error.ok()) return error;
   if (Error error = file_.open(path_); !error.ok()) return error;
@@ -144,6 +167,8 @@ Error Stage::make_plan_for(const Head& head) {
   needs.drape_width = static_cast<std::uint32_t>(drape_.width);
   needs.drape_height = static_cast<std::uint32_t>(drape_.height);
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
+  if (const Status status = divide_edit_memory(head, edit_bytes_, plan_); !status.ok())
+    return {path_, status};
   if (const Status status = make_plan(head, plan_); !status.ok()) return {path_, status};
   const std::uint64_t others = gpu_bytes() + drape_.rgba.size();
   std::uint64_t max_cpu = scene_.max_memory - std::min(scene_.max_memory, others);

@@ -116,7 +116,7 @@ class Stage {
 
   std::string path_;
   SceneArguments scene_;
-  std::uint64_t overlay_bytes_ = 0;
+  std::uint64_t edit_bytes_ = 0, overlay_bytes_ = 0;
   FileSource file_;  // before world_, which may read from it at any time
   Source source_;
   PngPicture drape_;

@@ -37,7 +37,7 @@ struct ViewOptions {
 
   bool edit = false;
   EditSession::Files edit_files;           // world: as above
-  std::uint64_t edit_bytes = 64ull << 20;  // of memory, about
+  std::uint64_t edit_bytes = 128ull << 20;  // of memory, about
 
   bool fixed_clock = false;
   std::int64_t frames = 0;  // to draw before ending; 0: no end

@@ -7,6 +7,7 @@
 #include "bake/procedural/sample_materials.h"
 #include "bake/textures/texture_pyramid.h"
 #include "platform/base/text.h"
+#include "terrain/shading/painted_texels.h"
 
 #include <algorithm>
 #include <cstring>
@@ -160,8 +161,7 @@ Error BakeMaterials::blend(BakedMaterials& baked) const {
   return {};
 }
 
-// Patches without a material of their own that the weights of some painted texel reach, at any level of the
-// map: a place mixes the texels beside it, each of which is made of 2^level finer ones.
+// Patches without a material of their own that the weights of some painted texel reach.
 void BakeMaterials::mark_painted(BakedMaterials& baked) const {
   const BlendMap& map = baked.set.blend_map;
   baked.overrides.resize(surface.patches.size(), 0);
@@ -177,13 +177,7 @@ void BakeMaterials::mark_painted(BakedMaterials& baked) const {
                                          before[(y + 1) * stride + x] - before[y * stride + x];
     }
   }
-  constexpr double kReach = 1.5 * (1 << (kMostBlendLevels - 1)) + 1;
-  const auto range = [](double low, double high, int voxels, std::uint32_t texels) {
-    const double scale = texels / std::max(1.0, voxels - 1.0), most = texels;
-    return std::array{
-        static_cast<std::size_t>(std::clamp(std::floor((low - 0.5) * scale - kReach), 0.0, most)),
-        static_cast<std::size_t>(std::clamp(std::ceil((high - 0.5) * scale + kReach), 0.0, most))};
-  };
+  const BlendSpan span = BlendSpan::of_voxels(grid.extent);
   for (std::size_t p = 0; p < surface.patches.size(); ++p) {
     if (baked.overrides[p] != 0) continue;
     const Volume& volume = surface.volumes[surface.patches[p].volume];
@@ -191,10 +185,10 @@ void BakeMaterials::mark_painted(BakedMaterials& baked) const {
       return volume.corner[axis] +
              static_cast<double>((high ? bounds[p].max : bounds[p].min)[axis]) / kStepsPerVoxel;
     };
-    const auto x = range(side(0, false), side(0, true), grid.extent.x, map.width);
-    const auto z = range(side(2, false), side(2, true), grid.extent.z, map.depth);
-    const std::uint32_t count = before[z[1] * stride + x[1]] - before[z[0] * stride + x[1]] -
-                                before[z[1] * stride + x[0]] + before[z[0] * stride + x[0]];
+    const TexelRect r =
+        texels_reaching(map, span, {side(0, false), side(2, false)}, {side(0, true), side(2, true)});
+    const std::uint32_t count = before[r.high.y * stride + r.high.x] - before[r.low.y * stride + r.high.x] -
+                                before[r.high.y * stride + r.low.x] + before[r.low.y * stride + r.low.x];
     if (count == 0) continue;
     baked.overrides[p] = kPaintedByMap;
     ++baked.under_map;

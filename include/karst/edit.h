@@ -31,7 +31,7 @@ enum class EditTool : std::uint8_t {
   noise,    // heights: by simplex noise of the place in space, up to strength_m, of wave length wave_m
   flatten,  // heights: onto the plane through `place` with the normal `up`
   level,    // heights: to the elevation of `place`
-  paint     // material, over what is there, by the share `amount`
+  paint     // materials: by the share `amount`, over what is there; see `material`
 };
 
 enum class BrushShape : std::uint8_t {
@@ -42,12 +42,17 @@ enum class BrushShape : std::uint8_t {
   cylinder  // upright, around `place`; of heights
 };
 
+inline constexpr std::uint8_t kNoMaterial = 255;  // takes paint away: the world's own rules decide again
+
 struct Edit {
   EditTool tool = EditTool::clear;
   BrushShape shape = BrushShape::sphere;
   std::uint8_t octree_level = 0;  // of BrushShape::voxel; 0 is the whole octree
-  std::uint8_t material = 0;      // of paint
-  Vec3 place;                     // in the simulator's frame, metres
+  // Of paint: a material's number in the world, or kNoMaterial. Paint lies in a map seen from above, of which
+  // a texel is over a whole column: a brush paints what is below and above its place, too, but not what faces
+  // down, nor caves. Four materials are painted at most.
+  std::uint8_t material = 0;
+  Vec3 place;  // in the simulator's frame, metres
   Vec3 to;
   Vec3 half_m{1, 1, 1};
   Vec3 up{0, 1, 0};
@@ -89,8 +94,13 @@ class KARST_API Editor {
   Editor& operator=(const Editor&) = delete;
 
   // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
-  // Needs::edit_patches), and heights of grounds on planes without regions (extrude to level;
-  // Needs::edit_tiles); paint is refused, and so is the rest.
+  // Needs::edit_patches); voxels of a ground's regions (clear, fill; Needs::edit_patches and edit_tiles); and
+  // heights of grounds on planes where no region stands (extrude to level; Needs::edit_tiles). Materials are
+  // painted over all of them, but for grounds on a curved basis and patches that were baked with a material of
+  // their own (Needs::paint_width). The rest is refused.
+  //
+  // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
+  // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two.
   //
   // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
   // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to

@@ -42,11 +42,15 @@ struct Needs {
   std::uint32_t drape_width = 0;   // pixels of an image over the world that takes the materials' place,
   std::uint32_t drape_height = 0;  // both 0 or both 1..16384
   // Tiles of a ground, 64 samples a side, that edits may change (karst/edit.h), 0..65536: one or more of each
-  // size at each place. 0: it is not edited.
+  // size at each place, of regions too. 0: it is not edited.
   std::uint32_t edit_tiles = 0;
-  // Patches that edits may add to those of the file, and that one edit may make anew, 0..2^20; 0: nothing is
-  // edited. All heights are held in memory then.
+  // Patches that edits may add to those of the file, in each region, and that one edit may make anew,
+  // 0..2^20; 0: no voxels are edited. All heights are held in memory then.
   std::uint32_t edit_patches = 0;
+  // Texels along x and z of the painted map (EditTool::paint), both 0 or both 1..1024; of a world that has
+  // one, its own count. 4 bytes of memory each, and 5.3 of GPU memory. 0: nothing is painted.
+  std::uint32_t paint_width = 0;
+  std::uint32_t paint_depth = 0;
   // Of memory for what steps of edits keep to be taken back (karst/edit.h), 0..2^30; 0: none can be.
   std::uint64_t undo_bytes = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed

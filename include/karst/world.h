@@ -25,6 +25,7 @@ struct WorldInfo {
   std::int32_t level = 0;  // finest that the file has
   std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;
   std::uint32_t materials = 0, lights = 0;
+  char material_names[8][16] = {};  // of the materials, zero-terminated
   std::uint32_t blend_map[2] = {};  // texels along x and z of the painted weights; 0: there are none
   // Still water stands up to water_m, a height in the world's own metres. It is drawn; queries are of the
   // ground, which may be its bed.

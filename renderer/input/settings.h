@@ -40,6 +40,7 @@ struct RendererSettings {
   // Of its blend map, texels, both 0 or both 1..kMostBlendSide; 0: there is none.
   std::uint32_t blend_width = 0;
   std::uint32_t blend_depth = 0;
+  BlendSpan blend_span;  // what it lies over
   // Image tiles on the GPU, Config::image_layers, and views that look at them; 0 both, or a drape: the world
   // has no imagery. 0..kMostImageLayers, 0..kMostViews.
   std::uint32_t image_layers = 0;

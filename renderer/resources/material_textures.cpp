@@ -82,7 +82,8 @@ GLenum gl_format(TextureFormat format) {
   return GL_RGBA8;
 }
 
-shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent) {
+shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent,
+                                          const BlendSpan& span) {
   shader::MaterialBlock block{};
   const float levels = materials.count == 0 ? 0.0f : std::log2(static_cast<float>(materials.side));
   block.material_scale = {std::exp2(-levels), levels - static_cast<float>(materials.repeat_log2), 0.0f, 0.0f};
@@ -91,12 +92,11 @@ shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ive
   block.material_tint[0] = {1.0f, 1.0f, 1.0f, 1.0f};
   block.material_near[0] = near_decoding(TextureFormat::rgba8, Material());
   const BlendMap& map = materials.blend_map;
-  const auto place = [](int voxels) { return 1.0f / std::max(1.0f, static_cast<float>(voxels) - 1.0f); };
-  block.material_blend_place = {place(extent.x), place(extent.z), -0.5f * place(extent.x),
-                                -0.5f * place(extent.z)};
+  const glm::vec2 place = 1.0f / glm::vec2(span.size), low = glm::vec2(span.low);
+  block.material_blend_place = {place.x, place.y, -low.x * place.x, -low.y * place.y};
   if (map.exists()) {
-    block.material_scale.z = std::log2(std::max(static_cast<float>(map.width) * place(extent.x),
-                                                static_cast<float>(map.depth) * place(extent.z)));
+    block.material_scale.z =
+        std::log2(std::max(static_cast<float>(map.width) * place.x, static_cast<float>(map.depth) * place.y));
   }
   for (int channel = 0; channel < 4; ++channel) {
     const std::uint8_t material = map.materials[channel];
@@ -152,7 +152,7 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
   }
   if (materials.blend_map.width != settings.blend_width || materials.blend_map.depth != settings.blend_depth)
     return invalid("not the settings' blend_width and blend_depth", "materials", materials.blend_map.width);
-  const shader::MaterialBlock block = make_material_block(materials, settings.extent);
+  const shader::MaterialBlock block = make_material_block(materials, settings.extent, settings.blend_span);
   device.gl.BindBuffer(GL_UNIFORM_BUFFER, name_of(device, Object::material_block));
   device.gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   device.gl.BindBuffer(GL_UNIFORM_BUFFER, 0);
@@ -191,16 +191,18 @@ Status upload_textures(const GlDevice& device, const RendererSettings& settings,
   return {};
 }
 
-Status upload_blend_rows(const GlDevice& device, const RendererSettings& settings, std::uint32_t first,
-                         std::uint32_t rows, std::span<const std::byte> bytes) {
-  if (first > settings.blend_depth || rows > settings.blend_depth - first) return invalid("not rows", "rows");
-  if (bytes.size() != std::size_t{settings.blend_width} * rows * kBlendTexelBytes)
-    return invalid("of another size than the rows", "bytes", bytes.size());
+Status upload_blend_texels(const GlDevice& device, const RendererSettings& settings, const TexelRect& texels,
+                           std::span<const std::byte> bytes) {
+  if (!texels.exists() || texels.high.x > settings.blend_width || texels.high.y > settings.blend_depth)
+    return invalid("not of the map", "texels");
+  const glm::uvec2 size = texels.high - texels.low;
+  if (bytes.size() != std::size_t{size.x} * size.y * kBlendTexelBytes)
+    return invalid("of another size than the texels", "bytes", bytes.size());
   enter_upload(device);
   device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::blend_map));
-  device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(first),
-                          static_cast<GLsizei>(settings.blend_width), static_cast<GLsizei>(rows), GL_RGBA,
-                          GL_UNSIGNED_BYTE, bytes.data());
+  device.gl.TexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(texels.low.x),
+                          static_cast<GLint>(texels.low.y), static_cast<GLsizei>(size.x),
+                          static_cast<GLsizei>(size.y), GL_RGBA, GL_UNSIGNED_BYTE, bytes.data());
   device.gl.BindTexture(GL_TEXTURE_2D, 0);
   leave_upload(device);
   return {};

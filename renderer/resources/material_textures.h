@@ -10,6 +10,7 @@
 #include "renderer/input/settings.h"
 #include "renderer/input/shader_interface.h"
 #include "terrain/shading/materials.h"
+#include "terrain/shading/painted_texels.h"
 
 namespace karst::core {
 
@@ -18,7 +19,8 @@ GLenum gl_format(TextureFormat format);
 
 // What stays the same for a world of this extent in voxels. materials.count 0: one material that is
 // everywhere.
-shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent = {1, 1, 1});
+shader::MaterialBlock make_material_block(const MaterialSet& materials, glm::ivec3 extent = {1, 1, 1},
+                                          const BlendSpan& span = {});
 
 // ObjectRow::fill: what is seen where a world has no materials; and the noise.
 Status fill_material_block(const Gl& gl, const RendererSettings& settings, const GlObjects& objects);
@@ -31,9 +33,9 @@ Status set_materials(const GlDevice& device, const RendererSettings& settings, c
 Status upload_textures(const GlDevice& device, const RendererSettings& settings, TextureArray array,
                        int level, int first_layer, int layers, std::span<const std::byte> bytes);
 
-// Renderer::upload_blend_rows and finish_blend_map.
-Status upload_blend_rows(const GlDevice& device, const RendererSettings& settings, std::uint32_t first,
-                         std::uint32_t rows, std::span<const std::byte> bytes);
+// Renderer::upload_blend_texels and finish_blend_map.
+Status upload_blend_texels(const GlDevice& device, const RendererSettings& settings, const TexelRect& texels,
+                           std::span<const std::byte> bytes);
 void finish_blend_map(const GlDevice& device);
 
 }  // namespace karst::core

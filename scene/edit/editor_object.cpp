@@ -18,6 +18,7 @@ namespace {
 
 static_assert(static_cast<int>(karst::EditTool::paint) == static_cast<int>(EditTool::paint));
 static_assert(static_cast<int>(karst::BrushShape::cylinder) == static_cast<int>(BrushShape::cylinder));
+static_assert(kNoMaterial == kNoPaint);
 
 EditorObject& self(karst::Editor* editor) {
   return *static_cast<EditorObject*>(editor);
@@ -62,6 +63,12 @@ Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
 Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   UndoLog* const kept = log.exists() ? &log : nullptr;
   core::World& terrain = world.terrain.world;
+  if (edit.tool == EditTool::paint) {
+    PaintChange change;
+    const Status status = edit_paint(terrain, world.span(), edit, kept, change);
+    follow_paint(change, result);
+    return status;
+  }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) {
     GroundChange change;
     std::uint32_t nodes = 0;
@@ -70,7 +77,9 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status;
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  if (edit.tool == EditTool::paint) return {StatusCode::invalid_argument, "nothing can be painted", "tool"};
+  if (terrain.ground().exists()) {
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+  }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
@@ -80,8 +89,30 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   return follow(change, result);
 }
 
+// Vertices say what their patch needs of shading.
+void EditorObject::follow_paint(const PaintChange& change, EditResult& result) {
+  if (!change.changed) return;
+  unshown.changed = true;
+  unshown.texels.join(change.texels);
+  unshown.materials = unshown.materials || change.materials;
+  const BlendMap& map = world.terrain.world.materials().blend_map;
+  world.shown.blend_map[0] = map.width;
+  world.shown.blend_map[1] = map.depth;
+  const BlendSpan span = world.span();
+  const glm::dvec2 texel = span.size / glm::dvec2(map.width, map.depth);
+  const glm::dvec2 low = span.low + glm::dvec2(change.texels.low) * texel;
+  const glm::dvec2 high = span.low + glm::dvec2(change.texels.high) * texel;
+  const LatticeBox box = world.terrain.world.box();
+  show_extent({low.x, box.min.y / double{kStepsPerVoxel}, low.y},
+              {high.x, box.max.y / double{kStepsPerVoxel}, high.y}, result);
+  if (!change.patches) return;
+  for (std::size_t part = 0; part < world.terrain.world.parts().size(); ++part)
+    world.terrain.residency.follow_sky(part);
+}
+
 void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result) {
   if (!change.changed) return;
+  shape_version = version + 1;
   ground_changed = true;
   world.show_box();
   const GroundInfo& ground = world.terrain.world.ground();
@@ -113,14 +144,19 @@ void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& h
 
 Status EditorObject::follow(const EditChange& change, EditResult& result) {
   if (!change.changed) return {};
+  shape_version = version + 1;
+  core::World& terrain = world.terrain.world;
+  if (terrain.is_paintable()) static_cast<void>(mark_painted(terrain, world.span(), change.touched));
   world.terrain.residency.follow_edit(change.touched, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);
   }
   world.show_box();
-  show_extent(glm::dvec3(change.box.min) / double{kStepsPerVoxel},
-              glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
+  show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
+              corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
+  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
   return {};
 }
@@ -137,15 +173,10 @@ void EditorObject::settle(double most_ms) {
     settle_some(terrain, done);
     if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
     if (!done.sky_changed) continue;
-    world.terrain.residency.follow_sky();
+    world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
-  EditGround* const ground = world.ground_edits;
-  while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) {
-    GroundChange change;
-    ground->settle_some(change);
-    ground->show_measures(change, world.terrain.ground);
-  }
+  while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
 }
 
 bool EditorObject::is_settled() const {

@@ -31,6 +31,12 @@ Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
+  if (part.kind() == CellKind::paint) {
+    PaintChange change;
+    exchange_paint(world.terrain.world, world.span(), part, change);
+    follow_paint(change, result);
+    return {};
+  }
   Status first;
   core::take_part(world.terrain.world, part, back, [&](const EditChange& change) {
     const Status status = follow(change, result);

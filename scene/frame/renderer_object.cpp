@@ -13,6 +13,7 @@
 #include "renderer/input/frame_block.h"
 #include "renderer/input/surroundings_block.h"
 #include "renderer/passes/terrain_pass.h"
+#include "scene/frame/materials/upload_materials.h"
 
 namespace karst {
 namespace core {
@@ -91,7 +92,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     if (*gl.message() != '\0') world.say(Severity::error, gl.message());
     return created;
   }
-  if (const Status status = upload_materials(); !status.ok()) return status;
+  if (const Status status = upload_materials(world, gl); !status.ok()) return status;
   for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
     const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
     if (!status.ok()) return status;
@@ -126,41 +127,6 @@ void RendererObject::forget_vertices() {
   imagery_.forget();
   shadows_.forget();
   first_frame_ = true;
-}
-
-// An image at a time, through the staging memory.
-Status RendererObject::upload_materials() {
-  const MaterialSet& set = world.terrain.world.materials();
-  if (gl.settings().material_count == 0) return {};
-  Status status = gl.set_materials(set);
-  for (const TextureArray array : {TextureArray::far, TextureArray::near}) {
-    for (int level = 0; status.ok() && level < texture_levels(set.side, array); ++level) {
-      const auto image = world.staging.first(texture_image_bytes(set.format, set.side, array, level));
-      for (std::uint32_t layer = 0; status.ok() && layer < set.count; ++layer) {
-        status = world.terrain.world.read_textures(array, level, layer, 1, image);
-        if (status.ok()) status = gl.upload_textures(array, level, static_cast<int>(layer), 1, image);
-      }
-    }
-  }
-  return status.ok() ? upload_blend_map() : status;
-}
-
-// As many rows at a time as the staging memory holds.
-Status RendererObject::upload_blend_map() {
-  const BlendMap& map = world.terrain.world.materials().blend_map;
-  if (!map.exists()) return {};
-  const std::size_t row = map.width * kBlendTexelBytes;
-  const auto most = static_cast<std::uint32_t>(world.staging.size() / row);
-  KARST_ASSERT(most > 0);
-  for (std::uint32_t first = 0; first < map.depth; first += most) {
-    const std::uint32_t rows = std::min(most, map.depth - first);
-    const auto bytes = world.staging.first(rows * row);
-    if (const Status status = world.terrain.world.read_blend_rows(first, rows, bytes); !status.ok())
-      return status;
-    if (const Status status = gl.upload_blend_rows(first, rows, bytes); !status.ok()) return status;
-  }
-  gl.finish_blend_map();
-  return {};
 }
 
 // Through the staging memory too.
@@ -268,12 +234,19 @@ Status RendererObject::follow_edits(double work_ms) {
     editor.settle(work_ms / 2);
   }
   if (sky_version_ != editor.sky_version) {
-    if (const Status status = gl.upload_sky(*world.terrain.world.parts()[0].sky, 0); !status.ok())
-      return status;
+    for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
+      if (const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n); !status.ok())
+        return status;
+    }
     sky_version_ = editor.sky_version;
   }
-  if (edited) shadows_.forget();
+  if (const Status status = show_paint(world, gl); !status.ok()) return status;
+  if (editor.shape_version > edit_version_) shadows_.forget();
   if (const Status status = work_.remake(costs); !status.ok()) return status;
+  // A region with a patch that lacks vertices would close.
+  if (world.terrain.world.ground().region_count > 0) {
+    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+  }
   edit_version_ = editor.version;
   return {};
 }

@@ -42,8 +42,6 @@ struct RendererObject final : karst::Renderer {
     EyeMotion motion;
   };
 
-  Status upload_materials();
-  Status upload_blend_map();
   Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun, std::uint32_t shadow_view);

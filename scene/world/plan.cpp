@@ -13,6 +13,7 @@
 #include "scene/world/plan_layout.h"
 #include "scene/world/tile_reader.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/edit/paint/edit_paint.h"
 #include "terrain/file/world_reader.h"
 #include "terrain/ground/ground_box.h"
 #include "terrain/resident/height_cache.h"
@@ -71,6 +72,12 @@ Status check_needs(const Needs& needs) {
   }
   if (needs.edit_patches > 1u << 20)
     return refuse("more than 2^20 patches", "edit_patches", needs.edit_patches);
+  if (needs.paint_width != 0 || needs.paint_depth != 0) {
+    if (!inside(needs.paint_width, 1, kMostBlendSide))
+      return refuse("not within 1..1024 texels", "paint_width", needs.paint_width);
+    if (!inside(needs.paint_depth, 1, kMostBlendSide))
+      return refuse("not within 1..1024 texels", "paint_depth", needs.paint_depth);
+  }
   if (needs.undo_bytes > 1u << 30) return refuse("more than 2^30 bytes", "undo_bytes", needs.undo_bytes);
   return {};
 }
@@ -130,8 +137,15 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches > 0 && !world.ground.exists()) World::add_edit_room(needs.edit_patches, config);
-  if (config.edit_patches > 0 || config.edit_tiles > 0)
+  if (needs.edit_patches > 0 && world.info.patches > 0) World::add_edit_room(needs.edit_patches, config);
+  // A map of the file's is as large as that says.
+  const MaterialSet& materials = world.materials;
+  if (needs.paint_width > 0 && materials.count > 0) {
+    const BlendMap& map = materials.blend_map;
+    config.paint_width = map.exists() ? map.width : needs.paint_width;
+    config.paint_depth = map.exists() ? map.depth : needs.paint_depth;
+  }
+  if (config.edit_patches > 0 || config.edit_tiles > 0 || config.paint_width > 0)
     config.undo_bytes = static_cast<std::uint32_t>(needs.undo_bytes);
 }
 
@@ -208,8 +222,10 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
   renderer.material_count = drape ? 0 : materials.count;
   renderer.material_side = materials.side;
   renderer.material_format = materials.format;
-  renderer.blend_width = drape ? 0 : materials.blend_map.width;
-  renderer.blend_depth = drape ? 0 : materials.blend_map.depth;
+  const bool painted = config.paint_width > 0;
+  renderer.blend_width = drape ? 0 : painted ? config.paint_width : materials.blend_map.width;
+  renderer.blend_depth = drape ? 0 : painted ? config.paint_depth : materials.blend_map.depth;
+  renderer.blend_span = blend_span(info, world.ground);
   renderer.cascades = drape ? 0 : static_cast<int>(needs.shadow_maps);
   renderer.shadow_size = static_cast<int>(needs.shadow_size);
   renderer.air_blocks = static_cast<int>(needs.views);
@@ -308,6 +324,8 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.patches = info.patches;
   out.height_blocks = info.height_blocks;
   out.materials = materials.count;
+  for (std::uint32_t m = 0; m < materials.count; ++m)
+    std::memcpy(out.material_names[m], materials.materials[m].name, sizeof out.material_names[m]);
   out.blend_map[0] = materials.blend_map.width;
   out.blend_map[1] = materials.blend_map.depth;
   out.lights = static_cast<std::uint32_t>(reader.lights().size());

@@ -236,7 +236,8 @@ void World::release(Query* query) noexcept {
 Status World::take_editor(Editor*& out) noexcept {
   out = nullptr;
   core::WorldObject& world = core::self(this);
-  if (world.made_for.needs.edit_patches == 0 && world.made_for.needs.edit_tiles == 0)
+  const Needs& needs = world.made_for.needs;
+  if (needs.edit_patches == 0 && needs.edit_tiles == 0 && needs.paint_width == 0)
     return {StatusCode::invalid_argument, "the plan has no room for edits", "edit_patches"};
   if (world.editor.taken.exchange(true))
     return {StatusCode::limit_reached, "the world's one editor is taken", "editors", 2};

@@ -15,6 +15,7 @@
 #include "scene/world/tile_reader.h"
 #include "terrain/edit/edit.h"
 #include "terrain/edit/ground/edit_ground.h"
+#include "terrain/edit/paint/edit_paint.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/world/terrain_parts.h"
@@ -43,14 +44,17 @@ struct EditorObject final : karst::Editor {
 
   WorldObject& world;
   UndoLog log;
-  std::uint64_t version = 0;      // one more with each change
-  std::uint64_t sky_version = 0;  // one more with each change of the sky
+  std::uint64_t version = 0;        // one more with each change
+  std::uint64_t sky_version = 0;    // one more with each change of the sky
+  std::uint64_t shape_version = 0;  // the last one that changed more than paint
   bool ground_changed = false;
+  PaintChange unshown;  // paint that is not on the GPU yet
   std::atomic<bool> taken{false};
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
   Status make(const core::Edit& edit, EditResult& result);
+  void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
@@ -68,7 +72,8 @@ struct WorldObject final : karst::World {
   TileReading ground_reading() const {
     return ground_edits != nullptr ? ground_edits->overlay().reading() : tiles.reading();
   }
-  void show_box();  // in `shown`, that of the surface
+  BlendSpan span() const { return layout.renderer.blend_span; }  // of the painted map
+  void show_box();                                               // in `shown`, that of the surface
   void say(Severity severity, const char* text) const {
     if (log.line != nullptr) log.line(log.user, severity, text);
   }

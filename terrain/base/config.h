@@ -49,6 +49,8 @@ struct Config {
   std::uint32_t edit_tiles = 0;
   std::uint32_t edit_patches = 0;
   std::uint32_t undo_bytes = 0;
+  std::uint32_t paint_width = 0;
+  std::uint32_t paint_depth = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1 in each view; value() is what the field holds.
@@ -82,7 +84,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 21> kConfigFields = {{
+inline constexpr std::array<ConfigField, 23> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -131,9 +133,13 @@ inline constexpr std::array<ConfigField, 21> kConfigFields = {{
     {"edit_tiles", &Config::edit_tiles, 0, 0, 1u << 16, "tiles of the ground that edits have changed",
      "41 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
-     "some 110 bytes of working memory each and a block of heights, 105 a patch slot; 0: nothing is edited"},
+     "some 360 bytes of working memory each, 105 a patch slot; 0: nothing is edited"},
     {"undo_bytes", &Config::undo_bytes, 0, 0, 1u << 30, "bytes that steps of edits keep to be taken back",
      "the oldest steps give way; 0: nothing is taken back"},
+    {"paint_width", &Config::paint_width, 0, 0, 1'024, "texels along x of the painted map in memory",
+     "4 bytes a texel; 0: nothing is painted"},
+    {"paint_depth", &Config::paint_depth, 0, 0, 1'024, "texels along z of the painted map in memory",
+     "as paint_width"},
 }};
 
 }  // namespace karst::core

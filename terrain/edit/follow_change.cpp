@@ -36,6 +36,15 @@ void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId
   measure(changed);
   derive(changed);
   if (voxels) all_.sky->outdate();
+  name_for_world();
+}
+
+void FollowChange::name_for_world() {
+  const World::EditRoom& room = *all_.room;
+  KARST_ASSERT(change_.vanished.empty() || change_.vanished.data() == room.changed.data());
+  if (all_.first == 0) return;
+  for (PatchId& patch : room.changed.first(change_.vanished.size())) patch += all_.first;
+  for (PatchId& patch : room.touched.first(change_.touched.size())) patch += all_.first;
 }
 
 // What a patch can touch as culling has it: its box, and its volume, which holds its control points.

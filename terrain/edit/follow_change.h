@@ -4,6 +4,7 @@
 // which are that once they are settled (settle.h). Until then measures are on the safe side.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "terrain/surface/patch.h"
@@ -14,9 +15,10 @@ namespace karst::core {
 
 struct EditChange {
   bool changed = false;  // false: the world was so already
-  LatticeBox box{};      // of all that changed, before and after
-  // Patches whose vertices or measures may be others, ascending, and slots that became free. Valid until the
-  // next edit.
+  std::size_t part = 0;  // the world's that changed
+  LatticeBox box{};      // of all that changed, before and after; from the part's corner
+  // The world's patches whose vertices or measures may be others, ascending, and slots that became free.
+  // Valid until the next edit.
   std::span<const PatchId> touched;
   std::span<const PatchId> vanished;
 };
@@ -37,7 +39,8 @@ class FollowChange {
   // Nothing is known any more of a slot that is free now.
   void forget(PatchId slot);
   // changed: patches that are others now, in any order, none of them free; with those that share a corner
-  // with them no more than EditRoom::touched has room for. vanished: slots that are free now, ascending.
+  // with them no more than EditRoom::touched has room for. vanished: slots that are free now, ascending, at
+  // the front of EditRoom::changed. All of them are the part's own; in the change they are the world's.
   // voxels: whether those changed, too.
   void run(std::span<const PatchId> changed, std::span<const PatchId> vanished, bool voxels);
 
@@ -45,6 +48,7 @@ class FollowChange {
   void include(PatchId slot);
   void measure(std::span<const PatchId> changed);
   void derive(std::span<const PatchId> changed);
+  void name_for_world();
 
   World::Editable all_;
   int level_;

@@ -8,6 +8,7 @@
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/ground_section.h"
+#include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
 
@@ -52,7 +53,10 @@ class Buffer {
 class Saver {
  public:
   Saver(const SaveWorld& job, std::span<PatchId> order)
-      : world_(*job.world), reader_(job.world->reader()), tiles_(job.tiles), order_(order) {}
+      : world_(*job.world), reader_(job.world->reader()), tiles_(job.tiles), order_(order) {
+    const std::span<const std::uint8_t> overrides = world_.material_overrides();
+    has_overrides_ = std::ranges::any_of(overrides, [](std::uint8_t material) { return material != 0; });
+  }
 
   // Counts what there is and puts patches into the order of their keys.
   void count() {
@@ -132,20 +136,29 @@ class Saver {
     region.rim_edges = static_cast<std::uint32_t>(part.rim->edges().size());
   }
 
+  // The file's, and what painting adds.
+  bool has_section(WorldSection section) const {
+    if (reader_.has_section(section)) return true;
+    if (section == WorldSection::overrides) return has_overrides_;
+    if (section != WorldSection::blend_map || !world_.is_paintable()) return false;
+    return std::ranges::any_of(map().materials, [](std::uint8_t material) { return material != 0; });
+  }
+  const BlendMap& map() const { return world_.materials().blend_map; }
+
   std::uint64_t bytes_of(WorldSection section) const {
     if (kind_of(section).bytes != nullptr) return kind_of(section).bytes(info_);
     if (section == WorldSection::tiles) return ground_.tile_bytes;
+    if (section == WorldSection::blend_map) return material_section::blend_section_bytes(map());
     return reader_.section_bytes(section);
   }
 
   std::uint64_t lay_out_sections(SectionPlaces& places) const {
     std::uint32_t count = 0;
-    for (std::size_t i = 0; i < kWorldSectionKinds; ++i)
-      count += reader_.has_section(static_cast<WorldSection>(i));
+    for (std::size_t i = 0; i < kWorldSectionKinds; ++i) count += has_section(static_cast<WorldSection>(i));
     std::uint64_t end = kHeaderBytes + count * kEntryBytes;
     std::uint64_t entry = kHeaderBytes;
     for (const WorldSection section : writing_order()) {
-      if (!reader_.has_section(section)) continue;
+      if (!has_section(section)) continue;
       SectionPlace& place = places[static_cast<std::size_t>(section)];
       place.present = true;
       place.entry = entry;
@@ -172,15 +185,16 @@ class Saver {
     return {};
   }
 
-  static bool is_copied(WorldSection section) {
+  bool is_copied(WorldSection section) const {
     switch (section) {
       case WorldSection::materials:
       case WorldSection::textures:
       case WorldSection::lights:
       case WorldSection::surroundings:
-      case WorldSection::blend_map:
       case WorldSection::imagery:
         return true;
+      case WorldSection::blend_map:
+        return !world_.is_paintable();
       default:
         return false;
     }
@@ -268,6 +282,18 @@ class Saver {
     return put(sink, bytes);
   }
 
+  Status put_blend_map(const ByteSink& sink) const {
+    std::array<std::byte, material_section::kBlendHeaderBytes> header;
+    material_section::encode_blend_header(map(), header);
+    const std::size_t row = map().width * kBlendTexelBytes;
+    Buffer buffer(sink);
+    for (const std::byte byte : header) buffer.add(byte);
+    for (std::uint32_t z = 0; z < map().depth; ++z)
+      buffer.add(crc32c(world_.painted_texels().subspan(z * row, row)));
+    const Status status = buffer.finish();
+    return status.ok() ? put(sink, world_.painted_texels()) : status;
+  }
+
   Status put_tiles(const ByteSink& sink) const {
     std::uint64_t left = tiles_ == nullptr ? ground_.tile_bytes : tiles_->kept;
     const auto kept = [&](std::span<const std::byte> piece) {
@@ -303,6 +329,8 @@ class Saver {
         return put_each(sink, [&](PatchId id) { return of_part(id, &WorldPart::cones); });
       case WorldSection::shading_cones:
         return put_each(sink, [&](PatchId id) { return of_part(id, &WorldPart::shading_cones); });
+      case WorldSection::blend_map:
+        return is_copied(section) ? reader_.copy_section(section, sink) : put_blend_map(sink);
       case WorldSection::overrides:
         return put_each(sink, [&](PatchId id) { return world_.material_overrides()[id]; });
       case WorldSection::ground:
@@ -322,6 +350,7 @@ class Saver {
   std::span<PatchId> order_;
   WorldInfo info_;
   WorldGround ground_;
+  bool has_overrides_ = false;
 };
 
 }  // namespace

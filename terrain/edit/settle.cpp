@@ -7,17 +7,19 @@ namespace karst::core {
 
 void settle_some(World& world, Settled& done) {
   done = {};
-  const World::Editable all = world.edit();
+  while (world.is_settled(done.part)) ++done.part;
+  const World::Editable all = world.edit(done.part);
   if (all.queue->left() > 0) {
     const MeasurePatches::Room room{make_patch_scratch(all.room->scratch), all.room->vertices};
-    done.measured = all.queue->measure_next(all.surface, all.heights->heights(), room,
+    done.measured =
+        all.first + all.queue->measure_next(all.surface, all.heights->heights(), room,
                                             {all.level_errors, all.bounds, all.cones, all.shading_cones});
     // What has shrunk.
     if (all.queue->left() == 0) all.tree->fit_diagonal(all.bounds);
     return;
   }
   KARST_ASSERT(all.sky->is_behind());
-  done.sky_changed = all.sky->step(*all.octree, all.room->sky);
+  done.sky_changed = all.sky->step(*all.octree, all.sky_room);
 }
 
 }  // namespace karst::core

@@ -6,6 +6,8 @@
 //   while (!world.is_settled() && there is time) settle_some(world, done);
 #pragma once
 
+#include <cstddef>
+
 #include "terrain/surface/patch.h"
 #include "terrain/world/world.h"
 
@@ -14,7 +16,8 @@ namespace karst::core {
 struct Settled {
   static constexpr PatchId kNone = 0xffffffffu;
 
-  PatchId measured = kNone;  // whose errors and cones may be others now
+  std::size_t part = 0;      // of the world, that was looked at
+  PatchId measured = kNone;  // the world's patch whose errors and cones may be others now
   bool sky_changed = false;
 };
 

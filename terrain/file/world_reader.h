@@ -36,6 +36,8 @@ class WorldReader {
   std::uint32_t head_crc() const { return head_crc_; }
   const WorldInfo& info() const { return info_; }
   const MaterialSet& materials() const { return materials_; }
+  // materials().blend_map, for a world that is painted: as it is then.
+  BlendMap& painted_map() { return materials_.blend_map; }
   std::span<const PointLight> lights() const { return std::span(lights_).first(light_count_); }
   const Surroundings& surroundings() const { return surroundings_; }
   bool has_overrides() const;

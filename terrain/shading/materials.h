@@ -4,6 +4,7 @@
 // them out, the renderer's shader covers the ground with them.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstddef>
@@ -48,10 +49,9 @@ struct PointLight {
 };
 static_assert(sizeof(PointLight) == 32 && std::is_trivially_copyable_v<PointLight>);
 
-// Painted weights over the ground, K 6.2: an image seen from above over the world's content, which reaches
-// from half a voxel within its sides; its first row lies at the least z, in the north. A texel has a weight
-// for each of up to four materials, of 255; what is left to 255 the rules have. What faces down and caves are
-// not painted.
+// Painted weights over the ground, K 6.2: an image seen from above over the world's content (BlendSpan); its
+// first row lies at the least z, in the north. A texel has a weight for each of up to four materials, of 255;
+// what is left to 255 the rules have. What faces down and caves are not painted.
 struct BlendMap {
   std::uint32_t width = 0, depth = 0;  // texels along x and z, both 0 or both 1..kMostBlendSide
   std::uint8_t materials[4] = {};      // of r, g, b, a: the material's number plus 1; 0: the channel has none
@@ -63,6 +63,18 @@ inline constexpr std::size_t kBlendTexelBytes = 4;
 // Of the texture: each half as wide as the one before. So a place mixes texels up to 12 from its own at most,
 // and which patches are painted is known.
 inline constexpr int kMostBlendLevels = 4;
+
+// What a world's blend map lies over, voxels from the world's corner along x and z: voxels reach from half a
+// voxel within their sides, a ground from its first samples to its last ones.
+struct BlendSpan {
+  glm::dvec2 low{0.5};
+  glm::dvec2 size{1};
+
+  static BlendSpan of_voxels(glm::ivec3 extent) {
+    const auto side = [](int voxels) { return voxels > 1 ? voxels - 1.0 : 1.0; };
+    return {glm::dvec2(0.5), {side(extent.x), side(extent.z)}};
+  }
+};
 
 // As an override of a patch: some of it may be painted, so that each of its pixels is decided on its own.
 inline constexpr std::uint8_t kPaintedByMap = 255;

@@ -32,7 +32,10 @@ class PatchTable {
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       visit(Consumer::patches, config.max_patches, keys);
-      visit(Consumer::patches, entry_count(config.max_patches), entries);
+      // Tables of several regions are powers of two each.
+      const std::size_t more = config.edit_patches > 0 && config.max_regions > 1 ? 2 : 1;
+      visit(Consumer::patches, more * entry_count(config.max_patches) + 4 * (config.max_regions - 1),
+            entries);
     }
   };
   static constexpr std::size_t entry_count(std::size_t max_patches) {

@@ -64,50 +64,57 @@ void Residency::forget() {
 
 void Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
   KARST_ASSERT(!blocks_.stale.empty());
-  const FindPatchShading find = shading_job(world_->parts()[0]);
+  if (touched.empty() && vanished.empty()) return;
+  const WorldPart& part = world_->part_of(touched.empty() ? vanished[0] : touched[0]);
+  const FindPatchShading find = shading_job(part);
   for (const PatchId patch : vanished) {
     pool_.lower(patch, 0);
-    find.run(patch);
+    find.run(patch - part.first);
   }
   for (const PatchId patch : touched) {
-    find.run(patch);
+    find.run(patch - part.first);
     if (pool_.level(patch) > 0) blocks_.stale[patch / 64] |= std::uint64_t{1} << patch % 64;
   }
   turns_.stale = 0;
-  update_thresholds(touched, vanished);
+  update_thresholds(part, touched, vanished);
   for (ViewState& view : views_) view.clear_lacking();
 }
 
 void Residency::follow_measures(PatchId patch) {
-  shade(shading_job(world_->parts()[0]), patch);
-  update_thresholds({&patch, 1}, {});
+  const WorldPart& part = world_->part_of(patch);
+  shade(part, shading_job(part), patch - part.first);
+  update_thresholds(part, {&patch, 1}, {});
 }
 
-void Residency::follow_sky() {
-  const FindPatchShading find = shading_job(world_->parts()[0]);
-  for (PatchId patch = 0; patch < find.out.size(); ++patch) shade(find, patch);
+void Residency::follow_sky(std::size_t n) {
+  const WorldPart& part = world_->parts()[n];
+  const FindPatchShading find = shading_job(part);
+  for (PatchId own = 0; own < find.out.size(); ++own) shade(part, find, own);
 }
 
-// Pages carry shading.
-void Residency::shade(const FindPatchShading& find, PatchId patch) {
+// Pages carry shading. own: its number in the part.
+void Residency::shade(const WorldPart& part, const FindPatchShading& find, PatchId own) {
   const auto bits = [](PatchShading s) { return std::uint32_t{s.needs} << 8 | s.material; };
-  const std::uint32_t before = bits(find.out[patch]);
-  find.run(patch);
-  if (bits(find.out[patch]) == before || pool_.level(patch) == 0) return;
+  const std::uint32_t before = bits(find.out[own]);
+  find.run(own);
+  const PatchId patch = part.first + own;
+  if (bits(find.out[own]) == before || pool_.level(patch) == 0) return;
   blocks_.reshaded[patch / 64] |= std::uint64_t{1} << patch % 64;
   turns_.stale = std::min<std::size_t>(turns_.stale, patch / 64);
 }
 
-void Residency::update_thresholds(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
-  const WorldPart& part = world_->parts()[0];
+void Residency::update_thresholds(const WorldPart& part, std::span<const PatchId> touched,
+                                  std::span<const PatchId> vanished) {
   SetThresholds job;
   job.surface = part.surface;
   job.bounds = part.bounds;
   job.errors = part.level_errors;
   const std::span<PatchId> list = lend_list();
-  std::copy(touched.begin(), touched.end(), list.begin());
-  std::copy(vanished.begin(), vanished.end(), list.begin() + static_cast<std::ptrdiff_t>(touched.size()));
-  thresholds_.update(job, list, touched.size() + vanished.size(), 0, pool_);
+  std::size_t count = 0;
+  for (const std::span<const PatchId> of : {touched, vanished}) {
+    for (const PatchId patch : of) list[count++] = patch - part.first;
+  }
+  thresholds_.update(job, list, count, part.first, pool_);
 }
 
 bool Residency::remake_next(PatchUpload& upload, Status& status) {

@@ -56,11 +56,11 @@ class Residency {
   void forget();
 
   // The world was edited. touched: patches that are to be made anew where they are resident, which
-  // remake_next() does; vanished: slots that are free now. Both ascending.
+  // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
   void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
-  // A patch was measured (terrain/edit/settle.h), or the sky is another.
+  // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
-  void follow_sky();
+  void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
   // be drawn still; where there is no room at coarser levels, or not at all. Then what has other shading
   // alone: an upload without vertices. False: nothing is left. status: errors of reading heights.
@@ -136,6 +136,7 @@ class Residency {
     std::span<std::uint64_t> stale;
     std::span<std::uint64_t> reshaded;
 
+    static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
       pool.each_block(config, visit);
@@ -143,7 +144,7 @@ class Residency {
       visit(Consumer::draw_list, config.max_patches, list_scratch);
       visit(Consumer::scratch, static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level))),
             vertices);
-      const std::size_t words = config.edit_patches > 0 ? (std::size_t{config.max_patches} + 63) / 64 : 0;
+      const std::size_t words = is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0;
       visit(Consumer::edits, words, stale);
       visit(Consumer::edits, words, reshaded);
     }
@@ -167,8 +168,9 @@ class Residency {
 
   Status find_shading();
   FindPatchShading shading_job(const WorldPart& part) const;
-  void shade(const FindPatchShading& find, PatchId patch);
-  void update_thresholds(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  void shade(const WorldPart& part, const FindPatchShading& find, PatchId own);
+  void update_thresholds(const WorldPart& part, std::span<const PatchId> touched,
+                         std::span<const PatchId> vanished);
   Status begin_views(std::span<ViewState> views, std::span<const ViewRequest> requests);
   Status fill_thresholds(std::span<ViewState> views);
   bool stand_still();

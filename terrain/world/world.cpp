@@ -79,8 +79,9 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
 }
 
 void World::add_edit_room(std::uint32_t patches, Config& config) {
-  const auto add = [](std::uint32_t& limit, std::uint64_t more, std::uint32_t most) {
-    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit + more, most));
+  const std::uint64_t parts = config.max_regions;
+  const auto add = [&](std::uint32_t& limit, std::uint64_t more, std::uint32_t most) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit + parts * more, most));
   };
   add(config.max_octets, std::uint64_t{4} * patches + kEditPathOctets, kFullTreeOctets);
   add(config.max_volumes, patches, kMostPatches);
@@ -115,13 +116,10 @@ Status World::create(const Config& config, Arena& arena) {
   config_ = config;
   info_ = {};
   reader_ = {};
-  table_ = {};
   if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
   if (const Status status = octrees_[0].create(blocks_.octets, static_cast<int>(config.max_depth));
       !status.ok())
     return status;
-  table_.create(blocks_.table);
-  slots_.create(blocks_.volumes, blocks_.patches, &table_);
   cache_.create(blocks_.heights);
   unload();
   return build_index_tables(index_table_level(config), blocks_.index_table);
@@ -194,17 +192,57 @@ Status World::load(const WorldReader& opened) {
 }
 
 void World::unload() {
-  slots_.adopt(0, 0);
   info_ = {};
   patch_slots_ = 0;
   is_editable_ = false;
-  queue_ = {};
+  queues_ = {};
   reader_ = {};
   ground_ = {};
   parts_ = {};
   part_count_ = 1;
+  place_slots();
   place_parts();
   heights_are_read_ = false;
+}
+
+bool World::is_settled(std::size_t part) const {
+  return queues_[part].left() == 0 && !skies_[part].is_behind();
+}
+
+bool World::is_settled() const {
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    if (!is_settled(n)) return false;
+  }
+  return true;
+}
+
+std::uint32_t World::free_patches() const {
+  std::uint32_t used = 0;
+  if (!is_editable()) return 0;
+  for (std::size_t n = 0; n < part_count_; ++n) used += tables_[n].size();
+  return patch_slots_ - used;
+}
+
+World::Counts World::file_counts(std::size_t part) const {
+  if (part_count_ == 1) return {info_.octets, info_.volumes, info_.patches};
+  const GroundRegion& region = ground_.regions()[part];
+  return {region.octets, region.volumes, region.patches};
+}
+
+// What is free is shared alike. Of one part all that there is memory for is used, which shows a wrong header.
+World::Counts World::slot_counts(std::size_t part) const {
+  if (part_count_ == 1) {
+    return {static_cast<std::uint32_t>(blocks_.octets.size()),
+            static_cast<std::uint32_t>(blocks_.volumes.size()),
+            static_cast<std::uint32_t>(blocks_.patches.size())};
+  }
+  Counts counts = file_counts(part);
+  if (!is_editable_) return counts;
+  const auto parts = static_cast<std::uint32_t>(part_count_);
+  counts.octets += (config_.max_octets - info_.octets) / parts;
+  counts.volumes += (config_.max_volumes - info_.volumes) / parts;
+  counts.patches += (config_.max_patches - info_.patches) / parts;
+  return counts;
 }
 
 Status World::check_limits(const WorldInfo& info) const {
@@ -227,7 +265,38 @@ Status World::check_limits(const WorldInfo& info) const {
   return {};
 }
 
-// Shares the memory among the parts, whose patches are counted by now, and empties them.
+// Shares memory of voxels and patches among the parts, which are empty then. Without edits slots of several
+// are not handed out.
+void World::place_slots() {
+  Counts used;
+  std::size_t entries = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    const Counts file = file_counts(n), slots = slot_counts(n);
+    parts_[n] = {};
+    parts_[n].first = used.patches;
+    parts_[n].surface = {blocks_.volumes.subspan(used.volumes, file.volumes),
+                         blocks_.patches.subspan(used.patches, file.patches)};
+    const std::span<Octree::Octet> octets = blocks_.octets.subspan(used.octets, slots.octets);
+    const Status status = octrees_[n].create(octets, static_cast<int>(config_.max_depth));
+    KARST_ASSERT(status.ok());
+    static_cast<void>(status);
+    if (part_count_ == 1 || is_editable_) {
+      const std::size_t count = PatchTable::entry_count(slots.patches);
+      tables_[n].create({blocks_.table.keys.subspan(used.patches, slots.patches),
+                         blocks_.table.entries.subspan(entries, count)});
+      slots_[n].create(blocks_.volumes.subspan(used.volumes, slots.volumes),
+                       blocks_.patches.subspan(used.patches, slots.patches), &tables_[n]);
+      entries += count;
+    } else if (n == 0) {
+      tables_[n].create(blocks_.table);
+    }
+    used.octets += slots.octets;
+    used.volumes += slots.volumes;
+    used.patches += slots.patches;
+  }
+}
+
+// Shares the memory of what follows among the parts, and empties it.
 void World::place_parts() {
   const auto share = [](auto block, std::size_t& used, std::size_t count) {
     const auto own = block.subspan(used, count);
@@ -243,13 +312,14 @@ void World::place_parts() {
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
     const bool one = part_count_ == 1;
-    const std::uint32_t patches = one ? static_cast<std::uint32_t>(blocks_.patches.size()) : part.patches();
+    const std::uint32_t patches = slot_counts(n).patches;
     const std::size_t rim = one ? blocks_.rim.edges.size() : ground_.regions()[n].rim_edges;
     rims_[n].create({blocks_.rim.edges.subspan(edges, rim), blocks_.rim.marks.subspan(edges, rim)});
     edges += rim;
     trees_[n].create(share(blocks_.boxes, nodes,
                            one ? blocks_.boxes.size() : std::size_t{BoundsTree::node_count(patches)}));
-    part.boxes = share(blocks_.patch_boxes, eights, PatchBoxes::count_for(part.patches()));
+    part.boxes =
+        share(blocks_.patch_boxes, eights, PatchBoxes::count_for(is_editable_ ? patches : part.patches()));
     std::size_t own = blocks_.occluders.size();
     if (!one) {
       own = Occluders::word_count(octrees[n].extent, Occluders::kLeastCellLog2);
@@ -272,11 +342,17 @@ void World::place_parts() {
 }
 
 Status World::load_parts() {
+  if (const Status status = load_paint(); !status.ok()) return status;
+  ground_ = reader_.ground();
+  part_count_ = info_.regions;
+  // Of a ground without regions there are no voxels.
+  is_editable_ =
+      config_.edit_patches > 0 && info_.level > 0 && (!ground_.exists() || ground_.region_count > 0);
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
   patch_slots_ = info_.patches;
-  if (config_.edit_patches > 0 && part_count_ == 1 && !ground_.exists() && info_.level > 0) open_slots();
+  if (is_editable_) open_slots();
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
@@ -299,42 +375,22 @@ Status World::load_parts() {
 }
 
 Status World::load_surface() {
-  ground_ = reader_.ground();
-  part_count_ = info_.regions;
-  std::size_t octets = 0, volumes = 0;
-  PatchId first = 0;
-  for (std::size_t n = 0; n < part_count_; ++n) {
-    const bool one = part_count_ == 1;
-    const GroundRegion* const region = one ? nullptr : &ground_.regions()[n];
-    const std::size_t own_octets = one ? blocks_.octets.size() : region->octets;
-    const std::size_t own_volumes = one ? info_.volumes : region->volumes;
-    const std::size_t own_patches = one ? info_.patches : region->patches;
-    const Status status =
-        octrees_[n].create(blocks_.octets.subspan(octets, own_octets), static_cast<int>(config_.max_depth));
-    if (!status.ok()) return status;
-    parts_[n] = {};
-    parts_[n].first = first;
-    parts_[n].surface = {blocks_.volumes.subspan(volumes, own_volumes),
-                         blocks_.patches.subspan(first, own_patches)};
-    octets += own_octets;
-    volumes += own_volumes;
-    first += static_cast<PatchId>(own_patches);
-  }
+  place_slots();
   place_parts();
   if (const Status status = reader_.read_octrees(blocks_.scratch, std::span(octrees_).first(part_count_));
       !status.ok())
     return status;
   std::array<Surface, kMostRegions> surfaces;
-  volumes = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
-    if (const Status status = extract_part(n, volumes); !status.ok()) return status;
-    volumes += parts_[n].surface.volumes.size();
+    if (const Status status = extract_part(n); !status.ok()) return status;
     surfaces[n] = parts_[n].surface;
   }
   const Status matched = reader_.match_keys(std::span<const Surface>(surfaces).first(part_count_));
   if (!matched.ok()) return matched;
-  // Of several regions slots are not handed out: nothing is edited there.
-  slots_.adopt(part_count_ == 1 ? info_.volumes : 0, part_count_ == 1 ? info_.patches : 0);
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    const Counts file = file_counts(n);
+    if (part_count_ == 1 || is_editable_) slots_[n].adopt(file.volumes, file.patches);
+  }
   for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
     const GroundRegion& region = ground_.regions()[n];
     if (const Status status = rims_[n].build(region, ground_.lattice_size, parts_[n].surface); !status.ok())
@@ -345,17 +401,16 @@ Status World::load_surface() {
   return {};
 }
 
-Status World::extract_part(std::size_t n, std::size_t first_volume) {
+Status World::extract_part(std::size_t n) {
   const WorldPart& part = parts_[n];
-  const bool one = part_count_ == 1;
+  const Counts slots = slot_counts(n);
   ExtractSurface extract;
   extract.octree = &octrees_[n];
   extract.extent = part.extent;
   extract.mirrors = ground_.region_count > 0;
-  // Of one part there is room for more, which shows a wrong header.
-  extract.volumes =
-      one ? blocks_.volumes : blocks_.volumes.subspan(first_volume, part.surface.volumes.size());
-  extract.patches = one ? blocks_.patches : blocks_.patches.subspan(part.first, part.patches());
+  const auto first_volume = static_cast<std::size_t>(part.surface.volumes.data() - blocks_.volumes.data());
+  extract.volumes = blocks_.volumes.subspan(first_volume, slots.volumes);
+  extract.patches = blocks_.patches.subspan(part.first, slots.patches);
   extract.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(blocks_.scratch.data())),
                      ExtractSurface::scratch_size(config_.max_volumes)};
   ExtractSurface::Result made;
@@ -375,9 +430,12 @@ Status World::load_patches() {
   const std::span<std::byte> mask = blocks_.scratch.first((std::size_t{info_.patches} + 7) / 8);
   if (const Status status = reader_.read_mask(mask); !status.ok()) return status;
   std::uint32_t block = 0;
-  for (PatchId p = 0; p < info_.patches; ++p) {
-    const bool has = (std::to_integer<unsigned>(mask[p / 8]) >> (p % 8) & 1u) != 0;
-    blocks_.patches[p].height_block = has ? block++ : kNoHeights;
+  PatchId p = 0;  // of the file
+  for (const WorldPart& part : parts()) {
+    for (PatchId id = 0; id < part.patches(); ++id, ++p) {
+      const bool has = (std::to_integer<unsigned>(mask[p / 8]) >> (p % 8) & 1u) != 0;
+      blocks_.patches[part.first + id].height_block = has ? block++ : kNoHeights;
+    }
   }
   return reader_.read_overrides(blocks_.overrides.first(info_.patches));
 }
@@ -408,62 +466,117 @@ Status World::load_heights() {
   return check_shared_heights();
 }
 
-// Free slots behind those of the file, as many as there is memory for.
+// What the file has of its patches, in their order, to their slots; 0 to the free ones behind them.
+template <class T>
+void World::spread(std::span<T> all, std::size_t values) const {
+  std::size_t end = info_.patches;
+  const auto at = [&](std::size_t patch) {
+    return all.begin() + static_cast<std::ptrdiff_t>(patch * values);
+  };
+  for (std::size_t n = part_count_; n-- > 0;) {
+    const std::size_t first = parts_[n].first, count = file_counts(n).patches;
+    if (first + count != end) std::copy_backward(at(end - count), at(end), at(first + count));
+    std::fill(at(first + count), at(first + slot_counts(n).patches), T{});
+    end -= count;
+  }
+}
+
+// Free slots behind those of the file, in each part.
 void World::open_slots() {
-  is_editable_ = true;
-  queue_.create(blocks_.edit.queue);
-  queue_.reset();
-  patch_slots_ = config_.max_patches;
-  WorldPart& part = parts_[0];
-  const auto rest = [](auto block, std::size_t used) { return block.subspan(used); };
+  patch_slots_ = 0;
+  for (std::size_t n = 0; n < part_count_; ++n) patch_slots_ += slot_counts(n).patches;
+  spread(blocks_.bounds, 1);
+  spread(blocks_.cones, 1);
+  spread(blocks_.shading_cones, 1);
+  spread(blocks_.overrides, 1);
+  spread(blocks_.level_errors, level_error_values(info_.level));
   Patch free;
   free = {};
   free.volume = kNoVolume;
   free.height_block = kNoHeights;
-  std::ranges::fill(rest(blocks_.patches, info_.patches), free);
-  std::ranges::fill(rest(blocks_.volumes, info_.volumes), Volume{});
-  std::ranges::fill(rest(blocks_.bounds, info_.patches), PatchBounds{});
-  std::ranges::fill(rest(blocks_.cones, info_.patches), NormalCone{});
-  std::ranges::fill(rest(blocks_.shading_cones, info_.patches), NormalCone{});
-  std::ranges::fill(rest(blocks_.overrides, info_.patches), std::uint8_t{0});
-  std::ranges::fill(rest(blocks_.level_errors, level_error_count(info_.patches)), std::uint16_t{0});
   std::ranges::fill(blocks_.edit.kept, 0u);
-  part.surface = {blocks_.volumes, blocks_.patches};
-  part.boxes = blocks_.patch_boxes;
-}
-
-// To each patch's slot the block of its number. The last ones first: no block has a higher number than its
-// patch.
-void World::spread_heights() {
-  cache_.hold_rest();
-  for (PatchId p = info_.patches; p-- > 0;) {
-    std::uint32_t& block = blocks_.patches[p].height_block;
-    if (block == kNoHeights || block == p) continue;
-    const std::span<const std::int16_t> from = cache_.block(block);
-    std::copy(from.begin(), from.end(), cache_.block(p).begin());
-    block = p;
+  for (std::size_t n = 0; n < part_count_; ++n) {
+    WorldPart& part = parts_[n];
+    const Counts file = file_counts(n), slots = slot_counts(n);
+    const auto first_volume = static_cast<std::size_t>(part.surface.volumes.data() - blocks_.volumes.data());
+    const std::span<Volume> volumes = blocks_.volumes.subspan(first_volume, slots.volumes);
+    const std::span<Patch> patches = blocks_.patches.subspan(part.first, slots.patches);
+    std::ranges::fill(volumes.subspan(file.volumes), Volume{});
+    std::ranges::fill(patches.subspan(file.patches), free);
+    part.surface = {volumes, patches};
+    queues_[n].create({part.of(blocks_.edit.queue.own), part.of(blocks_.edit.queue.states)});
+    queues_[n].reset();
   }
 }
 
-World::Editable World::edit() {
-  KARST_ASSERT(is_editable_);
+// A map of the file's is as large as the file says.
+Status World::load_paint() {
+  if (!is_paintable()) return {};
+  BlendMap& map = reader_.painted_map();
+  std::ranges::fill(blocks_.paint_kept, 0u);
+  if (map.exists()) {
+    if (map.width != config_.paint_width)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_width", map.width};
+    if (map.depth != config_.paint_depth)
+      return {StatusCode::limit_reached, "not that of the world's blend map", "paint_depth", map.depth};
+    return reader_.read_blend_rows(0, map.depth, blocks_.paint);
+  }
+  map.width = config_.paint_width;
+  map.depth = config_.paint_depth;
+  std::ranges::fill(blocks_.paint, std::byte{0});
+  return {};
+}
+
+World::Paint World::paint() {
+  KARST_ASSERT(is_paintable());
+  return {&reader_.painted_map(), blocks_.paint, blocks_.overrides.first(patch_slots_), blocks_.paint_kept};
+}
+
+// To each patch's slot the block of its number. The last ones first: no block has a higher number than its
+// patch, and no patch than its slot.
+void World::spread_heights() {
+  cache_.hold_rest();
+  for (std::size_t n = part_count_; n-- > 0;) {
+    const PatchId first = parts_[n].first;
+    for (PatchId slot = first + file_counts(n).patches; slot-- > first;) {
+      std::uint32_t& block = blocks_.patches[slot].height_block;
+      if (block == kNoHeights || block == slot) continue;
+      const std::span<const std::int16_t> from = cache_.block(block);
+      std::copy(from.begin(), from.end(), cache_.block(slot).begin());
+      block = slot;
+    }
+  }
+}
+
+World::Editable World::edit(std::size_t n) {
+  KARST_ASSERT(is_editable_ && n < part_count_);
+  const WorldPart& part = parts_[n];
+  const std::size_t values = level_error_values(info_.level);
   Editable all;
-  all.extent = parts_[0].extent;
-  all.octree = &octrees_[0];
-  all.slots = &slots_;
+  all.extent = part.extent;
+  all.mirrors = ground_.region_count > 0;
+  all.first = part.first;
+  all.octree = &octrees_[n];
+  all.slots = &slots_[n];
   all.heights = &cache_;
-  all.surface = parts_[0].surface;
-  all.patches = blocks_.patches;
-  all.bounds = blocks_.bounds;
-  all.cones = blocks_.cones;
-  all.shading_cones = blocks_.shading_cones;
-  all.level_errors = blocks_.level_errors.first(level_error_count(patch_slots_));
-  all.overrides = blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
-  all.boxes = blocks_.patch_boxes;
-  all.tree = &trees_[0];
-  all.occluders = &occluders_[0];
-  all.sky = &skies_[0];
-  all.queue = &queue_;
+  all.surface = part.surface;
+  all.patches = part.of(blocks_.patches);
+  all.bounds = part.of(blocks_.bounds);
+  all.cones = part.of(blocks_.cones);
+  all.shading_cones = part.of(blocks_.shading_cones);
+  all.level_errors = blocks_.level_errors.subspan(part.first * values, part.patches() * values);
+  all.overrides = part.of(blocks_.overrides.first(material_overrides().size()));
+  all.boxes = blocks_.patch_boxes.subspan(
+      static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()), part.boxes.size());
+  all.tree = &trees_[n];
+  all.occluders = &occluders_[n];
+  all.sky = &skies_[n];
+  all.queue = &queues_[n];
+  // Where its sky lies among all.
+  std::size_t words = 0;
+  for (std::size_t before = 0; before < n; ++before) words += sky_atlas_.places[before].words;
+  all.sky_room =
+      part_count_ == 1 ? blocks_.edit.sky : blocks_.edit.sky.subspan(words, sky_atlas_.places[n].words);
   all.room = &blocks_.edit;
   return all;
 }

@@ -90,8 +90,8 @@ class World {
   static Config config_for(const WorldInfo& info, int finest, const GroundInfo& ground = {}) {
     return config_for(info, finest, default_detail_pages(info.patches), ground);
   }
-  // Room for so many patches more than the file has, and for edits that make as many anew; all heights are
-  // held then.
+  // Room for so many patches more than the file has, of each region, and for edits that make as many anew;
+  // all heights are held then.
   static void add_edit_room(std::uint32_t patches, Config& config);
   // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
   // much again. At least 1.3 MiB.
@@ -127,14 +127,18 @@ class World {
   const WorldPart& part_of(PatchId patch) const { return parts_[part_number(patch)]; }
   // Slots of patches, of which some are free where the world can be edited (Surface::is_free).
   std::uint32_t patch_count() const { return patch_slots_; }
-  bool is_free(PatchId slot) const { return is_editable() && parts_[0].surface.is_free(slot); }
-  std::uint32_t free_patches() const { return is_editable() ? patch_slots_ - table_.size() : 0; }
+  bool is_free(PatchId slot) const {
+    if (!is_editable()) return false;
+    const WorldPart& part = part_of(slot);
+    return part.surface.is_free(slot - part.first);
+  }
+  std::uint32_t free_patches() const;
 
   // --- Of the first part, which is all of a world without several
   const Octree& octree() const { return octrees_[0]; }
   const Surface& surface() const { return parts_[0].surface; }
   // By key, the slot of each patch of surface(). Empty where no world is loaded.
-  const PatchTable& patch_table() const { return table_; }
+  const PatchTable& patch_table() const { return tables_[0]; }
   std::span<const PatchBounds> bounds() const { return parts_[0].bounds; }
   std::span<const NormalCone> cones() const { return parts_[0].cones; }
   std::span<const NormalCone> shading_cones() const { return parts_[0].shading_cones; }
@@ -168,16 +172,16 @@ class World {
   // Vertices at levels up to this fit one page, so that it costs what level 1 costs.
   int base_level() const { return info_.level < 2 ? info_.level : 2; }
 
-  // Empty where the world has none.
+  // Empty where the world has none. With the blend map as it is painted now.
   const MaterialSet& materials() const { return reader_.materials(); }
   std::span<const PointLight> lights() const { return reader_.lights(); }
   const Surroundings& surroundings() const { return reader_.surroundings(); }
   // surroundings().rim_points of them, from the source. Errors as of WorldReader::read_rim.
   Status read_rim(std::span<glm::ivec3> rim) const { return reader_.read_rim(rim); }
   // Of patches: 0, or one more than the number of the material that all of it has, or kPaintedByMap. Empty
-  // where none has one.
+  // where none can have one.
   std::span<const std::uint8_t> material_overrides() const {
-    return blocks_.overrides.first(reader_.has_overrides() ? patch_slots_ : 0);
+    return blocks_.overrides.first(reader_.has_overrides() || is_paintable() ? patch_slots_ : 0);
   }
   // Layers [first, first + count) of a level of an array, from the source. out: count x
   // texture_image_bytes(). Errors as of WorldReader::read_textures. Precondition: they are there.
@@ -186,7 +190,7 @@ class World {
     return reader_.read_textures(array, level, first, count, out);
   }
 
-  // Rows of materials().blend_map, from the source; as WorldReader::read_blend_rows.
+  // Rows of the file's blend map, from the source; as WorldReader::read_blend_rows.
   Status read_blend_rows(std::uint32_t first, std::uint32_t count, std::span<std::byte> out) const {
     return reader_.read_blend_rows(first, count, out);
   }
@@ -218,7 +222,8 @@ class World {
     std::span<PatchId> touched;
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
-    std::span<std::int16_t> heights;  // of as many patches
+    // New heights: of kWhole patches and one more, and of the borders of all.
+    std::span<std::int16_t> heights;
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
     std::span<std::uint64_t> sky;  // that is found anew
@@ -236,20 +241,25 @@ class World {
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);
-      visit(Consumer::edits, most * of_patch, heights);
+      const auto border = static_cast<std::size_t>(4 * patch_cells(static_cast<int>(config.max_level)));
+      visit(Consumer::edits, most > 0 ? (kWhole + 1) * of_patch + most * border : 0, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
       visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
       queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
+    static constexpr std::size_t kWhole = 16;
   };
-  // Everything that follows from voxels and heights, to be kept together by whoever changes a part of it.
-  // Spans are by patch, of all slots; those of free ones are 0. Borrowed until the next load().
+  // Everything that follows from the voxels and heights of a part, to be kept together by whoever changes
+  // some of it. Spans are by patch of the part, of all its slots; those of free ones are 0. Borrowed until
+  // the next load().
   struct Editable {
     glm::ivec3 extent{0};
+    bool mirrors = false;  // ExtractSurface
+    PatchId first = 0;     // WorldPart
     Octree* octree = nullptr;
     SurfaceSlots* slots = nullptr;
-    HeightCache* heights = nullptr;  // block n is of slot n, where the patch has one
+    HeightCache* heights = nullptr;  // block `first` + n is of slot n, where the patch has one
     Surface surface;
     std::span<Patch> patches;  // the surface's
     std::span<PatchBounds> bounds;
@@ -262,14 +272,32 @@ class World {
     Occluders* occluders = nullptr;
     SkyVisibility* sky = nullptr;
     MeasureQueue* queue = nullptr;
+    std::span<std::uint64_t> sky_room;  // SkyVisibility::step()
     const EditRoom* room = nullptr;
   };
-  // Where Config::edit_patches is not 0 and a world of one part without a ground is loaded.
+  // Where Config::edit_patches is not 0 and a world with voxels is loaded.
   bool is_editable() const { return is_editable_; }
-  // Precondition: is_editable().
-  Editable edit();
-  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h).
-  bool is_settled() const { return queue_.left() == 0 && !skies_[0].is_behind(); }
+  // Precondition: is_editable(), part < parts().size().
+  Editable edit(std::size_t part);
+  // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
+  bool is_settled(std::size_t part) const;
+  bool is_settled() const;
+
+  // The painted map in memory, which starts as the file's, or empty where that has none.
+  struct Paint {
+    static constexpr std::uint32_t kBlock = 16;  // texels a side of what edits keep of it
+
+    BlendMap* map = nullptr;
+    std::span<std::byte> texels;        // row by row, kBlendTexelBytes each
+    std::span<std::uint8_t> overrides;  // of all slots of patches; EditRoom::kept is by slot, too
+    // By block, row by row, and of the map's materials: the part of a step of UndoLog that last kept it.
+    std::span<std::uint32_t> kept;
+  };
+  // Where Config::paint_width is not 0, and the world has materials.
+  bool is_paintable() const { return !blocks_.paint.empty() && materials().count > 0; }
+  // Preconditions: is_paintable().
+  Paint paint();
+  std::span<const std::byte> painted_texels() const { return blocks_.paint; }
 
  private:
   struct Blocks {
@@ -292,6 +320,8 @@ class World {
     std::span<std::uint16_t> index_table;
     std::span<std::byte> scratch;
     EditRoom edit;
+    std::span<std::byte> paint;
+    std::span<std::uint32_t> paint_kept;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -317,6 +347,10 @@ class World {
       visit(Consumer::index_tables, index_table_size(config), index_table);
       visit(Consumer::scratch, scratch_size(config), scratch);
       edit.each_block(config, visit);
+      const std::size_t width = config.paint_width, depth = config.paint_depth;
+      visit(Consumer::edits, width * depth * kBlendTexelBytes, paint);
+      const auto blocks = [](std::size_t texels) { return (texels + Paint::kBlock - 1) / Paint::kBlock; };
+      visit(Consumer::edits, width > 0 ? blocks(width) * blocks(depth) + 1 : 0, paint_kept);
     }
   };
 
@@ -330,12 +364,22 @@ class World {
   void unload();
   Status load_parts();
   Status load_surface();
-  Status extract_part(std::size_t n, std::size_t first_volume);
+  // Of one part, of the file, and with what is free.
+  struct Counts {
+    std::uint32_t octets = 0, volumes = 0, patches = 0;
+  };
+  Counts file_counts(std::size_t part) const;
+  Counts slot_counts(std::size_t part) const;
+  Status extract_part(std::size_t n);
+  void place_slots();
   void place_parts();
+  template <class T>
+  void spread(std::span<T> all, std::size_t values) const;
   Status load_patches();
   Status load_measures();
   void open_slots();
   void spread_heights();
+  Status load_paint();
   Status load_heights();
   Status check_shared_heights() const;
   Status check_shared_heights(const Surface& surface) const;
@@ -349,15 +393,15 @@ class World {
   std::size_t part_count_ = 1;
   std::uint32_t patch_slots_ = 0;
   std::array<Octree, kMostRegions> octrees_;
-  PatchTable table_;
-  SurfaceSlots slots_;  // of table_
+  std::array<PatchTable, kMostRegions> tables_;
+  std::array<SurfaceSlots, kMostRegions> slots_;  // of tables_
   std::array<RegionRim, kMostRegions> rims_;
   HeightCache cache_;
   std::array<BoundsTree, kMostRegions> trees_;
   std::array<Occluders, kMostRegions> occluders_;
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
-  MeasureQueue queue_;  // of the first part
+  std::array<MeasureQueue, kMostRegions> queues_;
   bool is_editable_ = false;
   bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
 };

@@ -246,10 +246,10 @@ def main():
         expect("through libseat, without root", shot("libseat"), golden, 1)
     elif args.case == "edit":
         # Between the lines at top and bottom.
-        inner = lambda name: (lambda w, h, rows: (w, h - 110, rows[80:-30]))(*load_png(shot(name)))
-        pairs = (("still", "dug", 0.01, 0.6), ("still", "undone", 0, 0.0005),
-                 ("undone", "clicked", 0.005, 0.6), ("dug", "clicked", 0.005, 0.6),
-                 ("clicked", "again", 0, 0.03))
+        inner = lambda name: (lambda w, h, rows: (w, h - 140, rows[80:-60]))(*load_png(shot(name)))
+        pairs = (("still", "dug", 0.1, 0.9), ("still", "undone", 0, 0.0005),
+                 ("undone", "clicked", 0.1, 0.9), ("dug", "clicked", 0.1, 0.9),
+                 ("clicked", "again", 0, 0.08))
         for before, after, least, most in pairs:
             apart = difference(inner(before), inner(after))[1]
             good = least <= apart <= most

@@ -47,9 +47,10 @@ class RegionHostTest : public HostTest {
   void look_for_holes(const std::vector<std::byte>& file, const RegionScene& scene,
                       std::span<const std::uint64_t> vertex_bytes, unsigned seed, int frames);
 
- private:
   // The next of a sequence: by turns in a chamber, over a side, above.
   Look random_look(const RegionScene& scene, int kind, std::mt19937& random) const;
+
+ private:
   // That no corner of the picture looks beyond the ground.
   bool ends_on_ground(const RegionScene& scene, const Look& look) const;
 };

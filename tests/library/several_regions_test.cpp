@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "karst/edit.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/region_frames.h"
 
@@ -273,6 +274,219 @@ TEST_F(SeveralRegions, EachIsDrawnByItself) {
   EXPECT_GT(near_first, near_last);
   EXPECT_GT(all, near_first);
   EXPECT_EQ(none, 0u);
+}
+
+// Digging in all of them while frames are drawn, whatever time those have: from above no pixel looks through.
+TEST_F(SeveralRegions, NoPixelLooksThroughWhileTheyAreEdited) {
+  const std::vector<test::RegionSite> all = sites();
+  test::RegionScene scene = {all, ground_height, 12, 19};
+  for (int axis = 0; axis < 2; ++axis) {
+    scene.low[axis] = 1 - 2 * kCave[0].first[axis];
+    scene.high[axis] = 0.5 * kSamples[axis] - 1 - 2 * kCave[0].first[axis];
+  }
+  std::mt19937 random(23);
+  const auto between = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  for (const std::uint64_t bytes : {std::uint64_t{0}, std::uint64_t{1}}) {
+    Needs needs;
+    needs.vertex_bytes = bytes;
+    needs.edit_patches = 4'000;
+    needs.edit_tiles = 200;
+    open(needs, {}, {}, file());
+    Editor* editor = nullptr;
+    ASSERT_TRUE(host_->world->take_editor(editor).ok());
+    int changed = 0, with_patches = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+      const auto n = static_cast<std::size_t>(random() % kCaves);
+      Edit edit;
+      edit.radius_m = between(0.8, 4);
+      const glm::dvec3 at = all[n].corner + glm::dvec3(between(0, 1), 0, between(0, 1)) * all[n].size;
+      // What is filled lies below the ground, so that no eye above is in it.
+      edit.tool = random() % 3 == 0 ? EditTool::fill : EditTool::clear;
+      const double top = ground_height(at.x, at.z) - (edit.tool == EditTool::fill ? 3 + edit.radius_m : 0);
+      edit.place = host_->world->from_world(vec({at.x, top - between(0, 5), at.z}));
+      EditResult result;
+      const Status status = editor->apply(edit, result);
+      if (!status.ok()) {
+        EXPECT_STREQ(status.field(), "place") << status.what() << ' ' << status.value();
+      }
+      changed += result.changed ? 1 : 0;
+      const test::Look look = random_look(scene, 1 + frame % 2, random);
+      ViewState shown = view(look.eye, look.target, look.fov);
+      shown.error_px = std::exp2(between(-1, 5));
+      FrameResult drawn;
+      ASSERT_EQ(holes(shown, frame % 3 == 0 ? 0 : 0.01, drawn), 0u)
+          << frame << ' ' << bytes << ": " << look.eye.x << ' ' << look.eye.y << ' ' << look.eye.z << " to "
+          << look.target.x << ' ' << look.target.y << ' ' << look.target.z << " error " << shown.error_px;
+      with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
+    }
+    EXPECT_GT(changed, 30);
+    EXPECT_GT(with_patches, 30);
+    EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
+    host_->world->release(editor);
+    close();
+  }
+}
+
+// A pit is there at once, for queries too, and the region stays drawn where a frame has no time.
+TEST_F(SeveralRegions, APitIsDrawnAndAskedAtOnce) {
+  Needs needs;
+  needs.edit_patches = 4'000;
+  needs.edit_tiles = 100;
+  needs.queries = 1;
+  open(needs, {}, {}, file());
+  EXPECT_EQ(device_info(*renderer_).cpu_bytes, host_->plan.cpu_bytes);
+  Editor* editor = nullptr;
+  Query* query = nullptr;
+  ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  ASSERT_TRUE(host_->world->take_query(query).ok());
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 corner = corner_of(n);
+    const double x = corner.x + 6, z = corner.z + 6;
+    ViewState shown = view({x + 4, 30, z + 3}, {x, 12, z});
+    FrameResult result;
+    holes(shown, 0, result);
+    const Pixels before = picture_.read();
+    Hit hit;
+    ASSERT_TRUE(query->ground(host_->world->from_world({x, 60, z}), 0, Wait::for_file, hit));
+    const double ground = host_->world->to_world(hit.place).y;
+    Edit dig;
+    dig.place = hit.place;
+    dig.radius_m = 2.5;
+    EditResult made;
+    ASSERT_TRUE(editor->apply(dig, made).ok());
+    EXPECT_TRUE(made.changed);
+    EXPECT_GT(made.patches, 0u);
+    const Vec3 low = host_->world->to_world(made.low), high = host_->world->to_world(made.high);
+    EXPECT_LT(low.x, x - 2);
+    EXPECT_GT(high.x, x + 2);
+    EXPECT_LT(high.x, x + 9);
+    EXPECT_LT(low.y, ground - 1.5);
+    EXPECT_EQ(holes(shown, 1e-6, result), 0u);
+    EXPECT_GT(costs(*renderer_).patches_drawn, 0u);
+    EXPECT_GT(test::share_beyond(before, picture_.read(), 8), 0.01) << n;
+    ASSERT_TRUE(query->ground(host_->world->from_world({x, 60, z}), 0, Wait::for_file, hit));
+    EXPECT_LT(host_->world->to_world(hit.place).y, ground - 1.5) << n;
+  }
+  // Heights of the ground beside a region, and not of what it stands on.
+  Edit raise;
+  raise.tool = EditTool::extrude;
+  raise.shape = BrushShape::cylinder;
+  raise.radius_m = 3;
+  raise.place = host_->world->from_world({80, 15, 60});
+  EditResult made;
+  ASSERT_TRUE(editor->apply(raise, made).ok());
+  EXPECT_TRUE(made.changed);
+  raise.place = host_->world->from_world({20, 15, 18});
+  Status status = editor->apply(raise, made);
+  EXPECT_EQ(status.code(), StatusCode::unsupported);
+  EXPECT_STREQ(status.field(), "ground");
+  // Where there is no region nothing can be dug.
+  Edit beside;
+  beside.place = host_->world->from_world({80, 15, 60});
+  status = editor->apply(beside, made);
+  EXPECT_STREQ(status.field(), "place");
+  host_->world->release(query);
+  host_->world->release(editor);
+  // What a region's edits change of the ground takes tiles.
+  needs.edit_tiles = 0;
+  open(needs, {}, {}, file());
+  ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  Edit dig;
+  dig.place = host_->world->from_world({20, 15, 18});
+  status = editor->apply(dig, made);
+  EXPECT_EQ(status.code(), StatusCode::limit_reached);
+  EXPECT_STREQ(status.field(), "edit_tiles");
+  host_->world->release(editor);
+}
+
+// Digs in all regions and a hill between them: what is saved and loaded is drawn as it was, to the bit, from
+// near and from far, and what is taken back is there again.
+TEST_F(SeveralRegions, EditsAreSavedAsTheyAreAndTakenBack) {
+  Needs needs;
+  needs.edit_patches = 4'000;
+  needs.edit_tiles = 100;
+  needs.queries = 1;
+  needs.undo_bytes = 4 << 20;
+  Editor* editor = nullptr;
+  Query* query = nullptr;
+  const auto begin = [&](const std::vector<std::byte>& bytes) {
+    open(needs, {}, {}, bytes);
+    ASSERT_TRUE(host_->world->take_editor(editor).ok());
+    ASSERT_TRUE(host_->world->take_query(query).ok());
+  };
+  const auto stop = [&] {
+    host_->world->release(editor);
+    host_->world->release(query);
+  };
+  const auto height = [&](double x, double z) {
+    Hit hit;
+    EXPECT_TRUE(query->ground(host_->world->from_world({x, 60, z}), 0, Wait::for_file, hit));
+    return hit.found ? host_->world->to_world(hit.place).y : 0;
+  };
+  const auto pictures = [&] {
+    std::vector<Pixels> all;
+    for (int n = 0; n < kCaves; ++n) {
+      const glm::dvec3 corner = corner_of(n);
+      for (const double away : {1.0, 4.0, 30.0}) {
+        ViewState shown =
+            view(corner + glm::dvec3(6, 14, 6) + away * glm::dvec3(8, 12, 5), corner + glm::dvec3(6, 12, 6));
+        shown.error_px = 1;
+        test::draw_frame(*renderer_, picture_, {shown}, 0);
+        all.push_back(picture_.read());
+      }
+    }
+    return all;
+  };
+  begin(file());
+  std::array<double, kCaves> before{};
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 at = corner_of(n) + glm::dvec3(7, 0, 7);
+    before[static_cast<std::size_t>(n)] = height(at.x, at.z);
+    for (int dig = 0; dig < 3; ++dig) {
+      Edit edit;
+      edit.radius_m = 2 + 0.5 * dig;
+      edit.place = host_->world->from_world({at.x + dig, height(at.x, at.z), at.z});
+      EditResult made;
+      ASSERT_TRUE(editor->apply(edit, made).ok());
+      EXPECT_TRUE(made.changed && made.can_undo);
+    }
+  }
+  Edit raise;
+  raise.tool = EditTool::extrude;
+  raise.shape = BrushShape::cylinder;
+  raise.radius_m = 3;
+  raise.place = host_->world->from_world({80, 15, 60});
+  EditResult made;
+  ASSERT_TRUE(editor->apply(raise, made).ok());
+  const std::vector<Pixels> live = pictures();
+  std::vector<std::byte> saved;
+  const auto append = [](void* user, std::span<const std::byte> bytes) {
+    auto& to = *static_cast<std::vector<std::byte>*>(user);
+    to.insert(to.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  ASSERT_TRUE(editor->save({&saved, append}).ok());
+  EXPECT_EQ(editor->undo_state().undo_steps, 3u * kCaves + 1);
+  while (editor->undo_state().undo_steps > 0) ASSERT_TRUE(editor->undo(made).ok());
+  for (int n = 0; n < kCaves; ++n) {
+    const glm::dvec3 at = corner_of(n) + glm::dvec3(7, 0, 7);
+    EXPECT_EQ(height(at.x, at.z), before[static_cast<std::size_t>(n)]) << n;
+  }
+  while (editor->undo_state().redo_steps > 0) ASSERT_TRUE(editor->redo(made).ok());
+  std::vector<Pixels> again = pictures();
+  for (std::size_t n = 0; n < live.size(); ++n)
+    EXPECT_EQ(test::largest_difference(live[n], again[n]), 0) << n;
+  stop();
+  begin(saved);
+  again = pictures();
+  for (std::size_t n = 0; n < live.size(); ++n)
+    EXPECT_EQ(test::largest_difference(live[n], again[n]), 0) << n;
+  std::vector<std::byte> twice;
+  ASSERT_TRUE(editor->save({&twice, append}).ok());
+  EXPECT_TRUE(twice == saved);
+  stop();
 }
 
 }  // namespace

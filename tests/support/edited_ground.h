@@ -24,9 +24,11 @@ inline constexpr double kGroundStep = 8192;  // a voxel from sample to sample
 // A ground in memory, and its samples as edits leave them, one by one.
 class EditedGround {
  public:
-  EditedGround(std::int64_t wide, std::int64_t deep, std::uint32_t tiles)
+  // height_of: other heights than rough hills.
+  EditedGround(std::int64_t wide, std::int64_t deep, std::uint32_t tiles,
+               const MemoryGround::Heights& height_of = {})
       : wide_(wide),
-        samples_(make_samples(wide, deep)),
+        samples_(make_samples(wide, deep, height_of)),
         file_(wide, deep, kGroundStep, kGroundStep, heights(samples_)),
         source_(file_) {
     Budget budget;
@@ -103,11 +105,16 @@ class EditedGround {
   EditGround editor;
 
  private:
-  static std::vector<std::int32_t> make_samples(std::int64_t wide, std::int64_t deep) {
+  static std::vector<std::int32_t> make_samples(std::int64_t wide, std::int64_t deep,
+                                                const MemoryGround::Heights& height_of) {
     std::vector<std::int32_t> out;
     std::mt19937 random(7);
     for (std::int64_t k = 0; k < deep; ++k) {
       for (std::int64_t i = 0; i < wide; ++i) {
+        if (height_of) {
+          out.push_back(height_of(i, k));
+          continue;
+        }
         out.push_back(static_cast<std::int32_t>(9000 * std::sin(0.05 * static_cast<double>(i)) *
                                                 std::cos(0.03 * static_cast<double>(k))) +
                       static_cast<std::int32_t>(random() % 600));

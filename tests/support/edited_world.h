@@ -74,10 +74,13 @@ struct PatchFacts {
   bool operator==(const PatchFacts&) const = default;
 };
 
-inline std::map<PatchKey, PatchFacts> facts_of(const World& world, const PatchMeasures& measures) {
-  std::map<PatchKey, PatchFacts> all;
-  const Surface surface = world.surface();
+using AllFacts = std::map<PatchKey, PatchFacts>;
+
+// Of a part of a world; measures: of its patches.
+inline void add_facts_of(const World& world, std::size_t part, const PatchMeasures& measures, AllFacts& all) {
+  const Surface surface = world.parts()[part].surface;
   const Heights heights = world.heights();
+  const auto region = static_cast<std::uint32_t>(part);
   const auto values = level_error_values(heights.level);
   for (PatchId p = 0; p < surface.patches.size(); ++p) {
     if (surface.is_free(p)) continue;
@@ -100,86 +103,97 @@ inline std::map<PatchKey, PatchFacts> facts_of(const World& world, const PatchMe
     facts.add(measures.cones[p]);
     facts.add(measures.shading_cones[p]);
     for (const std::uint16_t value : measures.level_errors.subspan(p * values, values)) facts.add(value);
-    all[key_of(surface, p)] = facts;
+    all[key_of(surface, p, region)] = facts;
+  }
+}
+
+// As it holds them.
+inline AllFacts facts_of(const World& world) {
+  const auto copy = [](auto from) {
+    return std::vector<std::remove_const_t<typename decltype(from)::element_type>>(from.begin(), from.end());
+  };
+  AllFacts all;
+  for (std::size_t n = 0; n < world.parts().size(); ++n) {
+    const WorldPart& part = world.parts()[n];
+    auto errors = copy(part.level_errors.values);
+    auto bounds = copy(part.bounds);
+    auto cones = copy(part.cones);
+    auto shading = copy(part.shading_cones);
+    add_facts_of(world, n, {errors, bounds, cones, shading}, all);
   }
   return all;
 }
 
-// As it holds them.
-inline std::map<PatchKey, PatchFacts> facts_of(const World& world) {
-  const auto copy = [](auto from) {
-    return std::vector<std::remove_const_t<typename decltype(from)::element_type>>(from.begin(), from.end());
-  };
-  auto errors = copy(world.level_errors().values);
-  auto bounds = copy(world.bounds());
-  auto cones = copy(world.cones());
-  auto shading = copy(world.shading_cones());
-  return facts_of(world, {errors, bounds, cones, shading});
-}
-
-// All patches from scratch.
-inline void measure_all(const World& world, const PatchMeasures& out) {
-  const std::size_t patches = world.surface().patches.size();
+// All patches of a part from scratch.
+inline void measure_all(const World& world, std::size_t part, const PatchMeasures& out) {
+  const Surface surface = world.parts()[part].surface;
+  const std::size_t patches = surface.patches.size();
   std::vector<BorderErrors> borders(patches);
   std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(world.info().level)));
   const TestScratch scratch;
-  const MeasurePatches measure{world.surface(), world.heights(), {}, borders, out};
+  const MeasurePatches measure{surface, world.heights(), {}, borders, out};
   EXPECT_TRUE(measure.validate().ok());
   measure.measure(0, patches, {scratch.get(), vertices});
   measure.join(0, patches);
 }
 
 // As they are measured from scratch.
-inline std::map<PatchKey, PatchFacts> measured_facts_of(const World& world) {
-  const std::size_t patches = world.surface().patches.size();
-  std::vector<std::uint16_t> errors(patches * level_error_values(world.info().level));
-  std::vector<PatchBounds> bounds(patches);
-  std::vector<NormalCone> cones(patches), shading(patches);
-  const PatchMeasures out{errors, bounds, cones, shading};
-  measure_all(world, out);
-  return facts_of(world, out);
+inline AllFacts measured_facts_of(const World& world) {
+  AllFacts all;
+  for (std::size_t n = 0; n < world.parts().size(); ++n) {
+    const std::size_t patches = world.parts()[n].surface.patches.size();
+    std::vector<std::uint16_t> errors(patches * level_error_values(world.info().level));
+    std::vector<PatchBounds> bounds(patches);
+    std::vector<NormalCone> cones(patches), shading(patches);
+    const PatchMeasures out{errors, bounds, cones, shading};
+    measure_all(world, n, out);
+    add_facts_of(world, n, out, all);
+  }
+  return all;
 }
 
-// Live against saved, loaded and measured, once it is settled: by key, to the bit.
-inline void expect_as_loaded(LoadedWorld& live) {
-  const std::vector<std::byte> saved = live.save();
-  LoadedWorld fresh(saved);
-  const World& a = live.world;
-  const World& b = fresh.world;
-  ASSERT_EQ(a.surface().patches.size() - a.free_patches(), b.patch_count());
-  const auto loaded = facts_of(b);
-  ASSERT_TRUE(facts_of(a) == loaded);
-  ASSERT_TRUE(measured_facts_of(b) == loaded);
-  ASSERT_TRUE(fresh.save() == saved);
-  ASSERT_EQ(a.octree().octets_used(), b.octree().octets_used());
-  ASSERT_TRUE(std::ranges::equal(a.sky().cells(), b.sky().cells()));
-  const Occluders& rock = a.occluders();
-  ASSERT_EQ(rock.size(), b.occluders().size());
-  ASSERT_EQ(rock.interior().min, b.occluders().interior().min);
-  ASSERT_EQ(rock.interior().max, b.occluders().interior().max);
+// All of a part that is not of single patches.
+inline void expect_same_part(const WorldPart& a, const WorldPart& b) {
+  ASSERT_EQ(a.octree->octets_used(), b.octree->octets_used());
+  ASSERT_TRUE(std::ranges::equal(a.sky->cells(), b.sky->cells()));
+  const Occluders& rock = *a.occluders;
+  ASSERT_EQ(rock.size(), b.occluders->size());
+  ASSERT_EQ(rock.interior().min, b.occluders->interior().min);
+  ASSERT_EQ(rock.interior().max, b.occluders->interior().max);
   for (const auto kind : {Occluders::Kind::rock, Occluders::Kind::air})
-    ASSERT_EQ(rock.count(kind), b.occluders().count(kind));
+    ASSERT_EQ(rock.count(kind), b.occluders->count(kind));
   for (int y = 0; y < rock.size().y; ++y) {
     for (int z = 0; z < rock.size().z; ++z) {
       for (int x = 0; x < rock.size().x; ++x) {
         const glm::ivec3 cell(x, y, z);
-        ASSERT_EQ(rock.is_rock(cell), b.occluders().is_rock(cell));
+        ASSERT_EQ(rock.is_rock(cell), b.occluders->is_rock(cell));
         ASSERT_EQ(rock.covers(Occluders::Kind::air, 0, x, {y, z}, {y, z}),
-                  b.occluders().covers(Occluders::Kind::air, 0, x, {y, z}, {y, z}));
+                  b.occluders->covers(Occluders::Kind::air, 0, x, {y, z}, {y, z}));
       }
     }
   }
+  ASSERT_EQ(a.rim->edges().size(), b.rim->edges().size());
+  ASSERT_EQ(a.rim->columns(), b.rim->columns());
+  for (std::size_t n = 0; n < a.rim->edges().size(); ++n) {
+    const RegionRim::Edge &own = a.rim->edges()[n], &other = b.rim->edges()[n];
+    ASSERT_EQ(key_of(a.surface, own.edge.patch()), key_of(b.surface, other.edge.patch()));
+    ASSERT_EQ(own.edge.edge(), other.edge.edge());
+    ASSERT_EQ(own.from, other.from);
+    ASSERT_EQ(own.to, other.to);
+  }
+  for (std::uint32_t column = 0; column < a.rim->columns(); ++column)
+    ASSERT_EQ(a.rim->mark(column), b.rim->mark(column));
   // The tree's boxes hold what lies below them, and nothing else.
-  const BoundsTree& tree = a.tree();
-  ASSERT_EQ(tree.longest_diagonal(), b.tree().longest_diagonal());
+  const BoundsTree& tree = *a.tree;
+  ASSERT_EQ(tree.longest_diagonal(), b.tree->longest_diagonal());
   for (std::uint32_t n = 0; n < tree.nodes(0); ++n) {
     LatticeBox box{glm::ivec3(INT32_MAX), glm::ivec3(INT32_MIN)};
     for (PatchId p = tree.first_patch(0, n); p < tree.first_patch(0, n) + tree.patch_count(0, n); ++p) {
-      const PatchBoxes& boxes = a.patch_boxes()[n];
-      const bool free = a.surface().is_free(p);
+      const PatchBoxes& boxes = a.boxes[n];
+      const bool free = a.surface.is_free(p);
       ASSERT_EQ((boxes.free >> p % 8 & 1u) != 0, free);
       if (free) continue;
-      const LatticeBox own = patch_box(a.surface(), a.bounds(), p);
+      const LatticeBox own = patch_box(a.surface, a.bounds, p);
       ASSERT_EQ(boxes.box(p % 8).min, own.min);
       ASSERT_EQ(boxes.box(p % 8).max, own.max);
       box = {glm::min(box.min, own.min), glm::max(box.max, own.max)};
@@ -190,6 +204,24 @@ inline void expect_as_loaded(LoadedWorld& live) {
       ASSERT_EQ(tree.node(0, n).min, box.min);
       ASSERT_EQ(tree.node(0, n).max, box.max);
     }
+  }
+}
+
+// Live against saved, loaded and measured, once it is settled: by key, to the bit.
+inline void expect_as_loaded(LoadedWorld& live) {
+  const std::vector<std::byte> saved = live.save();
+  LoadedWorld fresh(saved);
+  const World& a = live.world;
+  const World& b = fresh.world;
+  ASSERT_EQ(a.parts().size(), b.parts().size());
+  ASSERT_EQ(a.patch_count() - a.free_patches(), b.patch_count());
+  const auto loaded = facts_of(b);
+  ASSERT_TRUE(facts_of(a) == loaded);
+  ASSERT_TRUE(measured_facts_of(b) == loaded);
+  ASSERT_TRUE(fresh.save() == saved);
+  for (std::size_t n = 0; n < a.parts().size(); ++n) {
+    expect_same_part(a.parts()[n], b.parts()[n]);
+    if (testing::Test::HasFatalFailure()) return;
   }
 }
 

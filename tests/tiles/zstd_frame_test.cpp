@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Frames as zstd itself reads them.
-#include "tiles/zstd_frame.h"
+#include "tiles/frame/zstd_frame.h"
 
 #include <gtest/gtest.h>
 #include <zstd.h>

@@ -155,6 +155,34 @@ TEST(EditGround, StepsAreTakenBackAndAgainToTheBit) {
   }
 }
 
+// Not by what heights there are anywhere under the brush.
+TEST(EditGround, AWideBrushMayGoOverMountains) {
+  const MemoryGround::Heights slopes = [](std::int64_t i, std::int64_t k) {
+    return static_cast<std::int32_t>(40'000 * std::sin(0.02 * static_cast<double>(i)) *
+                                     std::cos(0.02 * static_cast<double>(k)));
+  };
+  Edited edited(300, 280, 200, slopes);
+  Edit hill;
+  hill.tool = EditTool::extrude;
+  hill.shape = BrushShape::cylinder;
+  hill.place = {150, 0, 140};
+  hill.radius = 130;
+  hill.strength = 6;
+  GroundChange change;
+  const Status status = edited.editor.apply(hill, nullptr, change);
+  ASSERT_TRUE(status.ok()) << status.what();
+  ASSERT_GT(change.greatest - change.least, 8 * 4096) << "more than a node spans";
+  expect_as_made(edited, "after a hill");
+  const std::vector<std::int32_t> before = edited.samples();
+  // A step of more than a node of size 1 spans, within a node of size 0 it fits.
+  hill.tool = EditTool::level;
+  hill.shape = BrushShape::box;
+  hill.half = {20, 900, 20};
+  hill.place = {150, 19, 140};
+  EXPECT_FALSE(edited.editor.apply(hill, nullptr, change).ok());
+  EXPECT_EQ(edited.samples(), before);
+}
+
 TEST(EditGround, ErrorsChangeNothing) {
   Edited edited(150, 129, 9);
   const std::vector<std::int32_t> before = edited.samples();

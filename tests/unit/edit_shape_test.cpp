@@ -72,7 +72,7 @@ TEST(EditShape, UntilItIsSettledAllIsOnTheSafeSide) {
       std::vector<std::uint16_t> errors(patches * values);
       std::vector<PatchBounds> bounds(patches);
       std::vector<NormalCone> cones(patches), shading(patches);
-      test::measure_all(world, {errors, bounds, cones, shading});
+      test::measure_all(world, 0, {errors, bounds, cones, shading});
       for (PatchId p = 0; p < patches; ++p) {
         if (world.surface().is_free(p)) continue;
         for (int axis = 0; axis < 3; ++axis) {

@@ -4,16 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include <glm/geometric.hpp>
 
 #include "terrain/base/check.h"
 #include "terrain/edit/brush.h"
+#include "terrain/lod/morph.h"
 #include "terrain/nodes/make_node.h"
 
 namespace karst::core {
 namespace {
 
+constexpr int kTileLog = 4;  // a node of this size is a tile of size 0 wide
+static_assert(kTileNodes == 1 << kTileLog);
 // Heights of a voxel.
 constexpr double kUnits = static_cast<double>(kStepsPerVoxel) / kVertexStep;
 // Least y of a plane's normal, of length 1: steeper planes are no ground.
@@ -73,8 +77,6 @@ Status EditGround::check(const Edit& edit) const {
   }
   if (info_.basis.is_curved() || info_.closes() || info_.is_cube())
     return {StatusCode::unsupported, "grounds on a curved basis cannot be edited", "ground"};
-  if (info_.region_count > 0)
-    return {StatusCode::unsupported, "the ground of a world with regions cannot be edited", "ground"};
   return {};
 }
 
@@ -237,10 +239,10 @@ Status EditGround::try_out(const Edit& edit, const GridRect& samples, GroundChan
 }
 
 // All tiles that may change, as they are.
-Status EditGround::reserve(const GridRect& samples) {
+Status EditGround::reserve(const GridRect& samples, int least_size) {
   for (const bool counts : {true, false}) {
     std::uint64_t more = 0;
-    for (int size = 0; size <= info_.top_size(); ++size) {
+    for (int size = least_size; size <= info_.top_size(); ++size) {
       const GridRect tiles = tiles_around(info_, size, samples);
       for (std::int64_t z = tiles.low[1]; z <= tiles.high[1]; ++z) {
         for (std::int64_t x = tiles.low[0]; x <= tiles.high[0]; ++x) {
@@ -262,20 +264,72 @@ Status EditGround::reserve(const GridRect& samples) {
   return {};
 }
 
-// Of sizes from 1 on, by what their nodes may span at most.
-Status EditGround::check_fit(const GroundChange& change) {
-  for (int size = 1; size <= info_.top_size(); ++size) {
+// Of sizes from 1 on, by what their nodes may span at most; where that is too much, of nodes within a tile of
+// size 0 by what they will.
+Status EditGround::check_fit(const Edit& edit, const GroundChange& change) {
+  const auto may_span = [&](NodeKey node) {
+    const NodeMeasure& own = overlay_.find(tile_of(node))->tile.nodes[node_in_tile(node)];
+    return fits(info_, node, std::min(own.low, change.least), std::max(own.high, change.greatest));
+  };
+  const GridRect finest = nodes_with(info_, 0, change.samples);
+  for (std::int64_t tz = finest.low[1] / kTileNodes; tz <= finest.high[1] / kTileNodes; ++tz) {
+    for (std::int64_t tx = finest.low[0] / kTileNodes; tx <= finest.high[0] / kTileNodes; ++tx) {
+      const NodeKey key{0, static_cast<std::int32_t>(tx), static_cast<std::int32_t>(tz)};
+      bool is_made = false;
+      for (int size = 1; size <= std::min(kTileLog, info_.top_size()); ++size) {
+        const int wide = kTileNodes >> size;
+        const GridRect nodes = within(nodes_with(info_, size, change.samples),
+                                      {{tx * wide, tz * wide}, {tx * wide + wide - 1, tz * wide + wide - 1}});
+        for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
+          for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
+            const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+            if (may_span(node)) continue;
+            const Tile& tile = overlay_.find(key)->tile;
+            if (!is_made) {
+              const Status status = make_fresh(edit, key, tile, change.samples);
+              KARST_ASSERT(status.ok());
+            }
+            is_made = true;
+            if (!will_fit(key, tile, node, change.samples)) return too_steep();
+          }
+        }
+      }
+    }
+  }
+  for (int size = kTileLog + 1; size <= info_.top_size(); ++size) {
     const GridRect nodes = nodes_with(info_, size, change.samples);
     for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
       for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
-        const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
-        const NodeMeasure& own = overlay_.find(tile_of(node))->tile.nodes[node_in_tile(node)];
-        if (!fits(info_, node, std::min(own.low, change.least), std::max(own.high, change.greatest)))
-          return too_steep();
+        if (!may_span({size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)})) return too_steep();
       }
     }
   }
   return {};
+}
+
+// A node within a tile of size 0, by the heights to be of the tile's vertices.
+bool EditGround::will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const {
+  const std::int32_t* const fresh = blocks_.scratch[0].fresh;
+  const GridRect vertices = vertices_of(key, samples);
+  const int wide = kNodeQuads << node.size;
+  const std::int64_t first[2] = {node.x * std::int64_t{wide} - key.x * std::int64_t{kTileQuads},
+                                 node.z * std::int64_t{wide} - key.z * std::int64_t{kTileQuads}};
+  const std::int64_t last[2] = {
+      std::min(first[0] + wide, info_.samples[0] - 1 - key.x * std::int64_t{kTileQuads}),
+      std::min(first[1] + wide, info_.samples[1] - 1 - key.z * std::int64_t{kTileQuads})};
+  std::int32_t low = std::numeric_limits<std::int32_t>::max();
+  std::int32_t high = std::numeric_limits<std::int32_t>::min();
+  for (std::int64_t k = first[1]; k <= last[1]; ++k) {
+    for (std::int64_t i = first[0]; i <= last[0]; ++i) {
+      const bool is_fresh =
+          k >= vertices.low[1] && k <= vertices.high[1] && i >= vertices.low[0] && i <= vertices.high[0];
+      const std::int32_t height =
+          is_fresh ? fresh[k * (kTileQuads + 1) + i] : tile.height(static_cast<int>(i), static_cast<int>(k));
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+  }
+  return fits(info_, node, low, high);
 }
 
 // An edit goes on with the part before it where all that lies between them is there to be made anew, and is
@@ -436,7 +490,7 @@ void EditGround::follow(GroundChange& change) {
   change.changed = true;
   change.stamp = stamp_;
   for (int size = 0; size <= info_.top_size(); ++size) set_sizes(size, change.samples);
-  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, stamp_);
+  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, growths(), stamp_);
   measure.run(change.samples, kExactAtOnce);
   wait(change.samples);
   change.measured = measure.measured();
@@ -444,6 +498,10 @@ void EditGround::follow(GroundChange& change) {
   const NodeMeasure& root = overlay_.find(tile_of({info_.top_size(), 0, 0}))->tile.nodes[0];
   info_.low = root.low;
   info_.high = root.high;
+  count_tiles(change);
+}
+
+void EditGround::count_tiles(GroundChange& change) const {
   change.tiles =
       static_cast<std::uint32_t>(std::count_if(overlay_.tiles().begin(), overlay_.tiles().end(),
                                                [&](const EditedTile& tile) { return tile.stamp == stamp_; }));
@@ -481,7 +539,7 @@ void EditGround::settle_some(GroundChange& change) {
   change.changed = true;
   change.samples = waiting_at_[wait_turn_];
   change.stamp = ++stamp_;
-  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, stamp_);
+  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, growths(), stamp_);
   measure.measure_again(wait_size_, change.samples);
   change.measured = measure.measured();
   if (!measure.trouble().ok()) trouble_ = measure.trouble();
@@ -504,15 +562,83 @@ Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
   if (!samples.exists()) return {};
   GroundChange planned;
   if (const Status status = try_out(edit, samples, planned); !status.ok()) return status;
+  if (const Status status = check_regions(planned.samples); !status.ok()) return status;
   if (!planned.samples.exists()) return {};
   if (const Status status = reserve(planned.samples); !status.ok()) return status;
-  if (const Status status = check_fit(planned); !status.ok()) return status;
+  if (const Status status = check_fit(edit, planned); !status.ok()) return status;
   ++stamp_;
   change = planned;
   if (log != nullptr) choose_part(planned.samples, *log);
   set_heights(edit, planned.samples, log);
   follow(change);
   return {};
+}
+
+// The ground beneath a region is what stands for it, and what it was measured against.
+Status EditGround::check_regions(const GridRect& samples) const {
+  for (const GroundRegion& region : info_.regions()) {
+    if (within(samples, samples_of(region)).exists())
+      return {StatusCode::unsupported, "heights of the ground where a region stands cannot be edited",
+              "ground"};
+  }
+  return {};
+}
+
+// Of nodes of sizes from 1 on.
+Status EditGround::reserve_region(std::size_t region, const LatticeBox& box) {
+  if ((reserved_ >> region & 1u) != 0) return {};
+  if (const Status status = reserve(samples_of(info_.regions()[region]), 1); !status.ok()) return status;
+  reserved_ |= 1u << region;
+  boxes_[region] = box;
+  return {};
+}
+
+// Thresholds hold k error and more, whatever else they hold.
+Status EditGround::error_before(std::size_t region, double& error) {
+  const GroundRegion& of = info_.regions()[region];
+  error = std::numeric_limits<double>::infinity();
+  constexpr int kLast = kDemands - 1;
+  for (int size = 1; size <= info_.top_size() && !std::isfinite(error); ++size) {
+    const GridRect nodes = nodes_with(info_, size, samples_of(of));
+    for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
+      for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
+        const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+        if (in_region(of, node) != InRegion::part) continue;
+        const Tile* tile = nullptr;
+        if (const Status status = file_.get(tile_of(node), tile); !status.ok()) return status;
+        const std::uint16_t half = tile->nodes[node_in_tile(node)].thresholds[kLast];
+        if (half >= kNeverMorphs) continue;
+        const double steps = std::ldexp(double{threshold_steps(half)}, info_.page_size(size));
+        error = std::min(error, steps / demand(kLast));
+      }
+    }
+  }
+  return {};
+}
+
+Status EditGround::height(std::int64_t i, std::int64_t k, std::int32_t& out) {
+  const NodeKey key{0, static_cast<std::int32_t>(owner(0, i)), static_cast<std::int32_t>(owner(1, k))};
+  const Tile* tile = nullptr;
+  if (const Status status = current(key, tile); !status.ok()) return status;
+  out = tile->height(static_cast<int>(i - key.x * std::int64_t{kTileQuads}),
+                     static_cast<int>(k - key.z * std::int64_t{kTileQuads}));
+  return {};
+}
+
+void EditGround::grow_region(std::size_t region, const RegionGrowth& growth, GroundChange& change) {
+  KARST_ASSERT((reserved_ >> region & 1u) != 0);
+  RegionGrowth more;
+  more.error = growth.error - growths_[region].error;
+  more.reach = growth.reach - growths_[region].reach;
+  growths_[region] = growth;
+  change = {};
+  if (!(more.error > 0 || more.reach > 0)) return;
+  change.changed = true;
+  change.stamp = ++stamp_;
+  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, growths(), stamp_);
+  measure.grow(region, more);
+  trouble_ = measure.trouble();
+  count_tiles(change);
 }
 
 void EditGround::exchange(UndoCell cell, GroundChange& change) {
@@ -561,7 +687,7 @@ std::uint32_t EditGround::show(const GroundChange& change, Ground& ground) const
     if (tile.stamp == change.stamp) ground.replace(tile.key, tile.tile);
   }
   std::uint32_t nodes = 0;
-  for (int size = 0; size <= info_.top_size(); ++size) {
+  for (int size = 0; size <= info_.top_size() && change.samples.exists(); ++size) {
     // Vertices are stored from an origin by the node's heights; normals look at two vertices beside.
     GridRect with_rims = change.samples;
     for (int axis = 0; axis < 2; ++axis) {

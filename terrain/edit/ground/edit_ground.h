@@ -14,6 +14,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "karst/status.h"
 #include "terrain/base/arena.h"
@@ -30,7 +31,7 @@ namespace karst::core {
 
 struct GroundChange {
   bool changed = false;
-  GridRect samples;        // that have other heights now
+  GridRect samples;        // that have other heights now; none where a region grew
   std::int32_t least = 0;  // of their heights, before and after; kVertexStep
   std::int32_t greatest = 0;
   std::uint64_t stamp = 0;     // EditedTile::stamp of all tiles that changed
@@ -77,6 +78,21 @@ class EditGround {
   // A size of a place that waits. change: of its tiles no more than measures. Precondition: not is_settled().
   void settle_some(GroundChange& change);
 
+  // Before the voxels of a region are edited, for what its thresholds may have to allow for then. box: around
+  // the region's surface as it is, from its corner, lattice steps. limit_reached ("edit_tiles"), and errors
+  // of reading.
+  Status reserve_region(std::size_t region, const LatticeBox& box);
+  // Since it was reserved.
+  const RegionGrowth& growth(std::size_t region) const { return growths_[region]; }
+  const LatticeBox& box_before(std::size_t region) const { return boxes_[region]; }
+  // No less than the error that thresholds of the file allow for (RegionMeasure); lattice steps.
+  Status error_before(std::size_t region, double& error);
+  // Of a sample as it is, kVertexStep. Precondition: it exists.
+  Status height(std::int64_t i, std::int64_t k, std::int32_t& out);
+  // Thresholds allow for that much from now on. Precondition: it is reserved; no less than growth();
+  // is_settled().
+  void grow_region(std::size_t region, const RegionGrowth& growth, GroundChange& change);
+
   // Hands a change to what is drawn. Returns how many nodes are made anew.
   std::uint32_t show(const GroundChange& change, Ground& ground) const;
   // The same of settle_some(): vertices are as they were.
@@ -117,8 +133,12 @@ class EditGround {
   Status make_fresh(const Edit& edit, NodeKey key, const Tile& tile, const GridRect& samples);
   GridRect vertices_of(NodeKey tile, const GridRect& samples) const;
   Status try_out(const Edit& edit, const GridRect& samples, GroundChange& change);
-  Status reserve(const GridRect& samples);
-  Status check_fit(const GroundChange& change);
+  Status reserve(const GridRect& samples, int least_size = 0);
+  void count_tiles(GroundChange& change) const;
+  Status check_regions(const GridRect& samples) const;
+  std::span<const RegionGrowth> growths() const { return std::span(growths_).first(info_.regions().size()); }
+  Status check_fit(const Edit& edit, const GroundChange& change);
+  bool will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const;
   void choose_part(const GridRect& samples, UndoLog& log);
   void keep_blocks(EditedTile& edited, const GridRect& changed, UndoLog& log) const;
   void set_heights(const Edit& edit, const GridRect& samples, UndoLog* log);
@@ -131,6 +151,9 @@ class EditGround {
   Blocks blocks_;
   GroundOverlay overlay_;
   FileTiles file_;
+  std::array<RegionGrowth, kMostRegions> growths_{};
+  std::array<LatticeBox, kMostRegions> boxes_{};  // of regions that are reserved
+  std::uint32_t reserved_ = 0;                    // bit n: region n
   std::uint64_t stamp_ = 0;
   // The open part of the log.
   GridRect part_samples_;

@@ -22,6 +22,12 @@ NodeKey key_of(int size, std::int64_t x, std::int64_t z) {
   return {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
 }
 
+// What a region that has grown takes of thresholds beyond what is there for it (MeasureNodes).
+double growth_steps(const RegionGrowth& growth, int n) {
+  constexpr double kSlack = 1.002;
+  return (demand(n) * growth.error + kSteepest * growth.reach) * kSlack;
+}
+
 // A node whose measures are not known: split whatever is asked.
 NodeMeasure unknown() {
   NodeMeasure measure;
@@ -67,6 +73,15 @@ GridRect tiles_around(const GroundInfo& info, int size, const GridRect& samples)
   return tiles;
 }
 
+GridRect samples_of(const GroundRegion& region) {
+  GridRect samples;
+  for (int axis = 0; axis < 2; ++axis) {
+    samples.low[axis] = std::int64_t{region.nodes.low[axis]} * kNodeQuads;
+    samples.high[axis] = std::int64_t{region.nodes.high[axis]} * kNodeQuads;
+  }
+  return samples;
+}
+
 template <std::size_t kNodes>
 NodeRow MeasureEdits::Scratch::Row<kNodes>::first(std::size_t count) {
   NodeRow row;
@@ -110,6 +125,15 @@ void MeasureEdits::measure_again(int size, const GridRect& samples) {
   KARST_ASSERT(samples.exists() && size > 0);
   exact_ = kReferenceSizes;
   find_thresholds(size, nodes_around(info_, size, samples));
+}
+
+void MeasureEdits::grow(std::size_t region, const RegionGrowth& more) {
+  more_ = &more;
+  grown_ = region;
+  const GridRect samples = samples_of(info_.regions()[region]);
+  for (int size = 1; size <= info_.top_size(); ++size)
+    find_thresholds(size, nodes_around(info_, size, samples));
+  more_ = nullptr;
 }
 
 // Least and greatest heights, and how far heights are from the file's.
@@ -319,7 +343,7 @@ void MeasureEdits::find_thresholds(int size, const GridRect& nodes) {
 
 // nodes: of one tile.
 void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
-  const bool exact = size <= exact_;
+  const bool exact = size <= exact_ && more_ == nullptr;
   const std::int64_t first = std::max<std::int64_t>(nodes.low[0] - 1, 0);
   const std::int64_t last = std::min(nodes.high[0] + 1, last_node(info_, 0, size));
   const auto count = static_cast<std::size_t>(last - first + 1);
@@ -352,7 +376,7 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
     }
     job.run();
     const Tile* file = nullptr;
-    if (!exact) {
+    if (more_ == nullptr && (!exact || info_.region_count > 0)) {
       if (const Status status = file_.get(tile.key, file); !status.ok()) trouble_ = status;
     }
     for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
@@ -360,12 +384,31 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
       const int at = node_in_tile(node);
       std::uint16_t made[kDemands];
       std::copy_n(row(z).thresholds.begin() + (x - first) * kDemands, kDemands, made);
-      if (!exact) raise(node, file != nullptr ? file->nodes[at] : unknown(), made);
+      if (more_ != nullptr) {
+        lift(node, made);
+      } else if (!exact || in_region(info_, node) == InRegion::part) {
+        raise(node, file != nullptr ? file->nodes[at] : unknown(), made);
+      }
       std::uint16_t(&own)[kDemands] = tile.tile.nodes[at].thresholds;
       if (std::equal(std::begin(made), std::end(made), std::begin(own))) continue;
       std::copy(std::begin(made), std::end(made), std::begin(own));
       tile.stamp = stamp_;
     }
+  }
+}
+
+// Of what finer sizes ask for: with what it is, and what the region has grown by.
+void MeasureEdits::lift(NodeKey node, std::uint16_t (&out)[kDemands]) {
+  const NodeMeasure now = measure(node);
+  const bool grows = in_region(info_.regions()[grown_], node) == InRegion::part;
+  const double unit = std::ldexp(1.0, info_.page_size(node.size));
+  for (std::size_t n = 0; n < kDemands; ++n) {
+    std::uint16_t own = now.thresholds[n];
+    if (grows && own < kNeverMorphs) {
+      const double steps = double{threshold_steps(own)} * unit + growth_steps(*more_, static_cast<int>(n));
+      own = threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
+    }
+    out[n] = std::max(out[n], own);
   }
 }
 
@@ -389,7 +432,7 @@ HeightChange MeasureEdits::change_around(NodeKey node) const {
 // high from the file's, those of the full surface and, as means of vertices, of any state: their difference,
 // the error, by high - low at most. Where the ground ends states lie between two planes along a slope, which
 // are apart by four times that more at most. What a child spans grows by three times that: its own heights,
-// and the deviations at home at both ends.
+// and the deviations at home at both ends; and a node's box, which counts where a region is in part, by less.
 void MeasureEdits::raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const {
   const HeightChange change = change_around(node);
   const double unit = std::ldexp(1.0, info_.page_size(node.size));
@@ -398,8 +441,14 @@ void MeasureEdits::raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&
   const double least = kSteepest * 3 * off / kKept;
   for (std::size_t n = 0; n < kDemands; ++n) {
     std::uint16_t own = file.thresholds[n];
-    if (change.exists() && own < kNeverMorphs) {
-      const double steps = double{threshold_steps(own)} * unit + demand(static_cast<int>(n)) * error + least;
+    double region = 0;
+    for (std::size_t r = 0; r < growths_.size(); ++r) {
+      if (in_region(info_.regions()[r], node) == InRegion::part)
+        region = std::max(region, growth_steps(growths_[r], static_cast<int>(n)));
+    }
+    if ((change.exists() || region > 0) && own < kNeverMorphs) {
+      const double steps =
+          double{threshold_steps(own)} * unit + demand(static_cast<int>(n)) * error + least + region;
       own = threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
     }
     out[n] = std::max(out[n], own);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 // What is measured of nodes after samples changed: the same values, bit by bit, as of a ground that is baked
 // so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
-// measured of all their samples, which would have to be read: there a threshold is the file's, raised by what
-// heights of the node and those around it are off from the file's. It is never too small, and the file's
-// again where the heights are. Finer sizes can have such bounds for a while, too: the largest exact nodes
-// look at 257 x 257 samples each.
+// measured of all their samples, which would have to be read, and how far a region is from the ground is not
+// in the file: there, and where a node has a region in part, a threshold is the file's, raised by what
+// heights of the node and those around it are off from the file's, and by what the region has grown. It is
+// never too small, and the file's again where the heights are. Finer sizes can have such
+// bounds for a while, too: the largest exact nodes look at 257 x 257 samples each.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "terrain/edit/ground/file_tiles.h"
 #include "terrain/edit/ground/ground_overlay.h"
@@ -31,6 +34,16 @@ GridRect nodes_with(const GroundInfo& info, int size, const GridRect& samples);
 GridRect nodes_around(const GroundInfo& info, int size, const GridRect& samples);
 // Tiles of those.
 GridRect tiles_around(const GroundInfo& info, int size, const GridRect& samples);
+// Of a region, those at its border included.
+GridRect samples_of(const GroundRegion& region);
+
+// How much more than a region's file says the ground that stands for it is off, and a box of both is wide
+// (RegionMeasure).
+struct RegionGrowth {
+  double error = 0, reach = 0;  // lattice steps
+  // What error follows from (terrain/edit/regions/region_growth.h).
+  double way = 0, stretch = 1;
+};
 
 class MeasureEdits {
  public:
@@ -54,16 +67,19 @@ class MeasureEdits {
     Row<2 * (kTileNodes + 2)> finer[4];
   };
 
-  // All outlive this. overlay: with all of tiles_around() of all sizes.
+  // All outlive this. overlay: with all of tiles_around() of all sizes. growths: of the ground's regions.
   MeasureEdits(const GroundInfo& info, GroundOverlay& overlay, FileTiles& file, Scratch& scratch,
-               std::uint64_t stamp)
-      : info_(info), overlay_(overlay), file_(file), scratch_(scratch), stamp_(stamp) {}
+               std::span<const RegionGrowth> growths, std::uint64_t stamp)
+      : info_(info), overlay_(overlay), file_(file), scratch_(scratch), growths_(growths), stamp_(stamp) {}
 
   // After heights changed, in tiles of all sizes, at these samples. exact: sizes up to it are measured,
   // within 0..kReferenceSizes; coarser ones have bounds until measure_again().
   void run(const GridRect& samples, int exact);
   // What run() left of a size, all finer sizes being exact.
   void measure_again(int size, const GridRect& samples);
+  // After a region grew by so much more: thresholds of nodes that have it in part, and of those that look at
+  // them. Heights are the same.
+  void grow(std::size_t region, const RegionGrowth& more);
 
   // Nodes of which parts were measured.
   std::uint64_t measured() const { return measured_; }
@@ -82,6 +98,7 @@ class MeasureEdits {
   void fill(const NodeRow& row, int size, std::int64_t first, std::int64_t z, bool with_parts);
   void find_thresholds(int size, const GridRect& nodes);
   void find_thresholds_in(int size, const GridRect& nodes);
+  void lift(NodeKey node, std::uint16_t (&out)[kDemands]);
   HeightChange change_around(NodeKey node) const;
   void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) const;
 
@@ -89,8 +106,12 @@ class MeasureEdits {
   GroundOverlay& overlay_;
   FileTiles& file_;
   Scratch& scratch_;
+  std::span<const RegionGrowth> growths_;
   std::uint64_t stamp_;
   int exact_ = kReferenceSizes;
+  // While grow() runs: by how much.
+  const RegionGrowth* more_ = nullptr;
+  std::size_t grown_ = 0;
   std::uint64_t measured_ = 0;
   Status trouble_;
 };

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// New heights are made beside the old ones, all from the old ones, and counted; only then they are put in
-// place. What a vertex gets follows from numbers that are the same bits in all patches that share it: its
-// displaced place, its direction, and sums of heights that are integers.
+// New heights are made from the old ones, and counted; only then they are put in place. There is room for
+// some whole patches; of others borders are kept, which may depend on other patches, and what is inside is
+// made again: it depends on the patch's own heights alone. What a vertex gets follows from numbers that are
+// the same bits in all patches that share it: its displaced place, its direction, and sums of heights that
+// are integers.
 #include "terrain/edit/patch/edit_heights.h"
 
 #include <algorithm>
@@ -14,6 +16,7 @@
 #include "terrain/base/check.h"
 #include "terrain/edit/brush.h"
 #include "terrain/edit/patch/smooth_heights.h"
+#include "terrain/edit/reached_patches.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/shape/shape_undo.h"
 #include "terrain/measure/measure_patches.h"
@@ -53,7 +56,7 @@ void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, 
 class HeightsEdit {
  public:
   HeightsEdit(World& world, const Edit& edit)
-      : all_(world.edit()),
+      : all_(world.edit(0)),
         room_(*all_.room),
         edit_(edit),
         level_(world.info().level),
@@ -67,7 +70,9 @@ class HeightsEdit {
     if (reached > room_.patches.size()) return too_small(reached);
     std::size_t made = 0;
     for_each_reached([&](PatchId patch) {
-      if (make(patch, fresh(made))) room_.changed[made++] = patch;
+      if (!make(patch, fresh(made))) return;
+      for_each_border([&](std::size_t vertex, std::size_t n) { border(made)[n] = fresh(made)[vertex]; });
+      room_.changed[made++] = patch;
     });
     if (made == 0) return {};
     const std::span<const PatchId> changed = room_.changed.first(made);
@@ -78,15 +83,38 @@ class HeightsEdit {
     change.changed = true;
     FollowChange follow(all_, level_, change);
     change.box = follow.box_before(changed[0]);
-    for (std::size_t n = 0; n < made; ++n) put_heights(all_, changed[n], fresh(n));
+    for (std::size_t n = made; n-- > 0;) {
+      if (n >= World::EditRoom::kWhole) {
+        make(changed[n], fresh(n));
+        for_each_border([&](std::size_t vertex, std::size_t k) { fresh(n)[vertex] = border(n)[k]; });
+      }
+      put_heights(all_, changed[n], fresh(n));
+    }
     follow.run(changed, {}, false);
     return {};
   }
 
  private:
+  std::size_t block() const { return static_cast<std::size_t>(patch_vertices(level_)); }
+  // Of the n-th changed patch; those without a block of their own share the last one.
   std::span<std::int16_t> fresh(std::size_t n) const {
-    const auto count = static_cast<std::size_t>(patch_vertices(level_));
-    return room_.heights.subspan(n * count, count);
+    return room_.heights.subspan(std::min(n, World::EditRoom::kWhole) * block(), block());
+  }
+  std::span<std::int16_t> border(std::size_t n) const {
+    const auto count = static_cast<std::size_t>(4 * patch_cells(level_));
+    return room_.heights.subspan((World::EditRoom::kWhole + 1) * block() + n * count, count);
+  }
+  // Calls visit(vertex of the block, number on the border).
+  template <class Visit>
+  void for_each_border(const Visit& visit) const {
+    std::size_t number = 0;
+    for (int edge = 0; edge < 4; ++edge) {
+      const GridLine line = GridLine::along_edge(edge, 0, level_, false);
+      for (int t = 0; t < patch_cells(level_); ++t) {
+        visit(static_cast<std::size_t>((line.j0 + t * line.dj) * patch_side(level_) + line.i0 + t * line.di),
+              number++);
+      }
+    }
   }
 
   bool reaches(const LatticeBox& box) const {
@@ -101,25 +129,11 @@ class HeightsEdit {
     return glm::dot(away, away) <= edit_.radius * edit_.radius;
   }
 
-  template <class Visit>
-  void visit_node(int row, std::uint32_t n, const Visit& visit) const {
-    const BoundsTree& tree = *all_.tree;
-    if (is_nowhere(tree.node(row, n)) || !reaches(tree.node(row, n))) return;
-    if (row > 0) {
-      const std::uint32_t first = n * BoundsTree::kFanOut;
-      const std::uint32_t end = std::min(first + BoundsTree::kFanOut, tree.nodes(row - 1));
-      for (std::uint32_t k = first; k < end; ++k) visit_node(row - 1, k, visit);
-      return;
-    }
-    for (std::uint32_t k = 0; k < tree.patch_count(0, n); ++k) {
-      const PatchId patch = tree.first_patch(0, n) + k;
-      if (!all_.surface.is_free(patch) && reaches(patch_box(all_.surface, all_.bounds, patch))) visit(patch);
-    }
-  }
   // Patches that a brush may reach, ascending.
   template <class Visit>
   void for_each_reached(const Visit& visit) const {
-    if (all_.tree->rows() > 0) visit_node(all_.tree->rows() - 1, 0, visit);
+    const auto reaches_box = [this](const LatticeBox& box) { return reaches(box); };
+    ReachedPatches{*all_.tree, all_.surface, all_.bounds, reaches_box, visit}.run();
   }
 
   std::uint64_t count() const {
@@ -219,7 +233,7 @@ void put_heights(const World::Editable& all, PatchId patch, std::span<const std:
 
 ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
     : world_(world), part_(part), at_(part.begin()) {
-  const World::Editable all = world_.edit();
+  const World::Editable all = world_.edit(0);
   for (const UndoCell cell : part_) {
     const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
     KARST_ASSERT(patch != PatchTable::kNone);
@@ -239,7 +253,7 @@ ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
 bool ExchangeHeights::next(EditChange& change) {
   change = {};
   if (at_ == part_.end()) return false;
-  const World::Editable all = world_.edit();
+  const World::Editable all = world_.edit(0);
   const std::span<PatchId> changed = all.room->changed;
   std::size_t count = 0;
   UndoPart::Iterator end = at_;

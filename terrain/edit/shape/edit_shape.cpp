@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "terrain/base/check.h"
+#include "terrain/edit/brush.h"
 #include "terrain/edit/shape/edit_octree.h"
 #include "terrain/edit/shape/new_heights.h"
 #include "terrain/edit/shape/shape_undo.h"
@@ -16,30 +17,65 @@
 namespace karst::core {
 namespace {
 
-constexpr double kMostVoxels = 0x1p20;  // of lengths and places, so that all sums are finite
+constexpr double kMostVoxels = 0x1p20;  // of lengths, so that all sums are finite
+constexpr double kFarthest = 0x1p31;    // of places
 
 Status refuse(const char* what, const char* field) {
   return {StatusCode::invalid_argument, what, field};
 }
 
-bool is_near(glm::dvec3 v) {
-  return std::abs(v.x) <= kMostVoxels && std::abs(v.y) <= kMostVoxels && std::abs(v.z) <= kMostVoxels;
+bool is_within(glm::dvec3 v, double most) {
+  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 bool inside(double v, double least, double most) {
   return v >= least && v <= most;
 }
 
+Edit from_part(const Edit& edit, const WorldPart& part) {
+  Edit own = edit;
+  own.place -= glm::dvec3(part.corner);
+  own.to -= glm::dvec3(part.corner);
+  return own;
+}
+
+// Whether voxels of a region that may be changed lie in the shape's box.
+bool reaches(const Edit& edit, const WorldPart& part) {
+  const Edit own = from_part(edit, part);
+  BrushBox box = brush_box(own);
+  if (own.shape == BrushShape::voxel) {
+    const double side = std::ldexp(1.0, part.octree->depth() - own.octree_level);
+    box.low = glm::floor(own.place / side) * side;
+    box.high = box.low + side;
+  }
+  const glm::dvec3 low(kSideVoxels, 1, kSideVoxels);
+  const glm::dvec3 high(part.extent - glm::ivec3(kSideVoxels, 0, kSideVoxels));
+  for (int axis = 0; axis < 3; ++axis) {
+    // Centres alone count.
+    if (box.high[axis] < low[axis] + 0.5 || box.low[axis] > high[axis] - 0.5) return false;
+  }
+  return true;
+}
+
 class ShapeEdit {
  public:
-  ShapeEdit(World& world, const Edit& edit)
-      : all_(world.edit()), room_(*all_.room), edit_(edit), level_(world.info().level) {}
+  // edit: from the part's corner.
+  ShapeEdit(World& world, std::size_t part, const Edit& edit)
+      : all_(world.edit(part)),
+        room_(*all_.room),
+        part_(static_cast<std::uint32_t>(part)),
+        edit_(edit),
+        level_(world.info().level) {}
 
   // log: may be null.
   Status run(UndoLog* log, EditChange& change) {
     Octree& octree = *all_.octree;
     // The surface has no top above the highest voxels in use.
-    const glm::ivec3 high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
-    const VoxelShape shape(edit_, octree.depth(), glm::ivec3(0), high);
+    glm::ivec3 low(0), high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
+    if (all_.mirrors) {
+      low = glm::ivec3(kSideVoxels, 1, kSideVoxels);
+      high -= glm::ivec3(kSideVoxels, 0, kSideVoxels);
+    }
+    const VoxelShape shape(edit_, octree.depth(), low, high);
     const EditOctree make{&octree, &shape, edit_.tool == EditTool::fill};
     EditOctree::Result made;
     const Octree::Node old_root = octree.root();
@@ -53,7 +89,7 @@ class ShapeEdit {
       return status;
     }
     if (log != nullptr) {
-      keep_shape_edit(all_, {edit_, made.low, made.high, 0}, old_root, update.list_lost(room_.changed),
+      keep_shape_edit(all_, {edit_, made.low, made.high, part_}, old_root, update.list_lost(room_.changed),
                       level_, *log);
     }
     put(update, old_root, made, nullptr, change);
@@ -80,6 +116,7 @@ class ShapeEdit {
     ExtractSurface extract;
     extract.octree = all_.octree;
     extract.extent = all_.extent;
+    extract.mirrors = all_.mirrors;
     extract.low = box.low;
     extract.high = box.high;
     ExtractSurface::Result count;
@@ -134,6 +171,7 @@ class ShapeEdit {
     heights.changes = changes;
     heights.level = level_;
     heights.patches = all_.patches;
+    heights.first_block = all_.first;
     heights.heights = all_.heights;
     heights.run();
   }
@@ -161,6 +199,7 @@ class ShapeEdit {
 
   World::Editable all_;
   const World::EditRoom& room_;
+  std::uint32_t part_;
   const Edit& edit_;
   int level_;
 };
@@ -174,10 +213,12 @@ Status check_edit(const Edit& edit, const World& world) {
   if (static_cast<int>(edit.shape) >= kBrushShapes) return refuse("not a shape", "shape");
   if (edits_voxels(edit.tool) && edit.shape == BrushShape::cylinder)
     return refuse("cylinders are for heights alone", "shape");
-  if (edit.octree_level > world.octree().depth()) return refuse("finer than the octree", "octree_level");
-  if (!is_near(edit.place)) return refuse("not finite, or too far away", "place");
-  if (!is_near(edit.to)) return refuse("not finite, or too far away", "to");
-  if (!is_near(edit.half) || !(edit.half.x >= 0 && edit.half.y >= 0 && edit.half.z >= 0))
+  int depth = 0;
+  for (const WorldPart& part : world.parts()) depth = std::max(depth, part.octree->depth());
+  if (edit.octree_level > depth) return refuse("finer than the octree", "octree_level");
+  if (!is_within(edit.place, kFarthest)) return refuse("not finite, or too far away", "place");
+  if (!is_within(edit.to, kFarthest)) return refuse("not finite, or too far away", "to");
+  if (!is_within(edit.half, kMostVoxels) || !(edit.half.x >= 0 && edit.half.y >= 0 && edit.half.z >= 0))
     return refuse("not lengths, or too large", "half_m");
   if (!inside(edit.radius, 0, kMostVoxels)) return refuse("not a length, or too large", "radius_m");
   if (!inside(edit.strength, -kMostVoxels, kMostVoxels))
@@ -185,7 +226,25 @@ Status check_edit(const Edit& edit, const World& world) {
   if (!inside(edit.amount, 0, 1)) return refuse("not within 0..1", "amount");
   if (!inside(edit.hardness, 0, 1)) return refuse("not within 0..1", "hardness");
   if (!inside(edit.wave, 0x1p-10, kMostVoxels)) return refuse("not a length, or too large", "wave_m");
-  if (!is_near(edit.up)) return refuse("not finite, or too large", "up");
+  if (!is_within(edit.up, kMostVoxels)) return refuse("not finite, or too large", "up");
+  return {};
+}
+
+Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
+  part = 0;
+  if (!world.ground().exists()) return {};
+  std::size_t found = 0;
+  for (std::size_t n = 0; n < world.parts().size(); ++n) {
+    const WorldPart& own = world.parts()[n];
+    if (!reaches(edit, own)) continue;
+    part = n;
+    ++found;
+  }
+  if (found == 0) return refuse("no region has voxels there that an edit may change", "place");
+  if (found > 1) return refuse("the edit reaches two regions at once", "place");
+  const WorldPart& own = world.parts()[part];
+  if (edit.shape == BrushShape::voxel && edit.octree_level > own.octree->depth())
+    return refuse("finer than the octree of the region", "octree_level");
   return {};
 }
 
@@ -193,19 +252,22 @@ Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& chan
   change = {};
   if (const Status status = check_edit(edit, world); !status.ok()) return status;
   KARST_ASSERT(edits_voxels(edit.tool));
-  return ShapeEdit(world, edit).run(log, change);
+  if (const Status status = part_of_edit(edit, world, change.part); !status.ok()) return status;
+  return ShapeEdit(world, change.part, from_part(edit, world.parts()[change.part])).run(log, change);
 }
 
 void undo_shape(World& world, UndoPart part, EditChange& change) {
   change = {};
   const VoxelEditCell kept = kept_edit(part);
-  ShapeEdit(world, kept.edit).take_back(part, change);
+  change.part = kept.part;
+  ShapeEdit(world, change.part, kept.edit).take_back(part, change);
 }
 
 void redo_shape(World& world, UndoPart part, EditChange& change) {
   change = {};
   const VoxelEditCell kept = kept_edit(part);
-  const Status status = ShapeEdit(world, kept.edit).run(nullptr, change);
+  change.part = kept.part;
+  const Status status = ShapeEdit(world, change.part, kept.edit).run(nullptr, change);
   KARST_ASSERT(status.ok());
   static_cast<void>(status);
 }

@@ -16,10 +16,17 @@
 
 namespace karst::core {
 
+// In regions of a ground the outermost voxels stay as they are, whatever the shape: kSideVoxels at the sides,
+// so that the rim and the belt that joins it to the ground do, and the lowest one. An edit that reaches none
+// of the others, or those of two regions, is refused ("place").
+inline constexpr int kSideVoxels = 3;
+
 // invalid_argument naming the field of the edit that is out of its range, or "world" where it cannot be
 // edited. limit_reached ("max_octets", "edit_patches", value: that it, or taking it back, would take).
 // Nothing has changed then, and nothing is in the log.
 Status check_edit(const Edit& edit, const World& world);
+// The part that an edit of voxels changes, or "place". Precondition: check_edit().
+Status part_of_edit(const Edit& edit, const World& world, std::size_t& part);
 // log: null, or with a step open. Precondition: edits_voxels(edit.tool).
 Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& change);
 inline Status edit_shape(World& world, const Edit& edit, EditChange& change) {

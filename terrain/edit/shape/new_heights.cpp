@@ -41,26 +41,26 @@ void NewHeights::for_each_new(const Visit& visit) const {
 
 std::int16_t NewHeights::at(PatchId patch, int i, int j) const {
   if (patches[patch].height_block == kNoHeights) return 0;
-  return heights->block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)];
+  return block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)];
 }
 
 void NewHeights::set(PatchId patch, int i, int j, std::int32_t height) const {
-  heights->block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)] =
+  block(patch)[static_cast<std::size_t>(j * patch_side(level) + i)] =
       static_cast<std::int16_t>(std::clamp(height, -kMaxHeight, kMaxHeight));
 }
 
 void NewHeights::run() const {
   for_each_new([&](PatchId patch) {
     patches[patch].height_block = kUnmade;
-    std::ranges::fill(heights->block(patch), std::int16_t{0});
+    std::ranges::fill(block(patch), std::int16_t{0});
   });
   find_corners();
   for_each_new([&](PatchId patch) { fill_borders(patch); });
   for_each_new([&](PatchId patch) { fill_inside(patch); });
   for_each_new([&](PatchId patch) {
-    const std::span<const std::int16_t> block = heights->block(patch);
-    const bool flat = std::ranges::all_of(block, [](std::int16_t h) { return h == 0; });
-    patches[patch].height_block = flat ? kNoHeights : patch;
+    const std::span<const std::int16_t> own = block(patch);
+    const bool flat = std::ranges::all_of(own, [](std::int16_t h) { return h == 0; });
+    patches[patch].height_block = flat ? kNoHeights : first_block + patch;
   });
 }
 

@@ -20,7 +20,9 @@ struct NewHeights {
   std::span<const PatchChange> changes;  // as UpdateSurface leaves them; those that appeared or are reshaped
   int level = 1;                         // of the heights, 1..kMaxLevel
 
-  // Outputs, borrowed: block n of patch n; Patch::height_block, kNoHeights where all of them are 0.
+  // Outputs, borrowed: block first_block + n of patch n; Patch::height_block, kNoHeights where all of them
+  // are 0.
+  std::uint32_t first_block = 0;
   std::span<Patch> patches;  // the surface's
   HeightCache* heights = nullptr;
 
@@ -32,6 +34,7 @@ struct NewHeights {
   }
   template <class Visit>
   void for_each_new(const Visit& visit) const;
+  std::span<std::int16_t> block(PatchId patch) const { return heights->block(first_block + patch); }
   std::int16_t at(PatchId patch, int i, int j) const;
   void set(PatchId patch, int i, int j, std::int32_t height) const;
   void find_corners() const;

@@ -164,9 +164,9 @@ void restore_patches(const World::Editable& all, int level, UndoPart part) {
     PatchCell head;
     std::memcpy(&head, cell.bytes.data(), sizeof head);
     if (!all.overrides.empty()) all.overrides[patch] = head.material;
-    all.patches[patch].height_block = head.has_heights ? patch : kNoHeights;
+    all.patches[patch].height_block = head.has_heights ? all.first + patch : kNoHeights;
     if (head.has_heights)
-      std::memcpy(all.heights->block(patch).data(), cell.bytes.data() + sizeof head, block_bytes);
+      std::memcpy(all.heights->block(all.first + patch).data(), cell.bytes.data() + sizeof head, block_bytes);
   }
 }
 

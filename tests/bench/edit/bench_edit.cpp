@@ -134,7 +134,7 @@ class EditBench {
 
   // Octree, extraction and links alone, of voxels that are taken out and put back, so that nothing remains.
   bench::Times measure_links(const Edit& edit, int repeats) {
-    const World::Editable all = world_.edit();
+    const World::Editable all = world_.edit(0);
     Octree& octree = *all.octree;
     const VoxelShape shape(edit, octree.depth(), glm::ivec3(0), all.extent - glm::ivec3(1, 2, 1));
     std::vector<double> ms;

@@ -26,7 +26,7 @@ int run_heights(bool smoke) {
   test::LoadedParts live(config);
   if (!live.load(ByteSource::of(file)).ok()) return 1;
   World& world = live.world;
-  const World::Editable all = world.edit();
+  const World::Editable all = world.edit(0);
   // The middle of a patch in the middle of the world that faces up.
   const glm::dvec3 middle = glm::dvec3(world.info().extent) / 2.0;
   glm::dvec3 place(0.0);

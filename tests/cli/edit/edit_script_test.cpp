@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include <cmath>
 #include <string>
 #include <vector>
@@ -97,6 +99,35 @@ TEST(EditScript, ALineMeansTheSameBits) {
       const Vec3 &v = a.*member, &w = b.*member;
       EXPECT_EQ(std::tie(v.x, v.y, v.z), std::tie(w.x, w.y, w.z));
     }
+  }
+}
+
+// By name or by number, and none by either.
+TEST(EditScript, MaterialsAreFoundByName) {
+  WorldInfo info;
+  info.materials = 2;
+  std::strcpy(info.material_names[0], "rock");
+  std::strcpy(info.material_names[1], "grass");
+  std::vector<ScriptStep> steps;
+  const char* const script =
+      R"({"tool": "paint", "place_m": [1, 2, 3], "material": "grass"}
+{"tool": "paint", "place_m": [1, 2, 3], "material": 0}
+{"tool": "paint", "place_m": [1, 2, 3], "material": "none"}
+{"tool": "clear", "place_m": [1, 2, 3]})";
+  ASSERT_TRUE(parse_script(script, "a.json", steps).ok());
+  ASSERT_TRUE(find_materials(info, "a.json", steps).ok());
+  ASSERT_EQ(steps.size(), 4u);
+  EXPECT_EQ(steps[0].what.material, 1);
+  EXPECT_EQ(steps[1].what.material, 0);
+  EXPECT_EQ(steps[2].what.material, kNoMaterial);
+  info.materials = 1;
+  EXPECT_EQ(find_materials(info, "a.json", steps).text(),
+            "a.json: edit 0: material: not one of the world's: none, rock");
+  for (const char* const wrong : {R"({"tool": "paint", "place_m": [1, 2, 3]})",
+                                  R"({"tool": "paint", "place_m": [1, 2, 3], "material": 2.5})",
+                                  R"({"tool": "paint", "place_m": [1, 2, 3], "material": ""})",
+                                  R"({"tool": "paint", "place_m": [1, 2, 3], "material": [1]})"}) {
+    EXPECT_NE(parse_script(wrong, "a.json", steps).text().find("material"), std::string::npos) << wrong;
   }
 }
 

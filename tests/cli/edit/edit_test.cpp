@@ -63,6 +63,31 @@ TEST_F(KarstEdit, TheSameScriptMakesTheSameBytesAndAWholeWorld) {
   EXPECT_TRUE(bytes("a.karst") == bytes("c.karst"));
 }
 
+// Heights of patches and paint: written, and undone to the same file.
+TEST_F(KarstEdit, HeightsAndPaint) {
+  const ProcessResult made =
+      run_process(KARST_BAKE_PATH, {"--sample", "hills", "--no-ground", "--voxel", "32", "--levels", "2",
+                                    "--quiet", "--material-side", "16", "-o", world()});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string script =
+      R"({"tool": "extrude", "place_m": [0, 40, 0], "radius_m": 90, "strength_m": 12}
+{"tool": "paint", "place_m": [0, 0, 0], "radius_m": 60, "material": "sand", "joined": true}
+)";
+  const ProcessResult done = edit(script, "a.karst");
+  ASSERT_EQ(done.code, 0) << done.err;
+  EXPECT_NE(done.out.find("2 edits (0 changed nothing)"), std::string::npos) << done.out;
+  const ProcessResult info = run_process(KARST_APP_PATH, {"info", folder_.path("a.karst")});
+  EXPECT_EQ(info.code, 0);
+  EXPECT_NE(info.out.find("blend map      1024 x 1024 texels"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("sand"), std::string::npos) << info.out;
+  ASSERT_EQ(edit(script + R"({"tool": "undo"})", "b.karst").code, 0);
+  EXPECT_TRUE(bytes("b.karst") == bytes("w.karst"));
+  const ProcessResult wrong =
+      edit(R"({"tool": "paint", "place_m": [0, 0, 0], "material": "lava"})", "c.karst");
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find("edit 0: material: not one of the world's: none"), std::string::npos) << wrong.err;
+}
+
 TEST_F(KarstEdit, UndoAndRedoOfAScript) {
   ASSERT_EQ(edit(kDig, "a.karst").code, 0);
   const std::string undo = R"({"tool": "undo"})"

@@ -22,8 +22,8 @@ else
   echo '{"tool": "clear", "place_m": [0, 20, 0], "radius_m": 70}' >script.json
 fi
 "$karst" edit old.karst --script script.json -o new.karst >/dev/null
-# run SECONDS: kills it so long after the new file is there; prints how long the file was there, and 1 where it
-# was killed.
+# run SECONDS: kills it so long after the new file is there; prints how long the file was there, and 1 where
+# it was killed.
 run() {
   cp old.karst worlds/w.karst
   python3 - "$karst" "$1" <<'END'

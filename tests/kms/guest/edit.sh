@@ -6,7 +6,7 @@ know_inputs
 pause=2
 world=/run/w.karst
 cp /small.karst $world
-edit="--edit --navigate fly --camera 60,120,160,0,-35"
+edit="--edit --navigate fly --camera 260,330,240,45,-38"
 # What has been asked for is seen when frames come to rest.
 press() {
   frames=$(statistic frames)
@@ -20,7 +20,7 @@ press key spc
 host shot dug
 press key z
 host shot undone
-press click 9000 18000
+press click 20480 17749
 host shot clicked
 echo "FIGURE journal: $(grep -c tool $world.journal) steps"
 kill -9 $view

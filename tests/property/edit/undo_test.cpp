@@ -265,7 +265,7 @@ TEST(Undo, VoxelsInTightPools) {
   Play play(world, 9 << 10, 22);
   play.run(edits_asked());
   const int edits = play.counts().edits;
-  EXPECT_GT(play.refused_for("max_octets"), edits / 50);
+  EXPECT_GT(play.refused_for("max_octets"), edits / 100);
   EXPECT_GT(play.refused_for("edit_patches"), edits / 50);
   EXPECT_GT(play.counts().undone, edits / 10);
   EXPECT_GT(play.counts().lost, edits / 200);

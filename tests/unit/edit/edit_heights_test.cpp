@@ -258,7 +258,7 @@ TEST(EditHeights, BlocksComeAndGo) {
   file.set_heights(2, [](glm::dvec3 p) { return p.x < 3 ? 400.0 : 0.0; });
   LoadedWorld first(file.file(), kRoom);
   // Blocks of zeros come into files by other hands alone.
-  const World::Editable all = first.world.edit();
+  const World::Editable all = first.world.edit(0);
   for (PatchId p = 0; p < all.surface.patches.size(); ++p) {
     if (!all.surface.is_free(p)) put_heights(all, p, all.heights->block(p));
   }
@@ -285,6 +285,7 @@ TEST(EditHeights, BlocksComeAndGo) {
   edit.strength = -0.125;
   ASSERT_TRUE(edit_heights(live.world, edit, nullptr, change).ok());
   EXPECT_EQ(blocks(), before);
+  test::settle(live.world);
   EXPECT_TRUE(live.save() == saved);
 }
 
@@ -310,6 +311,7 @@ TEST(EditHeights, StepsAreTakenBack) {
         ASSERT_TRUE(status.ok()) << status.field() << status.value();
       }
       log.end();
+      test::settle(world);
       states.push_back(live.save());
     }
     std::size_t goes = 0;
@@ -324,12 +326,14 @@ TEST(EditHeights, StepsAreTakenBack) {
     };
     for (std::size_t at = states.size() - 1; at-- > 0;) {
       ASSERT_TRUE(log.undo(take));
+      test::settle(world);
       ASSERT_TRUE(live.save() == states[at]);
       test::expect_as_loaded(live);
     }
     EXPECT_FALSE(log.undo(take));
     for (std::size_t at = 1; at < states.size(); ++at) {
       ASSERT_TRUE(log.redo(take));
+      test::settle(world);
       ASSERT_TRUE(live.save() == states[at]);
     }
     test::expect_as_loaded(live);

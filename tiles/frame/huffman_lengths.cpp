@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tiles/huffman_lengths.h"
+#include "tiles/frame/huffman_lengths.h"
 
 #include <algorithm>
 #include <array>

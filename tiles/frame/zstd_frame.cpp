@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tiles/zstd_frame.h"
+#include "tiles/frame/zstd_frame.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "terrain/base/check.h"
-#include "tiles/huffman_lengths.h"
+#include "tiles/frame/huffman_lengths.h"
 
 namespace karst::tiles {
 namespace {

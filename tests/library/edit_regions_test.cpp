@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Edits of voxels in regions of a ground: all that follows is what a file of the edited world loads, and the
+// rims stay.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "terrain/edit/regions/region_growth.h"
+#include "terrain/edit/undo/take_part.h"
+#include "terrain/patch/displacement.h"
+#include "tests/library/ground_file.h"
+#include "tests/support/edited_world.h"
+#include "tests/support/ground_editor.h"
+#include "tests/support/heap_count.h"
+
+namespace karst::core {
+namespace {
+
+using test::LoadedWorld;
+using test::MemoryGround;
+using test::TestWorld;
+
+constexpr std::uint32_t kRoom = 1'500;
+
+// Nodes of size 0 are two voxels wide.
+struct Place {
+  glm::ivec3 extent;
+  int first[2];
+  int height;  // of its corner
+};
+constexpr Place kPlaces[] = {
+    {{15, 18, 13}, {9, 7}, 0}, {{13, 16, 17}, {20, 8}, 3}, {{17, 18, 13}, {40, 30}, 1}};
+
+double ground_height(double x, double z) {
+  return 10 + 2 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
+}
+
+std::unique_ptr<TestWorld> voxels_of(const Place& place, std::uint64_t seed) {
+  const glm::dvec3 corner(2 * (place.first[0] - kPlaces[0].first[0]), place.height,
+                          2 * (place.first[1] - kPlaces[0].first[1]));
+  auto world = std::make_unique<TestWorld>(
+      place.extent,
+      [=](glm::ivec3 v) {
+        const glm::dvec3 at = corner + glm::dvec3(v) + 0.5;
+        return at.y < ground_height(at.x, at.z);
+      },
+      true);
+  world->roughen(2, seed, 900);
+  return world;
+}
+
+constexpr double kFileError = 4.0 * kStepsPerVoxel;
+
+MemoryGround ground_of(std::size_t count) {
+  std::vector<test::MemoryRegion> places;
+  for (std::size_t n = 0; n < count; ++n) {
+    const Place& place = kPlaces[n];
+    const double reach = kStepsPerVoxel * glm::length(glm::dvec3(place.extent));
+    places.push_back({place.extent.x,
+                      place.extent.z,
+                      place.first[0],
+                      place.first[1],
+                      {kFileError, reach},
+                      place.extent.y,
+                      place.height});
+  }
+  return MemoryGround(
+      241, 201, 4096, 4096,
+      [](std::int64_t i, std::int64_t k) {
+        const double x = 0.5 + 0.5 * double(i) - 2 * kPlaces[0].first[0];
+        const double z = 0.5 + 0.5 * double(k) - 2 * kPlaces[0].first[1];
+        return static_cast<std::int32_t>(ground_height(x, z) * kStepsPerVoxel / kVertexStep);
+      },
+      places);
+}
+
+std::vector<std::byte> file_of(std::size_t count) {
+  std::vector<std::unique_ptr<TestWorld>> worlds;
+  std::vector<const TestWorld*> regions;
+  for (std::size_t n = 0; n < count; ++n) {
+    worlds.push_back(voxels_of(kPlaces[n], 3 + n));
+    regions.push_back(worlds.back().get());
+  }
+  return test::ground_file(ground_of(count), regions);
+}
+
+// Somewhere in a region, or at its sides.
+Edit random_edit(test::Random& random, const WorldPart& part) {
+  Edit edit = test::random_voxel_edit(random, part.extent, part.octree->depth());
+  const glm::dvec3 inwards = 0.5 * glm::dvec3(part.extent) - edit.place;
+  const glm::dvec3 shift = glm::dvec3(part.corner) + (random.below(4) == 0 ? 0.0 : 0.6) * inwards;
+  edit.place += shift;
+  edit.to += shift;
+  return edit;
+}
+
+TEST(EditRegions, HundredsOfEditsAreWhatAFileLoads) {
+  for (const std::size_t count : {1u, 3u}) {
+    LoadedWorld live(file_of(count), kRoom);
+    World& world = live.world;
+    ASSERT_TRUE(world.is_editable());
+    ASSERT_EQ(world.parts().size(), count);
+    test::expect_as_loaded(live);
+    test::Random random{17 + count};
+    std::vector<std::uint32_t> changed(count), refused(count);
+    for (int n = 0; n < 250; ++n) {
+      const std::size_t at = static_cast<std::size_t>(random.below(static_cast<int>(count)));
+      EditChange change;
+      const std::size_t before = test::heap_calls();
+      const Status status = edit_shape(world, random_edit(random, world.parts()[at]), change);
+      EXPECT_EQ(test::heap_calls(), before);
+      if (!status.ok()) {
+        // It reaches the outermost voxels alone.
+        ASSERT_STREQ(status.field(), "place") << status.what();
+        ++refused[at];
+        continue;
+      }
+      if (!change.changed) continue;
+      ++changed[change.part];
+      EXPECT_EQ(change.part, at);
+      for (const PatchId patch : change.touched) ASSERT_EQ(world.part_number(patch), at);
+      for (const PatchId patch : change.vanished) ASSERT_EQ(world.part_number(patch), at);
+      test::expect_as_loaded(live);
+      if (testing::Test::HasFatalFailure()) FAIL() << count << " regions, edit " << n;
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+      EXPECT_GT(changed[n], 80u / count);
+      EXPECT_GT(refused[n], 0u);
+    }
+  }
+}
+
+// Of all regions, in one log.
+TEST(EditRegions, EditsAreTakenBackAndDoneAgainToTheBit) {
+  LoadedWorld live(file_of(3), kRoom);
+  test::Random random{41};
+  std::vector<std::uint64_t> memory(1 << 18);
+  UndoLog log;
+  log.create(std::as_writable_bytes(std::span(memory)));
+  std::vector<std::vector<std::byte>> states = {live.save()};
+  std::array<int, 3> changed{};
+  while (states.size() < 60) {
+    const auto at = static_cast<std::size_t>(random.below(3));
+    log.begin();
+    EditChange change;
+    const Status status = edit_shape(live.world, random_edit(random, live.world.parts()[at]), &log, change);
+    log.end();
+    if (!status.ok() || !change.changed) continue;
+    ++changed[change.part];
+    states.push_back(live.save());
+  }
+  for (const int of_part : changed) EXPECT_GT(of_part, 9);
+  ASSERT_EQ(log.lost_steps(), 0u);
+  const auto take = [&](bool back) {
+    return [&, back](UndoPart part) {
+      take_part(live.world, part, back, [&](const EditChange& change) {
+        EXPECT_TRUE(change.changed);
+        for (const PatchId patch : change.touched) EXPECT_EQ(live.world.part_number(patch), change.part);
+      });
+    };
+  };
+  for (std::size_t n = states.size() - 1; n > 0; --n) {
+    ASSERT_TRUE(log.undo(take(true)));
+    ASSERT_TRUE(live.save() == states[n - 1]) << n;
+    if (n % 10 == 0) test::expect_as_loaded(live);
+  }
+  for (std::size_t n = 1; n < states.size(); ++n) {
+    ASSERT_TRUE(log.redo(take(false)));
+    ASSERT_TRUE(live.save() == states[n]) << n;
+  }
+  test::expect_as_loaded(live);
+}
+
+// The outermost voxels of a region stay, whatever is larger than it.
+TEST(EditRegions, SidesAndTheLowestVoxelsStay) {
+  for (const EditTool tool : {EditTool::clear, EditTool::fill}) {
+    LoadedWorld live(file_of(1), 4'000);
+    World& world = live.world;
+    const WorldPart& part = world.parts()[0];
+    std::vector<bool> before;
+    const auto each = [&](const auto& visit) {
+      for (int z = 0; z < part.extent.z; ++z) {
+        for (int y = 0; y < part.extent.y; ++y) {
+          for (int x = 0; x < part.extent.x; ++x) visit(glm::ivec3(x, y, z));
+        }
+      }
+    };
+    each([&](glm::ivec3 v) { before.push_back(part.octree->filled(v)); });
+    Edit all;
+    all.tool = tool;
+    all.place = glm::dvec3(part.extent) / 2.0;
+    all.radius = 1000;
+    EditChange change;
+    const Status status = edit_shape(world, all, change);
+    ASSERT_TRUE(status.ok()) << status.what() << status.value();
+    EXPECT_TRUE(change.changed);
+    std::size_t at = 0;
+    each([&](glm::ivec3 v) {
+      const bool side = v.x < kSideVoxels || v.z < kSideVoxels || v.x >= part.extent.x - kSideVoxels ||
+                        v.z >= part.extent.z - kSideVoxels;
+      const bool end = tool == EditTool::clear ? v.y == 0 : v.y == part.extent.y - 1;
+      const bool stays = side || end;
+      EXPECT_EQ(part.octree->filled(v), stays ? before[at] : tool == EditTool::fill);
+      ++at;
+    });
+    test::expect_as_loaded(live);
+  }
+}
+
+TEST(EditRegions, WhatIsBesideThemIsTold) {
+  LoadedWorld live(file_of(2), kRoom);
+  World& world = live.world;
+  const std::vector<std::byte> before = live.save();
+  Edit edit;
+  edit.radius = 2;
+  const auto refused = [&](glm::dvec3 place, double radius, const char* field) {
+    edit.place = place;
+    edit.radius = radius;
+    EditChange change;
+    const Status status = edit_shape(world, edit, change);
+    EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+    EXPECT_STREQ(status.field(), field) << status.what();
+    EXPECT_FALSE(change.changed);
+  };
+  refused({-20, 8, 5}, 2, "place");
+  refused({1, 8, 5}, 1.9, "place");  // the outermost voxels alone
+  refused({8, 60, 5}, 2, "place");
+  refused({18, 8, 8}, 30, "place");  // both
+  edit.octree_level = 9;
+  refused({8, 8, 5}, 2, "octree_level");
+  EXPECT_TRUE(live.save() == before);
+  // Without room there are no edits.
+  LoadedWorld plain(file_of(2));
+  EXPECT_FALSE(plain.world.is_editable());
+  EXPECT_EQ(plain.world.free_patches(), 0u);
+}
+
+// Points of a region's surface, and how far the ground that stands for it is from them: as it is baked.
+double measured_error(const LoadedWorld& live, std::size_t n,
+                      const std::function<double(double, double)>& height) {
+  const WorldPart& part = live.world.parts()[n];
+  const int level = live.world.info().level;
+  std::vector<glm::dvec3> points;
+  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
+  double most = 0;
+  for (PatchId p = 0; p < part.patches(); ++p) {
+    if (part.surface.is_free(p)) continue;
+    displaced_positions(part.surface, live.world.heights(), level, p, places);
+    const glm::dvec3 at = glm::dvec3(patch_origin(part.surface.volume_of(p)));
+    for (const glm::ivec3 place : places) {
+      points.push_back((at + glm::dvec3(place)) / double{kStepsPerVoxel});
+      most = std::max(most, points.back().y - height(points.back().x, points.back().z));
+    }
+  }
+  for (double z = 0.5; z <= part.extent.z - 0.5; z += 0.5) {
+    for (double x = 0.5; x <= part.extent.x - 0.5; x += 0.5) {
+      const glm::dvec3 from(x, height(x, z), z);
+      double nearest = 1e9;
+      for (const glm::dvec3& point : points) nearest = std::min(nearest, glm::length(point - from));
+      most = std::max(most, nearest);
+    }
+  }
+  return most * kStepsPerVoxel;
+}
+
+// What thresholds allow for is no less than how far the region is from the ground after each edit.
+TEST(EditRegions, GrowthIsNoLessThanIsMeasured) {
+  const MemoryGround ground = ground_of(3);
+  LoadedWorld live(file_of(3), kRoom);
+  test::GroundEditor edited(ground, 200);
+  test::Random random{77};
+  double tightest = 0, grown = 0, measured = 0;
+  int count = 0;
+  for (int n = 0; n < 120; ++n) {
+    const auto at = static_cast<std::size_t>(random.below(3));
+    const WorldPart& part = live.world.parts()[at];
+    Edit edit = random_edit(random, part);
+    if (n % 2 == 0) edit.tool = EditTool::clear;
+    edit.radius *= 1.5;
+    ASSERT_TRUE(edited.edits.reserve_region(at, part.tree->around_all(glm::ivec3(0))).ok());
+    EditChange change;
+    if (!edit_shape(live.world, edit, change).ok() || !change.changed) continue;
+    const FindRegionGrowth find{&live.world, &edited.edits, at, change.box, change.touched};
+    const RegionGrowth growth = find.run();
+    EXPECT_GE(growth.error, edited.edits.growth(at).error);
+    EXPECT_GE(growth.reach, edited.edits.growth(at).reach);
+    GroundChange raised;
+    edited.edits.grow_region(at, growth, raised);
+    const double is = measured_error(live, at, [&](double x, double z) {
+      return ground_height(x + part.corner.x, z + part.corner.z) - part.corner.y;
+    });
+    ASSERT_LE(is, kFileError + growth.error + 0.3 * kStepsPerVoxel) << n;
+    tightest = std::max(tightest, is / (kFileError + growth.error));
+    grown = std::max(grown, growth.error), measured = std::max(measured, is);
+    ++count;
+  }
+  std::printf("%d edits: a region is %.2f of what is allowed for off at most, %.2f voxels; grown by %.2f\n",
+              count, tightest, measured / kStepsPerVoxel, grown / kStepsPerVoxel);
+  EXPECT_GT(count, 50);
+  EXPECT_GT(measured, kFileError);
+}
+
+}  // namespace
+}  // namespace karst::core
