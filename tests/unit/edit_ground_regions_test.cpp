@@ -145,6 +145,7 @@ TEST(EditGroundRegions, ThresholdsGrowWithARegion) {
       edit.radius = 3;
       ASSERT_TRUE(edited.edits.apply(edit, nullptr, change).ok());
       EXPECT_TRUE(change.changed);
+      for (GroundChange rest; !edited.edits.is_settled();) edited.edits.settle_some(rest);
     }
     std::vector<std::int32_t> samples;
     for (std::int64_t k = 0; k < kDeep; ++k) {
