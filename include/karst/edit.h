@@ -96,8 +96,8 @@ class KARST_API Editor {
   // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
   // Needs::edit_patches); voxels of a ground's regions (clear, fill; Needs::edit_patches and edit_tiles); and
   // heights of grounds on planes where no region stands (extrude to level; Needs::edit_tiles). Materials are
-  // painted over all of them, but for grounds on a curved basis and patches that were baked with a material of
-  // their own (Needs::paint_width). The rest is refused.
+  // painted over all of them, but for grounds on a curved basis and patches that were baked with a material
+  // of their own (Needs::paint_width). The rest is refused.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two.
