@@ -176,6 +176,12 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
+  while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
+}
+
+bool EditorObject::is_settled() const {
+  return world.terrain.world.is_settled() &&
+         (world.ground_edits == nullptr || world.ground_edits->is_settled());
 }
 
 Status EditorObject::save(const Sink& sink) {

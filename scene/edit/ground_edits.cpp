@@ -28,8 +28,15 @@ Status reserve_region(WorldObject& world, const Edit& edit) {
   return world.ground_edits->reserve_region(part, terrain.parts()[part].tree->around_all(glm::ivec3(0)));
 }
 
+void settle_ground(WorldObject& world) {
+  GroundChange change;
+  world.ground_edits->settle_some(change);
+  world.ground_edits->show_measures(change, world.terrain.ground);
+}
+
 bool grow_region(WorldObject& world, const EditChange& change) {
   EditGround& edits = *world.ground_edits;
+  while (!edits.is_settled()) settle_ground(world);
   const FindRegionGrowth find{&world.terrain.world, &edits, change.part, change.box, change.touched};
   GroundChange grown;
   edits.grow_region(change.part, find.run(), grown);

@@ -19,6 +19,8 @@ Status edit_ground(WorldObject& world, const Edit& edit, UndoLog* log, GroundCha
 // of two. As EditGround::reserve_region(); limit_reached ("edit_tiles") where the plan has none.
 // Preconditions: check_edit(), and there is a ground.
 Status reserve_region(WorldObject& world, const Edit& edit);
+// A step of what edits of the ground left for later. Precondition: not EditGround::is_settled().
+void settle_ground(WorldObject& world);
 // What an edit of voxels changed of the ground: how near it may stand for the region. False: nothing.
 bool grow_region(WorldObject& world, const EditChange& change);
 

@@ -364,7 +364,7 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.terrain.world.is_settled()) limits_ |= kLimitWork;
+  if (!world.editor.is_settled()) limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;

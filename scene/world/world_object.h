@@ -40,6 +40,7 @@ struct EditorObject final : karst::Editor {
 
   // Does what edits left for later, for so many milliseconds or until all is done.
   void settle(double most_ms);
+  bool is_settled() const;
 
   WorldObject& world;
   UndoLog log;

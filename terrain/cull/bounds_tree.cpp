@@ -62,9 +62,14 @@ Status BoundsTree::update(const Surface& surface, std::span<const PatchBounds> b
   return {};
 }
 
+void BoundsTree::fit_diagonal(std::span<const PatchBounds> bounds) {
+  longest_diagonal_ = 0.0f;
+  if (patches_ > 0) take_diagonals(bounds, 0, patches_ - 1);
+}
+
 // first, last: patches, the last included.
-void BoundsTree::refit(const Surface& surface, std::span<const PatchBounds> bounds, std::uint32_t first,
-                       std::uint32_t last) {
+void BoundsTree::take_diagonals(std::span<const PatchBounds> bounds, std::uint32_t first,
+                                std::uint32_t last) {
   float longest_squared = 0.0f;
   for (std::uint32_t id = first; id <= last; ++id) {
     const PatchBounds& b = bounds[id];
@@ -76,6 +81,11 @@ void BoundsTree::refit(const Surface& surface, std::span<const PatchBounds> boun
     longest_squared = std::max(longest_squared, squared);
   }
   longest_diagonal_ = std::max(longest_diagonal_, std::sqrt(longest_squared) + 1.0f);
+}
+
+void BoundsTree::refit(const Surface& surface, std::span<const PatchBounds> bounds, std::uint32_t first,
+                       std::uint32_t last) {
+  take_diagonals(bounds, first, last);
   std::uint32_t below = patches_;  // entries in the row below
   for (int row = 0; row < rows_; ++row) {
     first >>= kFanOutLog2;

@@ -65,8 +65,10 @@ class BoundsTree {
                 std::uint32_t count);
 
   std::uint32_t patches() const { return patches_; }
-  // No patch's box has a longer diagonal, lattice steps; updates never lower it.
+  // No patch's box has a longer diagonal, lattice steps. Updates never lower it; fit_diagonal() finds it
+  // anew.
   float longest_diagonal() const { return longest_diagonal_; }
+  void fit_diagonal(std::span<const PatchBounds> bounds);
   int rows() const { return rows_; }                                            // 0 only for an empty tree
   std::uint32_t nodes(int row) const { return begin_[row + 1] - begin_[row]; }  // the last row has one
   const LatticeBox& node(int row, std::uint32_t n) const { return storage_[node_index(row, n)]; }
@@ -86,6 +88,7 @@ class BoundsTree {
   }
 
  private:
+  void take_diagonals(std::span<const PatchBounds> bounds, std::uint32_t first, std::uint32_t last);
   void refit(const Surface& surface, std::span<const PatchBounds> bounds, std::uint32_t first,
              std::uint32_t last);
 

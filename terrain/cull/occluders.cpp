@@ -153,8 +153,7 @@ void Occluders::clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3
     if (first[axis] > high[axis] || last[axis] < low[axis]) return;
   }
   if (Octree::is_leaf(node)) {
-    clear_cells(Octree::is_filled(node) ? Kind::air : Kind::rock, glm::max(first, low),
-                glm::min(last, high));
+    clear_cells(Octree::is_filled(node) ? Kind::air : Kind::rock, glm::max(first, low), glm::min(last, high));
     return;
   }
   const int half = size / 2;

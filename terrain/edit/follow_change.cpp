@@ -64,7 +64,8 @@ void FollowChange::include(PatchId slot) {
 void FollowChange::measure(std::span<const PatchId> changed) {
   const PatchMeasures out{all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
   for (const PatchId slot : change_.vanished) all_.queue->forget(slot);
-  all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched, out);
+  all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched,
+                  make_patch_scratch(all_.room->scratch), out);
 }
 
 void FollowChange::derive(std::span<const PatchId> changed) {

@@ -14,6 +14,8 @@ void settle_some(World& world, Settled& done) {
     done.measured =
         all.first + all.queue->measure_next(all.surface, all.heights->heights(), room,
                                             {all.level_errors, all.bounds, all.cones, all.shading_cones});
+    // What has shrunk.
+    if (all.queue->left() == 0) all.tree->fit_diagonal(all.bounds);
     return;
   }
   KARST_ASSERT(all.sky->is_behind());

@@ -76,13 +76,13 @@ class ThresholdSets {
     Key key;
     std::uint32_t version = 0;  // 0: holds nothing
     std::uint32_t last_used = 0;
-    bool used = false;  // by a view that assign() has dealt with
+    bool used = false;              // by a view that assign() has dealt with
     std::uint32_t dirty_begin = 0;  // rows that may be
     std::uint32_t dirty_end = 0;
   };
   struct Blocks {
-    std::span<PatchLod> lods;       // set by set, max_patches each
-    std::span<std::uint16_t> rows;  // set by set, max_resident_patches each: what the GPU has, or will have
+    std::span<PatchLod> lods;        // set by set, max_patches each
+    std::span<std::uint16_t> rows;   // set by set, max_resident_patches each: what the GPU has, or will have
     std::span<std::uint64_t> dirty;  // set by set, a bit a row that the GPU does not have yet
 
     template <class Visit>

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <glm/common.hpp>
-#include <glm/ext/vector_int3_sized.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -175,59 +173,27 @@ void measure_own_errors(const LevelGrid& grid, BorderErrors& own, std::span<std:
   }
 }
 
-void bound_own_errors(const LevelGrid& grid, OwnErrors& own) {
+void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own) {
   own = {};
-  const int level = grid.level;
-  if (level < 2) return;
-  // Squares of twice the longest ways of a level's vertices: of all, and of those on an edge.
-  std::int64_t longest[kMaxLevel + 1] = {};
-  std::int64_t on_edge[kMaxLevel + 1][4] = {};
-  const auto note = [&](int m, int edge, glm::ivec3 v, glm::ivec3 a, glm::ivec3 b) {
-    const glm::i64vec3 way(2 * v - a - b);
-    const std::int64_t length2 = way.x * way.x + way.y * way.y + way.z * way.z;
-    longest[m] = std::max(longest[m], length2);
-    if (edge >= 0) on_edge[m][edge] = std::max(on_edge[m][edge], length2);
+  // Rounded up by more than floats have lost.
+  const auto length = [](float twice_squared) {
+    return 0.5 * std::sqrt(double{twice_squared} * (1.0 + 0x1p-19));
   };
-  glm::ivec3 low = grid.position[0], high = low;
-  const int side = grid.side;
-  for (int n = 0; n < side * side; ++n) {
-    low = glm::min(low, grid.position[n]);
-    high = glm::max(high, grid.position[n]);
+  double squared_size = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double size = box.max[axis] - box.min[axis];
+    squared_size += size * size;
   }
-  for (int m = 2; m <= level; ++m) {
-    const int size = 1 << (level - m);
-    const int n = patch_cells(m);
-    const auto at = [&](int i, int j) { return grid.position[(j * side + i) * size]; };
-    for (int j = 0; j <= n; ++j) {
-      for (int i = j % 2 != 0 ? 0 : 1; i <= n; i += j % 2 != 0 ? 1 : 2) {
-        const int edge = j == 0 ? 0 : i == n ? 1 : j == n ? 2 : i == 0 ? 3 : -1;
-        if (j % 2 == 0) {
-          note(m, edge, at(i, j), at(i - 1, j), at(i + 1, j));
-        } else if (i % 2 == 0) {
-          note(m, edge, at(i, j), at(i, j - 1), at(i, j + 1));
-        } else if ((i / 2 + j / 2) % 2 == 0) {
-          note(m, edge, at(i, j), at(i - 1, j - 1), at(i + 1, j + 1));
-        } else {
-          note(m, edge, at(i, j), at(i - 1, j + 1), at(i + 1, j - 1));
-        }
-      }
-    }
-  }
-  // Rounded up by more than a root can be off.
-  const auto length = [](std::int64_t twice_squared) {
-    return 0.5 * std::sqrt(static_cast<double>(twice_squared)) * (1.0 + 1e-12);
-  };
-  const std::uint16_t reach = round_up(std::sqrt(squared(glm::dvec3(high - low))) * (1.0 + 1e-12));
-  std::uint16_t* const error = own.values;
+  const std::uint16_t reach = round_up(squared_size, 1);
   double finer = 0;  // of all finer levels together
   for (int m = level; m >= 2; --m) {
-    error[m - 2] = round_up(finer + length(longest[m]));
-    error[level - 1 + m - 2] = reach;
+    own.values[m - 2] = round_up(finer + length(ways.longest[m]));
+    own.values[level - 1 + m - 2] = reach;
     for (int e = 0; e < 4; ++e) {
-      own.borders.error[e][m - 2] = round_up(finer + length(on_edge[m][e]));
+      own.borders.error[e][m - 2] = round_up(finer + length(ways.on_edge[m][e]));
       own.borders.reach[e][m - 2] = reach;
     }
-    finer += length(longest[m]);
+    finer += length(ways.longest[m]);
   }
 }
 

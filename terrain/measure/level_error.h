@@ -18,6 +18,8 @@
 
 #include "karst/status.h"
 #include "terrain/base/lattice.h"
+#include "terrain/patch/bounds.h"
+#include "terrain/patch/generate_vertices.h"
 #include "terrain/patch/heights.h"
 #include "terrain/surface/patch.h"
 
@@ -75,10 +77,10 @@ struct OwnErrors {
   std::uint16_t values[level_error_values(kMaxLevel)];
 };
 
-// No less than what measure_own_errors() would give, from how far each vertex is from its morph target:
-// levels differ from the next coarser one by no more than their vertices' ways, and by the sum of those from
-// the full one. A few times faster. Reaches are the diagonal of the box of all vertices.
-void bound_own_errors(const LevelGrid& grid, OwnErrors& own);
+// No less than what measure_own_errors() would give, from how far vertices are from their morph targets: a
+// level differs from the next coarser one by no more than its vertices' ways, and from the full one by no
+// more than the sum of those of all finer levels. Reaches are the diagonal of the box of all vertices.
+void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own);
 
 // Of one patch at the heights' level: values of its own triangles alone (as LevelErrors has them,
 // level_error_values() of them), and what its neighbours need.

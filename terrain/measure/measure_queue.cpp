@@ -3,28 +3,12 @@
 
 #include <algorithm>
 
-#include <glm/common.hpp>
-
 #include "terrain/base/check.h"
 #include "terrain/measure/level_triangles.h"
 #include "terrain/measure/shading_cone.h"
 
 namespace karst::core {
 namespace {
-
-PatchBounds box_of(const LevelGrid& grid) {
-  glm::ivec3 low = grid.position[0], high = low;
-  for (int n = 1; n < grid.side * grid.side; ++n) {
-    low = glm::min(low, grid.position[n]);
-    high = glm::max(high, grid.position[n]);
-  }
-  PatchBounds box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.min[axis] = static_cast<std::int16_t>(low[axis]);
-    box.max[axis] = static_cast<std::int16_t>(high[axis]);
-  }
-  return box;
-}
 
 // The most that a patch's borders can be off, from what all of it may be.
 BorderErrors borders_within(int level, std::span<const std::uint16_t> row) {
@@ -56,12 +40,17 @@ void MeasureQueue::forget(PatchId slot) {
 }
 
 void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
-                       std::span<const PatchId> touched, const PatchMeasures& out) {
+                       std::span<const PatchId> touched, PatchScratch* scratch, const PatchMeasures& out) {
+  GenerateVertices generate;
+  generate.surface = surface;
+  generate.heights = heights;
+  generate.level = heights.level;
+  generate.scratch = scratch;
   for (const PatchId patch : changed) {
-    const LevelGrid grid(surface, heights, patch);
-    out.bounds[patch] = box_of(grid);
+    MorphWays ways;
+    out.bounds[patch] = generate.bounds(patch, ways);
     out.cones[patch] = {};
-    bound_own_errors(grid, storage_.own[patch]);
+    bound_own_errors(heights.level, ways, out.bounds[patch], storage_.own[patch]);
     storage_.states[patch] &= static_cast<std::uint8_t>(~kKnown);
     wait(patch, kErrors | kCone | kBounded);
   }
@@ -108,11 +97,11 @@ void MeasureQueue::join_bounds(const Surface& surface, const Heights& heights, P
   join_errors(surface, heights.level, patch, own.borders, theirs, row);
 }
 
-void MeasureQueue::know(const Surface& surface, const Heights& heights, PatchId patch) {
+void MeasureQueue::know(const LevelGrid& grid, PatchId patch) {
   std::uint8_t& state = storage_.states[patch];
   if ((state & kKnown) != 0) return;
   OwnErrors& own = storage_.own[patch];
-  measure_own_errors(LevelGrid(surface, heights, patch), own.borders, own.values);
+  measure_own_errors(grid, own.borders, own.values);
   state = static_cast<std::uint8_t>((state & ~unsigned{kBounded}) | kKnown);
 }
 
@@ -122,14 +111,18 @@ PatchId MeasureQueue::measure_next(const Surface& surface, const Heights& height
   while ((storage_.states[next_] & kWaits) == 0) next_ = (next_ + 1) % storage_.states.size();
   const auto patch = static_cast<PatchId>(next_);
   std::uint8_t& state = storage_.states[patch];
-  if ((state & kErrors) != 0) {
-    know(surface, heights, patch);
-    for (const PatchEdge edge : surface.patches[patch].neighbour) {
-      if (edge.exists()) know(surface, heights, edge.patch());
+  if ((state & (kErrors | kCone)) != 0) {
+    const LevelGrid grid(surface, heights, patch);
+    if ((state & kErrors) != 0) {
+      know(grid, patch);
+      for (const PatchEdge edge : surface.patches[patch].neighbour) {
+        if (edge.exists() && (storage_.states[edge.patch()] & kKnown) == 0)
+          know(LevelGrid(surface, heights, edge.patch()), edge.patch());
+      }
+      join_bounds(surface, heights, patch, out);
     }
-    join_bounds(surface, heights, patch, out);
+    if ((state & kCone) != 0) out.cones[patch] = measure_normal_cone(grid);
   }
-  if ((state & kCone) != 0) out.cones[patch] = measure_normal_cone(surface, heights, patch);
   GenerateVertices generate;
   generate.surface = surface;
   generate.heights = heights;

@@ -4,7 +4,7 @@
 // is asked of measures is answered safely, and costs more. Once none is left, all are what MeasurePatches
 // gives.
 //
-//   queue.add(surface, heights, changed, touched, out);     // after an edit
+//   queue.add(surface, heights, changed, touched, scratch, out);  // after an edit
 //   while (queue.left() > 0 && there is time) queue.measure_next(surface, heights, room, out)
 #pragma once
 
@@ -39,7 +39,7 @@ class MeasureQueue {
   // changed: patches whose volume, edges or heights are others; touched: of find_touched(). None is free,
   // each is there once. Gives them measures for the time being.
   void add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
-           std::span<const PatchId> touched, const PatchMeasures& out);
+           std::span<const PatchId> touched, PatchScratch* scratch, const PatchMeasures& out);
   // A slot that is free now.
   void forget(PatchId slot);
 
@@ -63,7 +63,7 @@ class MeasureQueue {
     return out.level_errors.subspan(patch * row, row);
   }
   void wait(PatchId patch, unsigned more);
-  void know(const Surface& surface, const Heights& heights, PatchId patch);
+  void know(const LevelGrid& grid, PatchId patch);
   void join_bounds(const Surface& surface, const Heights& heights, PatchId patch, const PatchMeasures& out);
 
   Storage storage_;

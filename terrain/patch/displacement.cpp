@@ -239,10 +239,19 @@ void displaced_positions(const Surface& surface, const Heights& heights, int lev
   const PatchShape shape = PatchShape::make(surface, heights, level, patch);
   const int side = patch_side(level);
   float line[3][patch_side(kMaxLevel) + simd::kLanes];
-  for (int j = 0; j < side; ++j) {
+  glm::ivec3* to = out.data();
+  for (int j = 0; j < side; ++j, to += side) {
     displace_line(shape, {0, j, 1, 0}, glm::vec3(0), line[0], line[1], line[2]);
-    for (int i = 0; i < side; ++i)
-      out[static_cast<std::size_t>(j * side + i)] = glm::ivec3(glm::vec3(line[0][i], line[1][i], line[2][i]));
+    // The last one of a row has no room for a fourth value behind it.
+    int i = 0;
+    for (; i + simd::kLanes < side; i += simd::kLanes) {
+      Int4 four[4];
+      for (int axis = 0; axis < 3; ++axis) four[axis] = simd::to_int(simd::load(line[axis] + i));
+      four[3] = four[2];
+      simd::transpose(four[0], four[1], four[2], four[3]);
+      for (int lane = 0; lane < simd::kLanes; ++lane) simd::store(&to[i + lane].x, four[lane]);
+    }
+    for (; i < side; ++i) to[i] = glm::ivec3(glm::vec3(line[0][i], line[1][i], line[2][i]));
   }
 }
 

@@ -5,12 +5,14 @@
 //   double,
 //              so that every patch at a vertex gets the same bits in whatever order it adds;
 //   emission:  level by level from the finest, halving the grid in place after each.
+// Where finer levels are not emitted, only rows that emitted vertices and their normals need are made.
 // A vertex's normal is the area vector of the polygon of its neighbours: the sum of the cross products of the
 // triangles around it (K equation 3.12), whose terms in the vertex itself cancel. In K's triangle pattern a
 // vertex with i + j even has eight neighbours and any other four, where the sum is (east - west) x (north -
 // south).
 #include "terrain/patch/generate_vertices.h"
 
+#include <algorithm>
 #include <new>
 
 #include <glm/geometric.hpp>
@@ -61,9 +63,11 @@ namespace {
 
 // --- positions ---------------------------------------------------------------------------------------------
 
-void make_positions(const PatchShape& shape, Layout layout, PatchScratch& s) {
+// Rows between the `step`-th ones that lie beside none of them are left out.
+void make_positions(const PatchShape& shape, int step, Layout layout, PatchScratch& s) {
   const int n = patch_cells(shape.level);
   for (int j = 0; j <= n; ++j) {
+    if (((j + 1) & (step - 1)) > 2) continue;
     const GridLine line = {0, j, 1, 0};
     const LineCurve curve = line_curve(shape, line);
     for (int parity = 0; parity < 2; ++parity) {
@@ -112,12 +116,12 @@ inline Vec4 select(Int4 mask, const Vec4& a, const Vec4& b) {
   return {simd::select(mask, a.x, b.x), simd::select(mask, a.y, b.y), simd::select(mask, a.z, b.z)};
 }
 
-// Rows 1..n-1. Columns 0 and n get values too, which the border passes replace.
+// Rows 1..n-1, each `step`-th. Columns 0 and n get values too, which the border passes replace.
 // The polygon of eight neighbours is cut into three quadrilaterals; a quadrilateral's area vector is the
 // cross product of its diagonals, so the vertex itself is not needed.
-void make_inner_normals(int n, Layout layout, PatchScratch& s) {
+void make_inner_normals(int n, int step, Layout layout, PatchScratch& s) {
   const int up = layout.stride();
-  for (int j = 1; j < n; ++j) {
+  for (int j = step; j < n; j += step) {
     for (int parity = 0; parity < 2; ++parity) {
       const int other = layout.at(1 - parity, j);
       for (int k = 0; k < n / 2 + 1 - parity; k += simd::kLanes) {
@@ -169,15 +173,15 @@ Exact half_ring(bool even, Exact ahead, Exact behind, Exact inside_ahead, Exact 
   return glm::cross(ahead, inside) + glm::cross(inside, behind);
 }
 
-// Vertices 1..n-1 of edge e.
-void make_edge_normals(int e, bool has_neighbour, int level, Layout layout, PatchScratch& s) {
+// Vertices 1..n-1 of edge e, each `step`-th.
+void make_edge_normals(int e, bool has_neighbour, int level, int step, Layout layout, PatchScratch& s) {
   const int n = patch_cells(level);
   const GridLine line = GridLine::along_edge(e, 0, level, false);
   const GridLine inner = GridLine::along_edge(e, 1, level, false);
   const auto index = [&](GridLine l, int t) { return layout.at(l.i0 + t * l.di, l.j0 + t * l.dj); };
-  Exact behind_at = grid_position(s, index(line, 0));
-  Exact at = grid_position(s, index(line, 1));
-  for (int t = 1; t < n; ++t) {
+  for (int t = step; t < n; t += step) {
+    const Exact behind_at = grid_position(s, index(line, t - 1));
+    const Exact at = grid_position(s, index(line, t));
     const Exact ahead_at = grid_position(s, index(line, t + 1));
     const bool even = t % 2 == 0;
     const auto own = [&](int u) { return grid_position(s, index(inner, u)); };
@@ -196,8 +200,6 @@ void make_edge_normals(int e, bool has_neighbour, int level, Layout layout, Patc
       sum = glm::cross(ahead_at - behind_at, own(t) - theirs(t));
     }
     set_normal(s, index(line, t), sum);
-    behind_at = at;
-    at = ahead_at;
   }
 }
 
@@ -308,8 +310,8 @@ void make_corner_normals(const GenerateVertices& job, PatchId patch, Layout layo
   }
 }
 
-void normalise(int n, Layout layout, PatchScratch& s) {
-  for (int j = 0; j <= n; ++j) {
+void normalise(int n, int step, Layout layout, PatchScratch& s) {
+  for (int j = 0; j <= n; j += step) {
     for (int parity = 0; parity < 2; ++parity) {
       for (int k = 0; k < n / 2 + 1 - parity; k += simd::kLanes) {
         const int c = layout.at(parity, j) + k;
@@ -426,9 +428,10 @@ void emit_level_1(Layout layout, const PatchScratch& s, GpuVertex* out) {
 // Keeps even rows and columns, in place: the even columns of row 2j become both halves of row j. Values are
 // read before anything lands on them: other rows lie behind, and in row 0 four values land where eight were
 // read.
-void halve(int n, Layout layout, float (&plane)[3][kMaxGrid]) {
+// step: of rows of the halved grid that are needed.
+void halve(int n, int step, Layout layout, float (&plane)[3][kMaxGrid]) {
   for (auto& p : plane) {
-    for (int j = 0; j <= n / 2; ++j) {
+    for (int j = 0; j <= n / 2; j += step) {
       const float* from = p + layout.at(0, 2 * j);
       float* even = p + layout.at(0, j);
       float* odd = p + layout.at(1, j);
@@ -451,8 +454,9 @@ void emit(int level, int emit_level, Layout layout, PatchScratch& s, GpuVertex* 
         next = j % 2 != 0 ? emit_odd_row(n, layout, j, s, next) : emit_even_row(n, layout, j, s, next);
       }
     }
-    halve(n, layout, s.position);
-    halve(n, layout, s.normal);
+    const int step = m > emit_level ? 1 << (m - 1 - emit_level) : 1;
+    halve(n, step, layout, s.position);
+    halve(n, step, layout, s.normal);
   }
   emit_level_1(layout, s, out);
 }
@@ -488,6 +492,80 @@ void make_bounds(int n, Layout layout, const PatchScratch& s, PatchBounds& bound
   }
 }
 
+// --- ways to morph targets
+// -----------------------------------------------------------------------------------
+
+Float4 squared_way(const Vec4& v, const Vec4& parent, const Vec4& other) {
+  const Vec4 way = v + v - parent - other;
+  return way.x * way.x + way.y * way.y + way.z * way.z;
+}
+float squared_way(const PatchScratch& s, int v, int parent, int other) {
+  const glm::vec3 way = 2.0f * glm::vec3(s.position[0][v], s.position[1][v], s.position[2][v]) -
+                        glm::vec3(s.position[0][parent], s.position[1][parent], s.position[2][parent]) -
+                        glm::vec3(s.position[0][other], s.position[1][other], s.position[2][other]);
+  return way.x * way.x + way.y * way.y + way.z * way.z;
+}
+
+// Of a vertex of a level of n cells that is new there; targets as in emit_odd_row() and emit_even_row().
+float squared_way(int i, int j, Layout layout, const PatchScratch& s) {
+  const int v = layout.at(i, j);
+  if (j % 2 == 0) return squared_way(s, v, layout.at(i - 1, j), layout.at(i + 1, j));
+  if (i % 2 == 0) return squared_way(s, v, layout.at(i, j - 1), layout.at(i, j + 1));
+  const int up = (i / 2 + j / 2) % 2 == 0 ? 1 : -1;
+  return squared_way(s, v, layout.at(i - 1, j - up), layout.at(i + 1, j + up));
+}
+
+// Four at a time, those of column n aside.
+Float4 row_of_ways(int n, int j, Layout layout, const PatchScratch& s) {
+  const int up = layout.stride();
+  const Int4 rising = j / 2 % 2 == 0 ? Int4{-1, 0, -1, 0} : Int4{0, -1, 0, -1};
+  Float4 most = simd::splat(0.0f);
+  for (int k = 0; k < n / 2; k += simd::kLanes) {
+    const int west = layout.at(0, j) + k;
+    const int c = layout.at(1, j) + k;
+    const Vec4 odd = load(s.position, c);
+    if (j % 2 == 0) {
+      most = simd::max(squared_way(odd, load(s.position, west), load(s.position, west + 1)), most);
+      continue;
+    }
+    most = simd::max(
+        squared_way(load(s.position, west), load(s.position, west - up), load(s.position, west + up)), most);
+    const Vec4 first = select(rising, load(s.position, west - up), load(s.position, west + up));
+    const Vec4 second = select(rising, load(s.position, west + 1 + up), load(s.position, west + 1 - up));
+    most = simd::max(squared_way(odd, first, second), most);
+  }
+  return most;
+}
+
+float most_of(Float4 v) {
+  return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
+}
+
+void measure_ways(int level, Layout layout, PatchScratch& s, MorphWays& ways) {
+  ways = {};
+  for (int m = level; m > 1; --m) {
+    const int n = patch_cells(m);
+    float& longest = ways.longest[m];
+    for (int j = 0; j <= n; ++j) {
+      float row = 0;
+      if (n / 2 % simd::kLanes == 0) {
+        row = most_of(row_of_ways(n, j, layout, s));
+      } else {
+        for (int i = j % 2 != 0 ? 0 : 1; i < n; i += j % 2 != 0 ? 1 : 2)
+          row = std::max(row, squared_way(i, j, layout, s));
+      }
+      longest = std::max(longest, row);
+      if (j == 0 || j == n) ways.on_edge[m][j == 0 ? 0 : 2] = row;
+      if (j % 2 == 0) continue;
+      const float last = squared_way(n, j, layout, s);
+      longest = std::max(longest, last);
+      ways.on_edge[m][1] = std::max(ways.on_edge[m][1], last);
+      ways.on_edge[m][3] = std::max(ways.on_edge[m][3], squared_way(0, j, layout, s));
+    }
+    halve(n, 1, layout, s.position);
+  }
+}
+
 }  // namespace
 
 Status GenerateVertices::validate() const {
@@ -514,21 +592,32 @@ void GenerateVertices::run(PatchId patch, std::span<GpuVertex> out, PatchBounds*
   const Layout layout(level);
   const int n = patch_cells(level);
   const Patch& p = surface.patches[patch];
-  make_positions(PatchShape::make(surface, heights, level, patch), layout, s);
+  const int emitted = emit_level == 0 ? level : emit_level;
+  const int step = 1 << (level - emitted);
+  // A fan over a collapsed edge has all rows, and so has the box.
+  const bool all_rows = p.collapsed != 0 || bounds != nullptr;
+  make_positions(PatchShape::make(surface, heights, level, patch), all_rows ? 1 : step, layout, s);
   make_ghosts(*this, patch, s);
   if (bounds != nullptr) make_bounds(n, layout, s, *bounds);
-  make_inner_normals(n, layout, s);
-  for (int e = 0; e < 4 - p.collapsed; ++e) make_edge_normals(e, p.neighbour[e].exists(), level, layout, s);
+  make_inner_normals(n, step, layout, s);
+  for (int e = 0; e < 4 - p.collapsed; ++e)
+    make_edge_normals(e, p.neighbour[e].exists(), level, step, layout, s);
   make_corner_normals(*this, patch, layout, s);
-  normalise(n, layout, s);
-  emit(level, emit_level == 0 ? level : emit_level, layout, s, out.data());
+  normalise(n, step, layout, s);
+  emit(level, emitted, layout, s, out.data());
 }
 
 PatchBounds GenerateVertices::bounds(PatchId patch) const {
   const Layout layout(level);
-  make_positions(PatchShape::make(surface, heights, level, patch), layout, *scratch);
+  make_positions(PatchShape::make(surface, heights, level, patch), 1, layout, *scratch);
   PatchBounds result;
   make_bounds(patch_cells(level), layout, *scratch, result);
+  return result;
+}
+
+PatchBounds GenerateVertices::bounds(PatchId patch, MorphWays& ways) const {
+  const PatchBounds result = bounds(patch);
+  measure_ways(level, Layout(level), *scratch, ways);
   return result;
 }
 

@@ -24,6 +24,13 @@ namespace karst::core {
 // Working memory of one run at a time; lives in the arena (Consumer::scratch).
 struct PatchScratch;
 
+// How far vertices of a level are from their morph targets at most: squares of twice that, less what floats
+// lose (2^-20), over the whole patch and along each edge. [m]: m = 2..heights.level.
+struct MorphWays {
+  float longest[kMaxLevel + 1] = {};
+  float on_edge[kMaxLevel + 1][4] = {};
+};
+
 struct GenerateVertices {
   // Inputs, borrowed.
   Surface surface;
@@ -45,6 +52,8 @@ struct GenerateVertices {
 
   // The box of the patch's vertices alone. Same preconditions.
   PatchBounds bounds(PatchId patch) const;
+  // The same, and the ways of all vertices.
+  PatchBounds bounds(PatchId patch, MorphWays& ways) const;
 
   // Calls need(block) for the height blocks that run() reads for a patch, a block more than once at times.
   // Borders need those of all patches around the patch's corners.

@@ -3,8 +3,11 @@
 //   karst_bench_core [--smoke] [NAME...]    --smoke: small sizes, once, to see that they run
 #pragma once
 
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
+#include <utility>
 #include <vector>
 
 namespace karst::core::bench {
@@ -37,6 +40,31 @@ Times measure(int repeats, Work&& work) {
   }
   std::sort(ms.begin(), ms.end());
   return {ms[ms.size() / 2], ms.front()};
+}
+
+// The thread's time on a core, which other programs take none of.
+inline double cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+// Of times that were taken apart.
+inline Times times_of(std::vector<double> ms) {
+  std::sort(ms.begin(), ms.end());
+  return {ms[ms.size() / 2], ms.front()};
+}
+
+// As measure(), by time on a core.
+template <class Work>
+Times measure_cpu(int repeats, Work&& work) {
+  std::vector<double> ms;
+  for (int n = 0; n < repeats; ++n) {
+    const double start = cpu_ms();
+    work();
+    ms.push_back(cpu_ms() - start);
+  }
+  return times_of(std::move(ms));
 }
 
 }  // namespace karst::core::bench

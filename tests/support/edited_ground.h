@@ -74,8 +74,12 @@ class EditedGround {
     return all;
   }
 
-  // Heights and measures of all tiles of all sizes.
-  std::vector<std::byte> facts() const {
+  void settle() {
+    for (GroundChange change; !editor.is_settled();) editor.settle_some(change);
+  }
+  // Heights and measures of all tiles of all sizes, once they are measured.
+  std::vector<std::byte> facts() {
+    settle();
     std::vector<std::byte> all;
     const auto put = [&](const auto& value) {
       const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
@@ -152,7 +156,8 @@ inline Edit random_ground_edit(std::mt19937& random, double wide, double deep) {
 
 // Heights and least and greatest ones of all sizes, thresholds of those that follow from samples alone; of
 // coarser ones that none is less than what is made of the samples. Returns how many thresholds differ.
-inline std::size_t expect_as_made(const EditedGround& edited, const char* when) {
+inline std::size_t expect_as_made(EditedGround& edited, const char* when) {
+  edited.settle();
   const std::vector<std::int32_t> samples = edited.samples();
   const GroundInfo& info = edited.file().info();
   const MemoryGround made(info.samples[0], info.samples[1], info.steps[0], info.steps[1],

@@ -124,24 +124,30 @@ inline AllFacts facts_of(const World& world) {
   return all;
 }
 
+// All patches of a part from scratch.
+inline void measure_all(const World& world, std::size_t part, const PatchMeasures& out) {
+  const Surface surface = world.parts()[part].surface;
+  const std::size_t patches = surface.patches.size();
+  std::vector<BorderErrors> borders(patches);
+  std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(world.info().level)));
+  const TestScratch scratch;
+  const MeasurePatches measure{surface, world.heights(), {}, borders, out};
+  EXPECT_TRUE(measure.validate().ok());
+  measure.measure(0, patches, {scratch.get(), vertices});
+  measure.join(0, patches);
+}
+
 // As they are measured from scratch.
 inline AllFacts measured_facts_of(const World& world) {
   AllFacts all;
-  const int level = world.info().level;
   for (std::size_t n = 0; n < world.parts().size(); ++n) {
-    const Surface surface = world.parts()[n].surface;
-    const std::size_t patches = surface.patches.size();
-    std::vector<std::uint16_t> errors(patches * level_error_values(level));
+    const std::size_t patches = world.parts()[n].surface.patches.size();
+    std::vector<std::uint16_t> errors(patches * level_error_values(world.info().level));
     std::vector<PatchBounds> bounds(patches);
     std::vector<NormalCone> cones(patches), shading(patches);
-    std::vector<BorderErrors> borders(patches);
-    std::vector<GpuVertex> vertices(static_cast<std::size_t>(patch_vertices(level)));
-    const TestScratch scratch;
-    const MeasurePatches measure{surface, world.heights(), {}, borders, {errors, bounds, cones, shading}};
-    EXPECT_TRUE(measure.validate().ok());
-    measure.measure(0, patches, {scratch.get(), vertices});
-    measure.join(0, patches);
-    add_facts_of(world, n, measure.out, all);
+    const PatchMeasures out{errors, bounds, cones, shading};
+    measure_all(world, n, out);
+    add_facts_of(world, n, out, all);
   }
   return all;
 }
@@ -179,6 +185,7 @@ inline void expect_same_part(const WorldPart& a, const WorldPart& b) {
     ASSERT_EQ(a.rim->mark(column), b.rim->mark(column));
   // The tree's boxes hold what lies below them, and nothing else.
   const BoundsTree& tree = *a.tree;
+  ASSERT_EQ(tree.longest_diagonal(), b.tree->longest_diagonal());
   for (std::uint32_t n = 0; n < tree.nodes(0); ++n) {
     LatticeBox box{glm::ivec3(INT32_MAX), glm::ivec3(INT32_MIN)};
     for (PatchId p = tree.first_patch(0, n); p < tree.first_patch(0, n) + tree.patch_count(0, n); ++p) {

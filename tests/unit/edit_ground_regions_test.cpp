@@ -92,6 +92,15 @@ TEST(EditGroundRegions, IsAsAGroundMadeOfTheEditedSamplesBesideThem) {
   const MemoryGround made =
       ground([&](std::int64_t i, std::int64_t k) { return samples[static_cast<std::size_t>(k * kWide + i)]; },
              regions());
+  // While nodes wait to be measured, too.
+  ASSERT_FALSE(edited.edits.is_settled());
+  edited.each_node([&](NodeKey node) {
+    const NodeMeasure& other = made.tile(tile_of(node)).nodes[node_in_tile(node)];
+    for (int n = 0; n < kDemands; ++n)
+      EXPECT_GE(edited.measure(node).thresholds[n], other.thresholds[n])
+          << node.size << ' ' << node.x << ' ' << node.z;
+  });
+  for (GroundChange rest; !edited.edits.is_settled();) edited.edits.settle_some(rest);
   int same = 0, higher = 0;
   edited.each_node([&](NodeKey node) {
     const NodeMeasure& own = edited.measure(node);
@@ -136,6 +145,7 @@ TEST(EditGroundRegions, ThresholdsGrowWithARegion) {
       edit.radius = 3;
       ASSERT_TRUE(edited.edits.apply(edit, nullptr, change).ok());
       EXPECT_TRUE(change.changed);
+      for (GroundChange rest; !edited.edits.is_settled();) edited.edits.settle_some(rest);
     }
     std::vector<std::int32_t> samples;
     for (std::int64_t k = 0; k < kDeep; ++k) {

@@ -47,6 +47,56 @@ TEST(EditShape, AThousandEditsAreWhatAFileLoads) {
   EXPECT_GT(changed, 500u);
 }
 
+// Between edits and their measures: boxes are exact, errors and reaches no less than what will be measured,
+// cones hold all that was and will be. Whatever of it is measured between which edits, and voxels changing
+// while the sky is found anew, in the end all is what a file loads.
+TEST(EditShape, UntilItIsSettledAllIsOnTheSafeSide) {
+  test::Random random{17};
+  std::uint32_t waited = 0, sky = 0;
+  for (std::uint64_t round = 0; round < 6; ++round) {
+    LoadedWorld live(rough_world(round + 40).file(), kRoom);
+    World& world = live.world;
+    const std::size_t values = level_error_values(world.info().level);
+    for (int edit = 0; edit < 25; ++edit) {
+      EditChange change;
+      const Edit made = test::random_voxel_edit(random, world.info().extent, world.octree().depth());
+      ASSERT_TRUE(edit_shape(world, made, nullptr, change).ok());
+      // At times until the sky is found, at times a few patches.
+      const int most = random.below(3) == 0 ? 600 : random.below(60);
+      for (int steps = most; steps > 0 && !world.is_settled(); --steps) {
+        Settled done;
+        settle_some(world, done);
+        sky += done.sky_changed ? 1u : 0u;
+      }
+      const std::size_t patches = world.surface().patches.size();
+      std::vector<std::uint16_t> errors(patches * values);
+      std::vector<PatchBounds> bounds(patches);
+      std::vector<NormalCone> cones(patches), shading(patches);
+      test::measure_all(world, 0, {errors, bounds, cones, shading});
+      for (PatchId p = 0; p < patches; ++p) {
+        if (world.surface().is_free(p)) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          ASSERT_EQ(world.bounds()[p].min[axis], bounds[p].min[axis]);
+          ASSERT_EQ(world.bounds()[p].max[axis], bounds[p].max[axis]);
+        }
+        for (std::size_t n = p * values; n < (p + 1) * values; ++n) {
+          ASSERT_GE(world.level_errors().values[n], errors[n]) << "edit " << edit << " patch " << p;
+          waited += world.level_errors().values[n] > errors[n] ? 1u : 0u;
+        }
+        ASSERT_TRUE(world.cones()[p] == cones[p] || world.cones()[p].sine == NormalCone::kNone);
+        ASSERT_TRUE(world.shading_cones()[p] == shading[p] ||
+                    world.shading_cones()[p].sine == NormalCone::kNone);
+      }
+      ASSERT_EQ(find_level_error_fault(world.info().level, world.level_errors().values),
+                world.level_errors().values.size());
+    }
+    test::expect_as_loaded(live);
+    if (testing::Test::HasFatalFailure()) FAIL() << "round " << round;
+  }
+  EXPECT_GT(waited, 100u);
+  EXPECT_GT(sky, 3u);
+}
+
 // The voxels are those whose centres are in the shape, no others.
 TEST(EditShape, ShapesAreWhatTheySay) {
   test::Random random{3};
@@ -186,6 +236,7 @@ TEST(EditShape, WhatGoesCountsAsWell) {
     EXPECT_EQ(live.world.free_patches(), live.world.patch_count());
     ASSERT_TRUE(log.undo([&](UndoPart part) { undo_shape(live.world, part, change); }));
     EXPECT_EQ(change.touched.size(), patches);
+    test::settle(live.world);
     EXPECT_TRUE(live.save() == before);
     test::expect_as_loaded(live);
     ASSERT_TRUE(log.redo([&](UndoPart part) { redo_shape(live.world, part, change); }));

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstring>
 #include <optional>
 #include <vector>
 
@@ -104,6 +107,74 @@ TEST_F(ThresholdSetsTest, UnusedSetsAreGivenUp) {
   last_.push_back(second);
   EXPECT_EQ(frame({1, 2})[1], second);
   EXPECT_GT(sets_.version(1), before);
+}
+
+// Where bounds and errors of a few patches change, all is made as it would be anew; the GPU gets the rows
+// that are others, and few beside them.
+TEST(ThresholdUpdates, AreAsIfAllWereMadeAnew) {
+  test::LoadedParts parts(test::wide_world(kLevel));
+  const Camera camera = test::camera_at({28, 14, 28}, 0);
+  ViewRequest request;
+  request.camera = &camera;
+  request.lod.mode = LodMode::error;
+  request.width_px = 1280;
+  request.height_px = 720;
+  Residency& residency = parts.residency;
+  residency.begin_frame();
+  ASSERT_TRUE(parts.select(request).ok());
+  parts.generate();
+  ThresholdSets& sets = const_cast<ThresholdSets&>(residency.thresholds());
+  const int set = parts.view().threshold_set();
+  while (!sets.take().halves.empty()) {
+  }
+  const World& world = parts.world;
+  std::vector<std::uint16_t> errors(world.level_errors().values.begin(), world.level_errors().values.end());
+  std::vector<PatchBounds> bounds(world.bounds().begin(), world.bounds().end());
+  std::vector<PatchId> list(bounds.size());
+  std::vector<PatchLod> anew(bounds.size());
+  test::Random random{8};
+  std::size_t spread = 0;
+  for (int round = 0; round < 60; ++round) {
+    const std::size_t changed = 1 + static_cast<std::size_t>(random.below(9));
+    const auto first = static_cast<PatchId>(random.below(static_cast<int>(bounds.size() - changed)));
+    for (std::size_t n = 0; n < changed; ++n) {
+      list[n] = first + static_cast<PatchId>(n);
+      bounds[list[n]].max[1] = static_cast<std::int16_t>(bounds[list[n]].max[1] + random.below(300) - 150);
+      // Falls from level to level.
+      const std::size_t row = list[n] * level_error_values(kLevel);
+      auto error = static_cast<std::uint16_t>(random.below(4) == 0 ? 0 : random.below(3'000));
+      for (int j = 0; j < kLevel - 1; ++j, error /= 3) errors[row + static_cast<std::size_t>(j)] = error;
+    }
+    SetThresholds job;
+    job.surface = world.surface();
+    job.bounds = bounds;
+    job.errors = {kLevel, errors};
+    const std::uint32_t before = sets.version(set);
+    sets.update(job, list, changed, 0, residency.pool());
+    EXPECT_NE(sets.version(set), before);
+    const ThresholdSets::Key key = parts.view().threshold_key();
+    job.scale = key.scale;
+    job.morphing = key.morphing;
+    job.max_level = key.top_level;
+    job.lods = anew;
+    job.run();
+    for (PatchId p = 0; p < anew.size(); ++p)
+      ASSERT_EQ(std::memcmp(&anew[p], &sets.lods(set)[p], sizeof(PatchLod)), 0) << round << " " << p;
+    std::size_t rows = 0;
+    for (MorphRows taken; !(taken = sets.take()).halves.empty();) {
+      rows += taken.halves.size() / kMorphRow;
+      for (std::size_t n = 0; n * kMorphRow < taken.halves.size(); ++n) {
+        const auto row = static_cast<std::uint32_t>(taken.first_row - sets.first_row(set) + n);
+        std::array<std::uint16_t, kMorphRow> made;
+        make_morph_row(world.surface(), anew, residency.pool().row_at(row).patch, made);
+        ASSERT_TRUE(std::equal(made.begin(), made.end(),
+                               taken.halves.begin() + static_cast<std::ptrdiff_t>(n * kMorphRow)));
+      }
+    }
+    EXPECT_LT(rows, residency.pool().row_end() / 2);
+    spread += rows > 3 * changed ? 1 : 0;
+  }
+  EXPECT_GT(spread, 0u);
 }
 
 }  // namespace

@@ -491,7 +491,8 @@ void EditGround::follow(GroundChange& change) {
   change.stamp = stamp_;
   for (int size = 0; size <= info_.top_size(); ++size) set_sizes(size, change.samples);
   MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, growths(), stamp_);
-  measure.run(change.samples);
+  measure.run(change.samples, kExactAtOnce);
+  wait(change.samples);
   change.measured = measure.measured();
   trouble_ = measure.trouble();
   const NodeMeasure& root = overlay_.find(tile_of({info_.top_size(), 0, 0}))->tile.nodes[0];

@@ -71,6 +71,13 @@ class EditGround {
   // ground.
   void exchange(UndoPart part, GroundChange& change);
 
+  // Sizes that are measured with the edit; those up to kReferenceSizes when there is time, their thresholds
+  // being no less than what will be measured until then.
+  static constexpr int kExactAtOnce = 2;
+  bool is_settled() const { return waiting_ == 0; }
+  // A size of a place that waits. change: of its tiles no more than measures. Precondition: not is_settled().
+  void settle_some(GroundChange& change);
+
   // Before the voxels of a region are edited, for what its thresholds may have to allow for then. box: around
   // the region's surface as it is, from its corner, lattice steps. limit_reached ("edit_tiles"), and errors
   // of reading.
@@ -82,14 +89,17 @@ class EditGround {
   Status error_before(std::size_t region, double& error);
   // Of a sample as it is, kVertexStep. Precondition: it exists.
   Status height(std::int64_t i, std::int64_t k, std::int32_t& out);
-  // Thresholds allow for that much from now on. Precondition: it is reserved; no less than growth().
+  // Thresholds allow for that much from now on. Precondition: it is reserved; no less than growth();
+  // is_settled().
   void grow_region(std::size_t region, const RegionGrowth& growth, GroundChange& change);
 
   // Hands a change to what is drawn. Returns how many nodes are made anew.
   std::uint32_t show(const GroundChange& change, Ground& ground) const;
+  // The same of settle_some(): vertices are as they were.
+  void show_measures(const GroundChange& change, Ground& ground) const;
 
-  // What a file of the ground as it is holds. reader: of the file that was attached. write: takes
-  // kWritingRoom bytes at most. Until the next edit.
+  // What a file of the ground as it is holds. Precondition: is_settled(). reader: of the file that was
+  // attached. write: takes kWritingRoom bytes at most. Until the next edit.
   SaveTiles saving(const WorldReader& reader, WriteTile write);
   static constexpr std::size_t kWritingRoom = sizeof(MeasureEdits::Scratch);
 
@@ -135,6 +145,7 @@ class EditGround {
   void exchange(UndoCell cell, GroundChange& change);
   void set_sizes(int size, const GridRect& samples);
   void follow(GroundChange& change);
+  void wait(const GridRect& samples);
 
   GroundInfo info_;
   Blocks blocks_;
@@ -147,6 +158,12 @@ class EditGround {
   // The open part of the log.
   GridRect part_samples_;
   std::int64_t part_area_ = 0;  // sum over its edits
+  // Samples around which measures wait, of all sizes from wait_size_ on; of that one, from wait_turn_ on.
+  static constexpr std::size_t kWaiting = 8;
+  GridRect waiting_at_[kWaiting];
+  std::size_t waiting_ = 0;
+  std::size_t wait_turn_ = 0;
+  int wait_size_ = 0;
   Status trouble_;
 };
 

@@ -27,6 +27,7 @@ void EditGround::attach(const GroundInfo& info, const Tile& root, const TileSour
   growths_ = {};
   reserved_ = 0;
   trouble_ = {};
+  waiting_ = 0;
   if (overlay_.capacity() > 0) file_.reset(tile_of({info.top_size(), 0, 0}), root, reading);
 }
 

@@ -109,8 +109,9 @@ NodeMeasure MeasureEdits::measure(NodeKey node) {
   return tile == nullptr ? unknown() : tile->nodes[node_in_tile(node)];
 }
 
-void MeasureEdits::run(const GridRect& samples) {
-  KARST_ASSERT(samples.exists());
+void MeasureEdits::run(const GridRect& samples, int exact) {
+  KARST_ASSERT(samples.exists() && 0 <= exact && exact <= kReferenceSizes);
+  exact_ = exact;
   for (int size = 0; size <= info_.top_size(); ++size) {
     const GridRect nodes = nodes_with(info_, size, samples);
     find_heights(size, nodes);
@@ -118,6 +119,12 @@ void MeasureEdits::run(const GridRect& samples) {
     if (size <= kReferenceSizes) forget_parts(size, nodes);
     find_thresholds(size, nodes_around(info_, size, samples));
   }
+}
+
+void MeasureEdits::measure_again(int size, const GridRect& samples) {
+  KARST_ASSERT(samples.exists() && size > 0);
+  exact_ = kReferenceSizes;
+  find_thresholds(size, nodes_around(info_, size, samples));
 }
 
 void MeasureEdits::grow(std::size_t region, const RegionGrowth& more) {
@@ -336,7 +343,7 @@ void MeasureEdits::find_thresholds(int size, const GridRect& nodes) {
 
 // nodes: of one tile.
 void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
-  const bool exact = size <= kReferenceSizes && more_ == nullptr;
+  const bool exact = size <= exact_ && more_ == nullptr;
   const std::int64_t first = std::max<std::int64_t>(nodes.low[0] - 1, 0);
   const std::int64_t last = std::min(nodes.high[0] + 1, last_node(info_, 0, size));
   const auto count = static_cast<std::size_t>(last - first + 1);

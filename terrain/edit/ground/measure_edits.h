@@ -5,7 +5,8 @@
 // in the file: there, and where a node has a region in part, a threshold is the file's, raised by what
 // heights of the node and those around it are off from the file's, and by what the region has grown; of
 // grounds without regions not above what a ground of such heights may ask for. It is never too small, and the
-// file's again where the heights are.
+// file's again where the heights are. Finer sizes can have such bounds for a while, too: the largest exact
+// nodes look at 257 x 257 samples each.
 #pragma once
 
 #include <cstddef>
@@ -72,8 +73,11 @@ class MeasureEdits {
                std::span<const RegionGrowth> growths, std::uint64_t stamp)
       : info_(info), overlay_(overlay), file_(file), scratch_(scratch), growths_(growths), stamp_(stamp) {}
 
-  // After heights changed, in tiles of all sizes, at these samples.
-  void run(const GridRect& samples);
+  // After heights changed, in tiles of all sizes, at these samples. exact: sizes up to it are measured,
+  // within 0..kReferenceSizes; coarser ones have bounds until measure_again().
+  void run(const GridRect& samples, int exact);
+  // What run() left of a size, all finer sizes being exact.
+  void measure_again(int size, const GridRect& samples);
   // After a region grew by so much more: thresholds of nodes that have it in part, and of those that look at
   // them. Heights are the same.
   void grow(std::size_t region, const RegionGrowth& more);
@@ -106,6 +110,7 @@ class MeasureEdits {
   Scratch& scratch_;
   std::span<const RegionGrowth> growths_;
   std::uint64_t stamp_;
+  int exact_ = kReferenceSizes;
   // While grow() runs: by how much.
   const RegionGrowth* more_ = nullptr;
   std::size_t grown_ = 0;

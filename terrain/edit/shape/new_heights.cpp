@@ -130,18 +130,26 @@ void NewHeights::fill_borders(PatchId patch) const {
   }
 }
 
+// n^2 times the sum of both ruled surfaces less the bilinear one; n is a power of two, and all of it less
+// than 2^31.
 void NewHeights::fill_inside(PatchId patch) const {
-  const int n = patch_cells(level);
-  const std::int32_t c00 = at(patch, 0, 0), c10 = at(patch, n, 0), c01 = at(patch, 0, n),
-                     c11 = at(patch, n, n);
-  for (int j = 1; j < n; ++j) {
-    for (int i = 1; i < n; ++i) {
-      // n^2 times the sum of both ruled surfaces less the bilinear one.
-      const std::int64_t across = std::int64_t{n} * (at(patch, 0, j) * (n - i) + at(patch, n, j) * i);
-      const std::int64_t along = std::int64_t{n} * (at(patch, i, 0) * (n - j) + at(patch, i, n) * j);
-      const std::int64_t corners = std::int64_t{c00} * (n - i) * (n - j) + std::int64_t{c10} * i * (n - j) +
-                                   std::int64_t{c01} * (n - i) * j + std::int64_t{c11} * i * j;
-      set(patch, i, j, divide(across + along - corners, std::int64_t{n} * n));
+  static_assert(std::int64_t{3} * kMaxHeight * patch_cells(kMaxLevel) * patch_cells(kMaxLevel) < INT32_MAX);
+  const std::int32_t n = patch_cells(level);
+  const int side = patch_side(level);
+  const std::span<std::int16_t> block = heights->block(patch);
+  const std::int16_t* const bottom = block.data();
+  const std::int16_t* const top = bottom + n * side;
+  for (std::int32_t j = 1; j < n; ++j) {
+    std::int16_t* const row = block.data() + j * side;
+    const std::int32_t left = row[0], right = row[n];
+    const std::int32_t low = bottom[0] * (n - j) + top[0] * j, high = bottom[n] * (n - j) + top[n] * j;
+    for (std::int32_t i = 1; i < n; ++i) {
+      const std::int32_t across = n * (left * (n - i) + right * i);
+      const std::int32_t along = n * (bottom[i] * (n - j) + top[i] * j);
+      const std::int32_t sum = across + along - (low * (n - i) + high * i);
+      const std::int32_t size = (sum < 0 ? -sum : sum) + n * n / 2;
+      const std::int32_t height = size >> (2 * level);
+      row[i] = static_cast<std::int16_t>(std::clamp(sum < 0 ? -height : height, -kMaxHeight, kMaxHeight));
     }
   }
 }
