@@ -121,7 +121,7 @@ class EditBench {
       Settled done;
       settle_some(world_, done);
       if (done.measured != Settled::kNone) live_.residency.follow_measures(done.measured);
-      if (done.sky_changed) live_.residency.follow_sky();
+      if (done.sky_changed) live_.residency.follow_sky(done.part);
       most = std::max(most, bench::cpu_ms() - began);
     }
     settled.push_back(bench::cpu_ms() - start);
