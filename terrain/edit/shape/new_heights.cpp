@@ -136,11 +136,11 @@ void NewHeights::fill_inside(PatchId patch) const {
   static_assert(std::int64_t{3} * kMaxHeight * patch_cells(kMaxLevel) * patch_cells(kMaxLevel) < INT32_MAX);
   const std::int32_t n = patch_cells(level);
   const int side = patch_side(level);
-  const std::span<std::int16_t> block = heights->block(patch);
-  const std::int16_t* const bottom = block.data();
+  const std::span<std::int16_t> own = block(patch);
+  const std::int16_t* const bottom = own.data();
   const std::int16_t* const top = bottom + n * side;
   for (std::int32_t j = 1; j < n; ++j) {
-    std::int16_t* const row = block.data() + j * side;
+    std::int16_t* const row = own.data() + j * side;
     const std::int32_t left = row[0], right = row[n];
     const std::int32_t low = bottom[0] * (n - j) + top[0] * j, high = bottom[n] * (n - j) + top[n] * j;
     for (std::int32_t i = 1; i < n; ++i) {
