@@ -131,9 +131,9 @@ TEST_F(KarstEdit, FailuresSayWhatIsWrongAndWriteNothing) {
   };
   refused(R"({"tool": "clear", "place_m": [0, 0, 0], "radius": 3})", "line 1: radius: unknown field");
   refused(R"({"tool": "clear", "shape": "voxel", "place_m": [0, 0, 0], "octree_level": 9})", "edit 0");
-  refused(std::string(kDig) + R"({"tool": "clear", "place_m": [0, 1, 0],)" +
-              R"( "radius_m": 1e9})",
-          "edit 2");
+  refused(
+      std::string(kDig) + R"({"tool": "clear", "shape": "voxel", "place_m": [0, 1, 0], "octree_level": 9})",
+      "edit 2");
   refused("", "the file is empty");
   EXPECT_EQ(folder_.names(), (std::vector<std::string>{"s.json", "w.karst"}));
   const ProcessResult usage = run_process(KARST_APP_PATH, {"edit", world()});
