@@ -36,7 +36,7 @@ struct ViewOptions {
   NavigatorMode navigate = NavigatorMode::fly;
 
   bool edit = false;
-  EditSession::Files edit_files;           // world: as above
+  EditSession::Files edit_files;            // world: as above
   std::uint64_t edit_bytes = 128ull << 20;  // of memory, about
 
   bool fixed_clock = false;
