@@ -100,7 +100,8 @@ class KARST_API Editor {
   // their own (Needs::paint_width). The rest is refused.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
-  // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two.
+  // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
+  // unsupported ("ground"): it has no region to dig in, or is one that cannot be edited.
   //
   // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
   // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to

@@ -135,7 +135,9 @@ TEST_F(GroundEdits, ByTheEditor) {
   // What cannot be done changes nothing and says so.
   Edit dig;
   dig.place = hill.place;
-  EXPECT_FALSE(editor->apply(dig, result).ok());
+  const Status dug = editor->apply(dig, result);
+  EXPECT_EQ(dug.code(), StatusCode::unsupported);
+  EXPECT_STREQ(dug.field(), "ground");
   EXPECT_FALSE(result.changed);
   Edit paint = hill;
   paint.tool = EditTool::paint;

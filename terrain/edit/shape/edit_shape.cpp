@@ -207,6 +207,9 @@ class ShapeEdit {
 }  // namespace
 
 Status check_edit(const Edit& edit, const World& world) {
+  if (world.ground().exists() && world.ground().region_count == 0)
+    return {StatusCode::unsupported, "a ground is dug in its regions, and it has none: karst-bake --carve",
+            "ground"};
   if (!world.is_editable())
     return refuse("it was planned without room for edits, or is one that cannot be edited", "world");
   if (static_cast<int>(edit.tool) >= kEditTools) return refuse("not a tool", "tool");
@@ -240,7 +243,8 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
     part = n;
     ++found;
   }
-  if (found == 0) return refuse("no region has voxels there that an edit may change", "place");
+  if (found == 0)
+    return refuse("a ground is dug in its regions, and none has voxels there that may change", "place");
   if (found > 1) return refuse("the edit reaches two regions at once", "place");
   const WorldPart& own = world.parts()[part];
   if (edit.shape == BrushShape::voxel && edit.octree_level > own.octree->depth())
