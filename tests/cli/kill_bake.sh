@@ -37,9 +37,7 @@ for ((n = 0; killed < count; ++n)); do
   signal=${signals[n % 3]}
   words $((79 + n % 2))
   # A shell's background commands ignore SIGINT.
-  python3 -c 'import os, signal, sys
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-os.execv(sys.argv[1], sys.argv[1:])' "$bake" "${input[@]}" -o worlds/w.karst \
+  env --default-signal=INT "$bake" "${input[@]}" -o worlds/w.karst \
     --materials none --quiet &
   child=$!
   # From the start to about the end, by a step that shares no divisor with the range.

@@ -34,7 +34,14 @@ class XServer:
             ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", self.folder,
              "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
-        self.display = os.read(read, 16).decode().strip()
+        # The number and the line's end come apart, and it wants to be rid of both.
+        line = b""
+        while not line.endswith(b"\n"):
+            piece = os.read(read, 16)
+            if not piece:
+                break
+            line += piece
+        self.display = line.decode().strip()
         os.close(read)
 
     def close(self):
