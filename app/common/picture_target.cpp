@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "app/common/gl/link_program.h"
+
 namespace karst::app {
 namespace {
 
@@ -143,19 +145,7 @@ Status PictureTarget::create_framebuffers() {
 
 // Its sampler reads texture unit 0, as samplers do initially.
 bool PictureTarget::create_depth_copy() {
-  depth_copy_ = gl_.CreateProgram();
-  for (const bool vertex : {true, false}) {
-    const GLuint shader = gl_.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-    const char* text = vertex ? kVertexShader : kDepthCopyShader;
-    gl_.ShaderSource(shader, 1, &text, nullptr);
-    gl_.CompileShader(shader);
-    gl_.AttachShader(depth_copy_, shader);
-    gl_.DeleteShader(shader);
-  }
-  gl_.LinkProgram(depth_copy_);
-  GLint linked = GL_FALSE;
-  gl_.GetProgramiv(depth_copy_, GL_LINK_STATUS, &linked);
-  return linked != GL_FALSE;
+  return link_program(gl_, kVertexShader, kDepthCopyShader, depth_copy_);
 }
 
 void PictureTarget::destroy() {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "app/common/gl/link_program.h"
 #include "app/overlay/font.h"
 #include "app/overlay/overlay_shaders.h"
 
@@ -20,19 +21,7 @@ Status Overlay::create(const GlLoader& loader) {
   if (missing != nullptr)
     return {StatusCode::unsupported, "the driver lacks a function of OpenGL ES 3.0", missing};
   created_ = true;
-  program_ = gl_.CreateProgram();
-  for (const bool vertex : {true, false}) {
-    const GLuint shader = gl_.CreateShader(vertex ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-    const char* const text = vertex ? kOverlayVert : kOverlayFrag;
-    gl_.ShaderSource(shader, 1, &text, nullptr);
-    gl_.CompileShader(shader);
-    gl_.AttachShader(program_, shader);
-    gl_.DeleteShader(shader);
-  }
-  gl_.LinkProgram(program_);
-  GLint linked = GL_FALSE;
-  gl_.GetProgramiv(program_, GL_LINK_STATUS, &linked);
-  if (linked == GL_FALSE) {
+  if (!link_program(gl_, kOverlayVert, kOverlayFrag, program_)) {
     destroy();
     return {StatusCode::unsupported, "the driver rejects a shader", "overlay"};
   }

@@ -5,6 +5,8 @@
 # there, with SIGINT, SIGTERM and SIGKILL in turn. Each time the old world or the new one must be there,
 # whole; after SIGINT and SIGTERM nothing else; what SIGKILL leaves must be gone after the next whole bake.
 set -euo pipefail
+# shellcheck source=tests/cli/ramp_dem.sh
+source "$(dirname "${BASH_SOURCE[0]}")/ramp_dem.sh"
 karst=$1 bake=$2 count=$3 kind=${4:-voxels}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -12,10 +14,7 @@ cd "$work"
 mkdir worlds
 # Without textures the bake is short, and its write a large part of it. words N: of the Nth of two.
 if [[ $kind == ground ]]; then
-  python3 -c 'import struct
-samples = (x + y + x * y % 7 for y in range(500) for x in range(500))
-open("dem.bil", "wb").write(b"".join(struct.pack("<h", sample) for sample in samples))'
-  printf 'ncols 500\nnrows 500\nnbits 16\npixeltype signedint\nbyteorder I\n' >dem.hdr
+  ramp_dem 500
   words() { input=(dem.bil --ground --pixel-size "1$1"); }
 else
   words() { input=(--sample hills --no-ground --voxel "$1" --levels 3); }

@@ -36,17 +36,7 @@ class Edits : public test::HostTest {
   void TearDown() override {
     if (host_ != nullptr && host_->world != nullptr) stop();
   }
-  std::vector<std::byte> saved() {
-    std::vector<std::byte> out;
-    const auto append = [](void* user, std::span<const std::byte> bytes) {
-      auto& to = *static_cast<std::vector<std::byte>*>(user);
-      to.insert(to.end(), bytes.begin(), bytes.end());
-      return true;
-    };
-    const Status status = editor_->save({&out, append});
-    EXPECT_TRUE(status.ok()) << status.what();
-    return out;
-  }
+  std::vector<std::byte> saved() { return test::saved_by(*editor_); }
   // On the ground in the middle, and a view down on it.
   Hit middle() {
     const WorldInfo& info = host_->world->info();

@@ -214,4 +214,16 @@ FrameResult draw_frame(Renderer& renderer, const HostPicture& picture, std::vect
   return result;
 }
 
+std::vector<std::byte> saved_by(Editor& editor) {
+  std::vector<std::byte> out;
+  const auto append = [](void* user, std::span<const std::byte> bytes) {
+    auto& to = *static_cast<std::vector<std::byte>*>(user);
+    to.insert(to.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  const Status status = editor.save({&out, append});
+  EXPECT_TRUE(status.ok()) << status.what();
+  return out;
+}
+
 }  // namespace karst::test

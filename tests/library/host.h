@@ -115,6 +115,9 @@ class HostTest : public testing::Test {
   Renderer* renderer_ = nullptr;
 };
 
+// What Editor::save writes.
+std::vector<std::byte> saved_by(Editor& editor);
+
 // A camera in the world's own axes, and the same in the frame of a placement: east_up_south from (x, y, z)
 // towards a target.
 ViewState looking(const World& world, Vec3 eye_m, Vec3 target_m, int width, int height);

@@ -461,13 +461,7 @@ TEST_F(SeveralRegions, EditsAreSavedAsTheyAreAndTakenBack) {
   EditResult made;
   ASSERT_TRUE(editor->apply(raise, made).ok());
   const std::vector<Pixels> live = pictures();
-  std::vector<std::byte> saved;
-  const auto append = [](void* user, std::span<const std::byte> bytes) {
-    auto& to = *static_cast<std::vector<std::byte>*>(user);
-    to.insert(to.end(), bytes.begin(), bytes.end());
-    return true;
-  };
-  ASSERT_TRUE(editor->save({&saved, append}).ok());
+  const std::vector<std::byte> saved = test::saved_by(*editor);
   EXPECT_EQ(editor->undo_state().undo_steps, 3u * kCaves + 1);
   while (editor->undo_state().undo_steps > 0) ASSERT_TRUE(editor->undo(made).ok());
   for (int n = 0; n < kCaves; ++n) {
@@ -483,9 +477,7 @@ TEST_F(SeveralRegions, EditsAreSavedAsTheyAreAndTakenBack) {
   again = pictures();
   for (std::size_t n = 0; n < live.size(); ++n)
     EXPECT_EQ(test::largest_difference(live[n], again[n]), 0) << n;
-  std::vector<std::byte> twice;
-  ASSERT_TRUE(editor->save({&twice, append}).ok());
-  EXPECT_TRUE(twice == saved);
+  EXPECT_TRUE(test::saved_by(*editor) == saved);
   stop();
 }
 

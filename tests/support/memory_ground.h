@@ -3,6 +3,8 @@
 // source of tiles that comes late and fails as often as a test wants.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -75,5 +77,33 @@ class MemoryGround {
   std::vector<core::RegionMeasure> regions_;
   std::map<Key, core::Tile> tiles_;
 };
+
+// How far samples are from the triangles of a node, at most, in the unit of at(i, k), which has a height for
+// any sample, also beyond the last ones. width, depth: samples of the ground.
+template <class At>
+double most_off_node(core::NodeKey node, std::int64_t width, std::int64_t depth, const At& at) {
+  const std::int64_t unit = std::int64_t{1} << node.size;
+  double most = 0;
+  for (std::int64_t qz = 4 * std::int64_t{node.z}; qz < 4 * node.z + 4 && (qz + 1) * unit < depth; ++qz) {
+    for (std::int64_t qx = 4 * std::int64_t{node.x}; qx < 4 * node.x + 4 && (qx + 1) * unit < width; ++qx) {
+      const double a = at(qx * unit, qz * unit), b = at((qx + 1) * unit, qz * unit);
+      const double c = at(qx * unit, (qz + 1) * unit), d = at((qx + 1) * unit, (qz + 1) * unit);
+      for (std::int64_t k = 0; k <= unit; ++k) {
+        for (std::int64_t i = 0; i <= unit; ++i) {
+          const double u = static_cast<double>(i) / static_cast<double>(unit);
+          const double v = static_cast<double>(k) / static_cast<double>(unit);
+          double flat = 0;
+          if (((qx + qz) & 1) == 0) {
+            flat = u >= v ? a + u * (b - a) + v * (d - b) : a + v * (c - a) + u * (d - c);
+          } else {
+            flat = u + v <= 1 ? a + u * (b - a) + v * (c - a) : d + (1 - u) * (c - d) + (1 - v) * (b - d);
+          }
+          most = std::max(most, std::abs(at(qx * unit + i, qz * unit + k) - flat));
+        }
+      }
+    }
+  }
+  return most;
+}
 
 }  // namespace karst::test

@@ -64,31 +64,10 @@ TEST_P(CoarseSizes, NeverSayLessThanIsThere) {
   ASSERT_GT(info.top_size(), kReferenceSizes);
   int nodes = 0, raised = 0;
   for (int size = EditGround::kExactAtOnce + 1; size <= info.top_size(); ++size) {
-    const std::int64_t unit = std::int64_t{1} << size;
     for (int z = 0; z < nodes_along(info, 1, size); ++z) {
       for (int x = 0; x < nodes_along(info, 0, size); ++x) {
-        double most = 0;
-        for (std::int64_t qz = 4 * z; qz < 4 * z + 4 && (qz + 1) * unit < 280; ++qz) {
-          for (std::int64_t qx = 4 * x; qx < 4 * x + 4 && (qx + 1) * unit < 300; ++qx) {
-            const double a = at(qx * unit, qz * unit), b = at((qx + 1) * unit, qz * unit);
-            const double c = at(qx * unit, (qz + 1) * unit), d = at((qx + 1) * unit, (qz + 1) * unit);
-            for (std::int64_t k = 0; k <= unit; ++k) {
-              for (std::int64_t i = 0; i <= unit; ++i) {
-                const double u = static_cast<double>(i) / static_cast<double>(unit);
-                const double v = static_cast<double>(k) / static_cast<double>(unit);
-                double own = 0;
-                if (((qx + qz) & 1) == 0) {
-                  own = u >= v ? a + u * (b - a) + v * (d - b) : a + v * (c - a) + u * (d - c);
-                } else {
-                  own =
-                      u + v <= 1 ? a + u * (b - a) + v * (c - a) : d + (1 - u) * (c - d) + (1 - v) * (b - d);
-                }
-                most = std::max(most, std::abs(at(qx * unit + i, qz * unit + k) - own));
-              }
-            }
-          }
-        }
         const NodeKey key{size, x, z};
+        const double most = test::most_off_node(key, 300, 280, at);
         const NodeMeasure& own = edited.tile(tile_of(key)).nodes[node_in_tile(key)];
         const NodeMeasure& file = edited.file().tile(tile_of(key)).nodes[node_in_tile(key)];
         ++nodes;

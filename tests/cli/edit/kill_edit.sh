@@ -4,16 +4,15 @@
 # voxels or of tiles, with SIGKILL, until COUNT were killed while the new file was there: the world must be
 # the old one or the new one, and what is left must be gone after the next edit.
 set -euo pipefail
+# shellcheck source=tests/cli/ramp_dem.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../ramp_dem.sh"
 karst=$1 bake=$2 count=$3 kind=${4:-voxels}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 mkdir worlds
 if [[ $kind == ground ]]; then
-  python3 -c 'import struct
-samples = (x + y + x * y % 7 for y in range(900) for x in range(900))
-open("dem.bil", "wb").write(b"".join(struct.pack("<h", sample) for sample in samples))'
-  printf 'ncols 900\nnrows 900\nnbits 16\npixeltype signedint\nbyteorder I\n' >dem.hdr
+  ramp_dem 900
   "$bake" dem.bil --pixel-size 10 -o old.karst --materials none --quiet
   hill="\"place_m\": [300, 0, 200], \"radius_m\": 900, \"strength_m\": 50"
   echo "{\"tool\": \"extrude\", \"shape\": \"cylinder\", $hill}" >script.json

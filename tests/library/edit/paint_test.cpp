@@ -66,17 +66,7 @@ class Paint : public test::HostTest {
   void TearDown() override {
     if (host_ != nullptr && host_->world != nullptr) stop();
   }
-  std::vector<std::byte> saved() {
-    std::vector<std::byte> out;
-    const auto append = [](void* user, std::span<const std::byte> bytes) {
-      auto& to = *static_cast<std::vector<std::byte>*>(user);
-      to.insert(to.end(), bytes.begin(), bytes.end());
-      return true;
-    };
-    const Status status = editor_->save({&out, append});
-    EXPECT_TRUE(status.ok()) << status.what();
-    return out;
-  }
+  std::vector<std::byte> saved() { return test::saved_by(*editor_); }
   Pixels map() { return test::picture_from_above(*host_->world, *renderer_, picture_); }
   // At a place in shares of the world from its west and its north.
   Edit brush(std::uint8_t material, double east, double south, double radius) {

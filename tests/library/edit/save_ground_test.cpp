@@ -234,7 +234,6 @@ TEST(SaveGround, TheStatedErrorHoldsAfterEachEdit) {
     };
     for (const auto& [key, tile] : coarse) {
       const auto [size, tx, tz] = key;
-      const std::int64_t unit = std::int64_t{1} << size;
       for (int node = 0; node < core::kTileMeasures; ++node) {
         const core::NodeKey own{size, tx * core::kTileNodes + node % core::kTileNodes,
                                 tz * core::kTileNodes + node / core::kTileNodes};
@@ -242,27 +241,7 @@ TEST(SaveGround, TheStatedErrorHoldsAfterEachEdit) {
         const auto& anew = made.tile(core::tile_of(own)).nodes[node];
         EXPECT_EQ(tile.nodes[node].low, anew.low);
         EXPECT_EQ(tile.nodes[node].high, anew.high);
-        double most = 0;
-        for (std::int64_t qz = 4 * own.z; qz < 4 * own.z + 4 && (qz + 1) * unit < kSide; ++qz) {
-          for (std::int64_t qx = 4 * own.x; qx < 4 * own.x + 4 && (qx + 1) * unit < kSide; ++qx) {
-            const double a = at(qx * unit, qz * unit), b = at((qx + 1) * unit, qz * unit);
-            const double c = at(qx * unit, (qz + 1) * unit), d = at((qx + 1) * unit, (qz + 1) * unit);
-            for (std::int64_t k = 0; k <= unit; ++k) {
-              for (std::int64_t i = 0; i <= unit; ++i) {
-                const double u = static_cast<double>(i) / static_cast<double>(unit);
-                const double v = static_cast<double>(k) / static_cast<double>(unit);
-                double flat = 0;
-                if (((qx + qz) & 1) == 0) {
-                  flat = u >= v ? a + u * (b - a) + v * (d - b) : a + v * (c - a) + u * (d - c);
-                } else {
-                  flat =
-                      u + v <= 1 ? a + u * (b - a) + v * (c - a) : d + (1 - u) * (c - d) + (1 - v) * (b - d);
-                }
-                most = std::max(most, std::abs(at(qx * unit + i, qz * unit + k) - flat));
-              }
-            }
-          }
-        }
+        const double most = test::most_off_node(own, kSide, kSide, at);
         ++nodes;
         for (int d = 0; d < core::kDemands; ++d) {
           const double stated = double{core::threshold_steps(tile.nodes[node].thresholds[d])} *

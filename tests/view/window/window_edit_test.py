@@ -6,13 +6,13 @@ karst view --window --edit on an X server without a screen (Xvfb), used by mouse
 takes a stroke back, is killed, goes on, saves, and opens what was saved. Exit status 77: skipped, where there
 is no Xvfb. Standard library only.
 """
-import argparse, json, math, os, shutil, signal, struct, subprocess, sys, time
+import json, math, os, signal, struct, subprocess, sys, time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path += [HERE, os.path.join(HERE, "..", "..", "kms")]
 from kms_test import difference, load_png
-from x_server import LEFT, XServer
+from x_server import LEFT, XServer, begin_test
 
 W, H = 400, 240
 CAMERA = "0,~12,120,0,-6"
@@ -76,16 +76,7 @@ class View:
 
 
 def main():
-    ap = argparse.ArgumentParser(usage=__doc__)
-    ap.add_argument("--karst", required=True)
-    ap.add_argument("--bake", required=True)
-    ap.add_argument("--work", required=True)
-    args = ap.parse_args()
-    if not shutil.which("Xvfb"):
-        print("skipped: Xvfb is not installed")
-        return 77
-    shutil.rmtree(args.work, ignore_errors=True)
-    os.makedirs(args.work)
+    args = begin_test(__doc__)
     path = lambda name: os.path.join(args.work, name)
     world, journal = path("hills.karst"), path("hills.karst.journal")
     subprocess.run([args.bake, "--sample", "hills", "--no-ground", "--levels", "2", "-o", world], check=True,

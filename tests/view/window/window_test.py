@@ -5,28 +5,19 @@
 karst view --window on an X server without a screen (Xvfb): the window holds what karst render draws. Exit
 status 77: skipped, where there is no Xvfb. Standard library only.
 """
-import argparse, os, shutil, signal, subprocess, sys, time
+import os, signal, subprocess, sys, time
 
 sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path += [HERE, os.path.join(HERE, "..", "..", "kms")]
 from kms_test import difference, load_png
-from x_server import XServer
+from x_server import XServer, begin_test
 
 W, H = 320, 240
 
 
 def main():
-    ap = argparse.ArgumentParser(usage=__doc__)
-    ap.add_argument("--karst", required=True)
-    ap.add_argument("--bake", required=True)
-    ap.add_argument("--work", required=True)
-    args = ap.parse_args()
-    if not shutil.which("Xvfb"):
-        print("skipped: Xvfb is not installed")
-        return 77
-    shutil.rmtree(args.work, ignore_errors=True)
-    os.makedirs(args.work)
+    args = begin_test(__doc__)
     path = lambda name: os.path.join(args.work, name)
     subprocess.run([args.bake, "--sample", "canyon", "--no-ground", "--levels", "2", "-o", path("world")],
                    check=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An X server without a screen (Xvfb), its picture, and input as a keyboard and a mouse would send it (the
 XTEST extension, X Test Extension Protocol 2.2), by the X11 protocol itself. Standard library only."""
-import os, socket, struct, subprocess, time
+import argparse, os, shutil, socket, struct, subprocess, sys, time
 
 # Keys of a PC, by what is printed on them: X11's codes are the kernel's (linux/input-event-codes.h) and 8.
 KEYS = {name: 8 + code for code, name in enumerate(
@@ -9,6 +9,20 @@ KEYS = {name: 8 + code for code, name in enumerate(
     "l ; ' ` shift \\ z x c v b n m , . / rshift kp* alt space".split())}
 KEYS.update(f5=8 + 63, up=8 + 103, left=8 + 105, right=8 + 106, down=8 + 108, home=8 + 102)
 LEFT, MIDDLE, RIGHT = 1, 2, 3
+
+
+def begin_test(usage):
+    """Arguments of a test of windows, and its folder, empty; ends with 77 where there is no Xvfb."""
+    ap = argparse.ArgumentParser(usage=usage)
+    for name in ("--karst", "--bake", "--work"):
+        ap.add_argument(name, required=True)
+    args = ap.parse_args()
+    if not shutil.which("Xvfb"):
+        print("skipped: Xvfb is not installed")
+        sys.exit(77)
+    shutil.rmtree(args.work, ignore_errors=True)
+    os.makedirs(args.work)
+    return args
 
 
 class XServer:
