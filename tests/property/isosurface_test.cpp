@@ -379,7 +379,7 @@ TEST(Isosurface, IsOnTheSurfaceThatEightBitsMean) {
       // Vertices lie where the finest data have them, whatever the level.
       EXPECT_LE(off.mean, 0.01) << shape.name;
       EXPECT_LE(off.most, 0.05) << shape.name;
-      EXPECT_LE(off.most_normal_deg, 6) << shape.name;
+      EXPECT_LE(off.most_normal_deg, 1.4) << shape.name;
     }
   }
 }
