@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "karst/edit.h"
+#include "terrain/file/world_reader.h"
 #include "tests/library/ground_file.h"
 #include "tests/library/region_frames.h"
 
@@ -340,6 +341,7 @@ TEST_F(SeveralRegions, APitIsDrawnAndAskedAtOnce) {
   Editor* editor = nullptr;
   Query* query = nullptr;
   ASSERT_TRUE(host_->world->take_editor(editor).ok());
+  const std::vector<std::byte> untouched = test::saved_by(*editor);
   ASSERT_TRUE(host_->world->take_query(query).ok());
   for (int n = 0; n < kCaves; ++n) {
     const glm::dvec3 corner = corner_of(n);
@@ -369,6 +371,13 @@ TEST_F(SeveralRegions, APitIsDrawnAndAskedAtOnce) {
     ASSERT_TRUE(query->ground(host_->world->from_world({x, 60, z}), 0, Wait::for_file, hit));
     EXPECT_LT(host_->world->to_world(hit.place).y, ground - 1.5) << n;
   }
+  // What a region has grown is in thresholds of the ground around it, which are in tiles.
+  const auto tile_bytes = [](const std::vector<std::byte>& file) {
+    core::WorldReader reader;
+    EXPECT_TRUE(reader.open(core::ByteSource::of(file)).ok());
+    return reader.tile_bytes();
+  };
+  EXPECT_GT(tile_bytes(test::saved_by(*editor)), tile_bytes(untouched));
   // Heights of the ground beside a region, and not of what it stands on.
   Edit raise;
   raise.tool = EditTool::extrude;
