@@ -19,6 +19,10 @@ struct ReachedPatches {
   const Reaches& reaches;  // bool(const LatticeBox&)
   const Visit& visit;      // void(PatchId), ascending
 
+  ReachedPatches(const BoundsTree& t, const Surface& s, std::span<const PatchBounds> b, const Reaches& r,
+                 const Visit& v)
+      : tree(t), surface(s), bounds(b), reaches(r), visit(v) {}
+
   void run() const {
     if (tree.rows() > 0) visit_node(tree.rows() - 1, 0);
   }

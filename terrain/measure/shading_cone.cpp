@@ -79,7 +79,8 @@ glm::dvec3 find_farthest(std::span<const GpuVertex> vertices, Normals& normals, 
   int k = 0;
   for (; k + 2 <= normals.count; k += 2) {
     const Double2 here = along(k);
-    if (!simd::any(here < least)) continue;
+    const simd::Long2 less = here < least;
+    if (!simd::any(less)) continue;
     for (int lane = 0; lane < 2; ++lane) {
       if (here[lane] < least) {
         least = here[lane];

@@ -163,7 +163,6 @@ TEST_F(Paint, LiesOverGrounds) {
   stop();
   begin(kept);
   EXPECT_EQ(test::largest_difference(map(), painted), 0);
-  EditResult result;
   EXPECT_TRUE(apply(brush(kNoMaterial, 0.5, 0.5, 1e4)).changed);
   EXPECT_EQ(test::largest_difference(map(), bare), 0);
 }
