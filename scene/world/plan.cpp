@@ -304,6 +304,11 @@ Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout
   set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
   set_edit_limits(world, needs, layout.config);
+  if (world.field.exists()) {
+    layout.config.field_blocks = static_cast<std::uint32_t>(world.field.table_blocks());
+    layout.config.field_sample_blocks =
+        world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
+  }
   return lay_out_config(world, needs, layout);
 }
 
