@@ -334,6 +334,12 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.blend_map[0] = materials.blend_map.width;
   out.blend_map[1] = materials.blend_map.depth;
   out.lights = static_cast<std::uint32_t>(reader.lights().size());
+  if (const FieldInfo& field = reader.field(); field.exists()) {
+    for (int axis = 0; axis < 3; ++axis) out.field_samples[axis] = 16 * field.blocks[axis];
+    out.field_sample_bits = field.sample_bits;
+    out.field_blocks = field.stored;
+    out.field_cell_m = info.voxel_size_m / (1 << (kMostCellLog2 - field.cell_log2));
+  }
   const GroundInfo& ground = reader.ground();
   if (ground.exists()) {
     out.ground_sizes = ground.top_size() + 1;
