@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Others read the packets of karst_cigi_dump as karst means them: tshark's CIGI dissector those of 3.2 and 3.3,
-every field of every packet and none beside them, in both orders; those of 4.0, which tshark does not know, a
-list of the standard's fields in their order (layout4.py). Skipped (77) without tshark."""
+"""Others read the packets of karst_cigi_dump as karst means them: tshark's CIGI dissector those of 3.2 and
+3.3, every field of every packet and none beside them, in both orders; those of 4.0, which tshark does not
+know, a list of the standard's fields in their order (layout4.py). Skipped (77) without tshark."""
 
 import argparse
 import json
@@ -16,9 +16,11 @@ import xml.etree.ElementTree as ElementTree
 import layout4
 
 HOST_PORT, IG_PORT = 8005, 8004
+LOOPBACK = 0x7F000001
 
 # Of each packet, tshark's name of it and of its fields where they are not karst's.
-PLACE = {"latitude_deg_or_x_m": "lat_xoff", "longitude_deg_or_y_m": "lon_yoff", "altitude_m_or_z_m": "alt_zoff"}
+PLACE = {"latitude_deg_or_x_m": "lat_xoff", "longitude_deg_or_y_m": "lon_yoff",
+         "altitude_m_or_z_m": "alt_zoff"}
 SOURCE = {f"source_{name}": f"source_{theirs}" for name, theirs in PLACE.items()}
 DESTINATION = {f"destination_{name}": f"destination_{theirs}" for name, theirs in PLACE.items()}
 NORMAL = {"normal_azimuth_deg": "normal_vector_azimuth", "normal_elevation_deg": "normal_vector_elevation",
@@ -119,7 +121,7 @@ def write_pcap(path, messages, host):
         for message in messages:
             data = bytes.fromhex(message["bytes"])
             udp = struct.pack(">HHHH", *ports, 8 + len(data), 0) + data
-            ip = struct.pack(">BBHHHBBHII", 0x45, 0, 20 + len(udp), 1, 0, 64, 17, 0, 0x7F000001, 0x7F000001) + udp
+            ip = struct.pack(">BBHHHBBHII", 0x45, 0, 20 + len(udp), 1, 0, 64, 17, 0, LOOPBACK, LOOPBACK) + udp
             frame = bytes(12) + b"\x08\x00" + ip
             out.write(struct.pack("<IIII", 0, 0, len(frame), len(frame)) + frame)
 

@@ -11,7 +11,8 @@ ANGLES = [("roll_deg", "f"), ("pitch_deg", "f"), ("yaw_deg", "f")]
 SOURCE = [(f"source_{name}", kind) for name, kind in PLACE]
 DESTINATION = [(f"destination_{name}", kind) for name, kind in PLACE]
 NORMAL = [("normal_azimuth_deg", "f"), ("normal_elevation_deg", "f")]
-COMPONENT = [("component", "H"), [("component_class", 6), ("", 2)], ("state", "B"), ("instance", "H"), ("", "H"),
+COMPONENT = [("component", "H"), [("component_class", 6), ("", 2)], ("state", "B"), ("instance", "H"),
+             ("", "H"),
              ("", "I")]
 WORDS = [(f"word{i}", "I") for i in range(1, 7)]
 LAYOUTS = {
@@ -25,7 +26,8 @@ LAYOUTS = {
     "ComponentControl": (3, 40, [*COMPONENT, *WORDS]),
     "ShortComponentControl": (4, 24, [*COMPONENT, *WORDS[:2]]),
     "RateControl": (7, 32, [
-        ("entity", "H"), ("part", "B"), [("of_part", 1), ("local", 1), ("", 6)], ("x_m_s", "f"), ("y_m_s", "f"),
+        ("entity", "H"), ("part", "B"), [("of_part", 1), ("local", 1), ("", 6)], ("x_m_s", "f"),
+        ("y_m_s", "f"),
         ("z_m_s", "f"), ("roll_deg_s", "f"), ("pitch_deg_s", "f"), ("yaw_deg_s", "f")]),
     "CelestialSphereControl": (8, 24, [
         [("ephemeris", 1), ("sun", 1), ("moon", 1), ("stars", 1), ("date_time_valid", 1), ("", 3)], ("", "B"),
@@ -45,9 +47,11 @@ LAYOUTS = {
         ("top_scud_percent", "f"), ("top_transition_m", "f"), ("", "I")]),
     "ViewControl": (0x0F, 40, [
         ("group", "B"),
-        [("x_valid", 1), ("y_valid", 1), ("z_valid", 1), ("roll_valid", 1), ("pitch_valid", 1), ("yaw_valid", 1),
+        [("x_valid", 1), ("y_valid", 1), ("z_valid", 1), ("roll_valid", 1), ("pitch_valid", 1),
+         ("yaw_valid", 1),
          ("", 2)],
-        ("view", "H"), ("entity", "H"), ("", "H"), ("x_m", "f"), ("y_m", "f"), ("z_m", "f"), *ANGLES, ("", "I")]),
+        ("view", "H"), ("entity", "H"), ("", "H"), ("x_m", "f"), ("y_m", "f"), ("z_m", "f"), *ANGLES,
+        ("", "I")]),
     "ViewDefinition": (0x14, 40, [
         ("view", "H"), ("group", "B"),
         [("near_valid", 1), ("far_valid", 1), ("left_valid", 1), ("right_valid", 1), ("top_valid", 1),
@@ -56,7 +60,8 @@ LAYOUTS = {
         ("near_m", "f"), ("far_m", "f"), ("left_deg", "f"), ("right_deg", "f"), ("top_deg", "f"),
         ("bottom_deg", "f"), ("", "I")]),
     "HatHotRequest": (0x17, 40, [
-        ("id", "H"), ("entity", "H"), [("type", 2), ("system", 1), ("", 5)], ("update_period", "B"), ("", "H"),
+        ("id", "H"), ("entity", "H"), [("type", 2), ("system", 1), ("", 5)], ("update_period", "B"),
+        ("", "H"),
         ("", "I"), *PLACE]),
     "LosSegmentRequest": (0x18, 72, [
         ("id", "H"), ("entity", "H"),
@@ -70,7 +75,8 @@ LAYOUTS = {
         ("elevation_deg", "f"), ("minimum_range_m", "f"), ("maximum_range_m", "f"), *SOURCE,
         ("material_mask", "I"), ("", "I")]),
     "EntityControl": (0x25, 16, [
-        [("state", 2), ("collision_detection", 1), ("inherit_alpha", 1), ("smoothing", 1), ("extended_type", 1),
+        [("state", 2), ("collision_detection", 1), ("inherit_alpha", 1), ("smoothing", 1),
+         ("extended_type", 1),
          ("", 2)],
         ("alpha", "B"), ("entity", "H"), ("kind", "B"), ("domain", "B"), ("type", "H"), ("category", "B"),
         ("subcategory", "B"), ("specific", "B"), ("extra", "B")]),
@@ -79,13 +85,16 @@ LAYOUTS = {
         [("mode", 2), ("timestamp_valid", 1), ("own_earth_model", 1), ("minor", 4)], ("ig_frame", "I"),
         ("timestamp_10us", "I"), ("last_host_frame", "I"), ("conditions", "H"), ("", "H")]),
     "HatHotResponse": (0x0FFF, 16, [
-        [("valid", 1), ("type", 1), ("", 2), ("host_frame_low", 4)], ("", "B"), ("id", "H"), ("height_m", "d")]),
+        [("valid", 1), ("type", 1), ("", 2), ("host_frame_low", 4)], ("", "B"), ("id", "H"),
+        ("height_m", "d")]),
     "HatHotExtendedResponse": (0x0FFE, 40, [
-        [("valid", 1), ("", 3), ("host_frame_low", 4)], ("", "B"), ("id", "H"), ("hat_m", "d"), ("hot_m", "d"),
+        [("valid", 1), ("", 3), ("host_frame_low", 4)], ("", "B"), ("id", "H"), ("hat_m", "d"),
+        ("hot_m", "d"),
         ("material", "I"), *NORMAL, ("", "I")]),
     "LosResponse": (0x0FFD, 24, [
         ("id", "H"), ("entity", "H"),
-        [("valid", 1), ("entity_valid", 1), ("visible", 1), ("", 1), ("host_frame_low", 4)], ("responses", "B"),
+        [("valid", 1), ("entity_valid", 1), ("visible", 1), ("", 1), ("host_frame_low", 4)],
+        ("responses", "B"),
         ("", "H"), ("", "I"), ("range_m", "d")]),
     "LosExtendedResponse": (0x0FFC, 64, [
         ("id", "H"), ("entity", "H"),

@@ -128,12 +128,12 @@ void write_messages() {
                         host.write(WeatherControl{}) && host.write(ViewControl{}) &&
                         host.write(ViewDefinition{}) && host.write(HatHotRequest{}) &&
                         host.write(LosSegmentRequest{}) && host.write(LosVectorRequest{});
-      write("cigi", "\1" + std::string(text_of(host.bytes())));
+      write("cigi", std::string("\1").append(text_of(host.bytes())));
       MessageWriter ig(buffer, version, order);
       const bool answered = ig.write(StartOfFrame{}) && ig.write(HatHotResponse{}) &&
                             ig.write(HatHotExtendedResponse{}) && ig.write(LosResponse{}) &&
                             ig.write(LosExtendedResponse{});
-      write("cigi", std::string(1, '\0') + std::string(text_of(ig.bytes())));
+      write("cigi", std::string("\2").append(text_of(ig.bytes())));
       if (!sent || !answered) std::exit(1);
     }
   }
