@@ -57,12 +57,24 @@ void Residency::forget() {
   for (ViewState& view : views_) view.clear_lacking();
   turns_.ahead_left = 0;
   turns_.stale = blocks_.stale.size();
+  remade_ = {};
   std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
   std::fill(blocks_.reshaded.begin(), blocks_.reshaded.end(), std::uint64_t{0});
   thresholds_.forget_rows();
 }
 
-void Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
+void Residency::outdate(PatchId patch, GridRows rows) {
+  std::uint64_t& word = blocks_.stale[patch / 64];
+  const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+  if ((word & bit) == 0) blocks_.stale_rows[patch] = {};
+  word |= bit;
+  blocks_.stale_rows[patch].join(rows);
+  turns_.stale = std::min<std::size_t>(turns_.stale, patch / 64);
+}
+
+void Residency::follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
+                            std::span<const PatchId> vanished) {
+  KARST_ASSERT(rows.size() == touched.size());
   KARST_ASSERT(!blocks_.stale.empty());
   if (touched.empty() && vanished.empty()) return;
   const WorldPart& part = world_->part_of(touched.empty() ? vanished[0] : touched[0]);
@@ -71,11 +83,10 @@ void Residency::follow_edit(std::span<const PatchId> touched, std::span<const Pa
     pool_.lower(patch, 0);
     find.run(patch - part.first);
   }
-  for (const PatchId patch : touched) {
-    find.run(patch - part.first);
-    if (pool_.level(patch) > 0) blocks_.stale[patch / 64] |= std::uint64_t{1} << patch % 64;
+  for (std::size_t n = 0; n < touched.size(); ++n) {
+    shade(part, find, touched[n] - part.first);
+    if (pool_.level(touched[n]) > 0 && rows[n].any()) outdate(touched[n], rows[n]);
   }
-  turns_.stale = 0;
   update_thresholds(part, touched, vanished);
   for (ViewState& view : views_) view.clear_lacking();
 }
@@ -117,8 +128,74 @@ void Residency::update_thresholds(const WorldPart& part, std::span<const PatchId
   thresholds_.update(job, list, count, part.first, pool_);
 }
 
+// Lists pages of a patch that hold what may be other vertices; how many those are.
+std::uint32_t Residency::find_pages(PatchId patch) {
+  remade_ = {};
+  remade_.patch = patch;
+  std::uint32_t pages = 0;
+  for (int m = 1; m <= pool_.level(patch); ++m) {
+    const SlotRange range = vertices_of_rows(world_->info().level, m, blocks_.stale_rows[patch]);
+    if (range.first == range.last) continue;
+    const auto first = static_cast<std::uint32_t>(range.first) / kPageVertices;
+    const std::uint32_t end = pages_for(static_cast<std::size_t>(range.last));
+    if (remade_.count > 0 && first <= remade_.stretches[remade_.count - 1].end) {
+      pages += end - std::min(end, remade_.stretches[remade_.count - 1].end);
+      remade_.stretches[remade_.count - 1].end = end;
+    } else {
+      pages += end - first;
+      remade_.stretches[remade_.count++] = {first, end};
+    }
+  }
+  return pages;
+}
+
+// Where most pages of a patch change, or there is no room for others beside them, all of it is made anew.
+bool Residency::remake(PatchId patch, PatchUpload& upload, Status& status) {
+  const int held = pool_.level(patch);
+  if (held == 0) return false;
+  const std::uint32_t pages = find_pages(patch);
+  if (pages == 0) return false;
+  if (4 * pages <= 3 * pages_at(held) && pages <= pool_.free_pages()) {
+    for (const Remade::Stretch& s : std::span(remade_.stretches).first(remade_.count))
+      pool_.replace(patch, s.first, s.end - s.first);
+    return next_stretch(upload, status);
+  }
+  remade_ = {};
+  blocks_.reshaded[patch / 64] &= ~(std::uint64_t{1} << patch % 64);
+  pool_.lower(patch, 0);
+  for (int level = held; level > 0; --level) {
+    if (make_resident(patch, level, upload, status)) return true;
+    if (!status.ok()) return false;
+  }
+  return false;
+}
+
+bool Residency::next_stretch(PatchUpload& upload, Status& status) {
+  if (remade_.next == remade_.count) return false;
+  const int held = pool_.level(remade_.patch);
+  if (remade_.stretches[remade_.count - 1].end > pages_at(held)) {  // it was lowered since
+    remade_ = {};
+    return false;
+  }
+  if (!remade_.in_room) {
+    status = generate(remade_.patch, world_->info().level, held, blocks_.vertices);
+    if (!status.ok()) return false;
+    remade_.in_room = true;
+  }
+  const Remade::Stretch& stretch = remade_.stretches[remade_.next++];
+  const std::size_t first = std::size_t{stretch.first} * kPageVertices;
+  const auto all = static_cast<std::size_t>(patch_vertices(held));
+  upload = upload_of(remade_.patch);
+  upload.first_vertex = static_cast<int>(first);
+  upload.vertices =
+      blocks_.vertices.subspan(first, std::min(std::size_t{stretch.end} * kPageVertices, all) - first);
+  return true;
+}
+
 bool Residency::remake_next(PatchUpload& upload, Status& status) {
   status = {};
+  if (next_stretch(upload, status)) return true;
+  if (!status.ok()) return false;
   const auto take = [&](std::uint64_t& word) {
     const int bit = std::countr_zero(word);
     word &= word - 1;
@@ -126,15 +203,9 @@ bool Residency::remake_next(PatchUpload& upload, Status& status) {
   };
   for (; turns_.stale < blocks_.stale.size(); ++turns_.stale) {
     std::uint64_t& reshaded = blocks_.reshaded[turns_.stale];
-    reshaded &= ~blocks_.stale[turns_.stale];
     while (blocks_.stale[turns_.stale] != 0) {
-      const PatchId patch = take(blocks_.stale[turns_.stale]);
-      const int held = pool_.level(patch);
-      pool_.lower(patch, 0);
-      for (int level = held; level > 0; --level) {
-        if (make_resident(patch, level, upload, status)) return true;
-        if (!status.ok()) return false;
-      }
+      if (remake(take(blocks_.stale[turns_.stale]), upload, status)) return true;
+      if (!status.ok()) return false;
     }
     while (reshaded != 0) {
       const PatchId patch = take(reshaded);
@@ -207,6 +278,7 @@ Status Residency::hold_heights(PatchId patch, int level) {
 }
 
 Status Residency::generate(PatchId patch, int level, int emit_level, std::span<GpuVertex> out) {
+  if (out.data() == blocks_.vertices.data()) remade_.in_room = false;
   KARST_ASSERT(patch < world_->patch_count());
   KARST_ASSERT(1 <= emit_level && emit_level <= level && level <= world_->info().level);
   if (const Status status = hold_heights(patch, level); !status.ok()) return status;

@@ -55,15 +55,18 @@ class Residency {
   // Forgets what is on the GPU: after its buffers were lost or made anew.
   void forget();
 
-  // The world was edited. touched: patches that are to be made anew where they are resident, which
-  // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
-  void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  // The world was edited. touched: patches whose measures may be others, and rows of each that hold all
+  // vertices that may be, which remake_next() makes anew where they are resident; vanished: slots that are
+  // free now. Both ascending, and of one part.
+  void follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
+                   std::span<const PatchId> vanished);
   // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
   void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
-  // be drawn still; where there is no room at coarser levels, or not at all. Then what has other shading
-  // alone: an upload without vertices. False: nothing is left. status: errors of reading heights.
+  // be drawn still, and no other pages than they lie in; where there is no room at coarser levels, or not at
+  // all. Then what has other shading alone: an upload without vertices. A patch may take several uploads.
+  // False: nothing is left. status: errors of reading heights.
   bool remake_next(PatchUpload& upload, Status& status);
   // Working memory between frames, one value a patch.
   std::span<std::uint32_t> lend_list() { return blocks_.list_scratch.first(world_->patch_count()); }
@@ -135,6 +138,7 @@ class Residency {
     // A bit a patch, where worlds are edited: whose vertices are to be made anew, whose shading is another.
     std::span<std::uint64_t> stale;
     std::span<std::uint64_t> reshaded;
+    std::span<GridRows> stale_rows;  // by patch that is stale
 
     static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
@@ -147,6 +151,7 @@ class Residency {
       const std::size_t words = is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0;
       visit(Consumer::edits, words, stale);
       visit(Consumer::edits, words, reshaded);
+      visit(Consumer::edits, is_edited(config) ? config.max_patches : 0, stale_rows);
     }
   };
   // Where looking for patches goes on.
@@ -155,6 +160,19 @@ class Residency {
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
     std::size_t stale = 0;         // words of both before it are 0
+  };
+  // Pages of a patch, by place in its chain, that have yet to be uploaded.
+  struct Remade {
+    struct Stretch {
+      std::uint32_t first = 0;
+      std::uint32_t end = 0;
+    };
+
+    PatchId patch = 0;
+    std::array<Stretch, kMaxLevel> stretches{};
+    std::size_t count = 0;
+    std::size_t next = 0;
+    bool in_room = false;  // its vertices are in working memory
   };
   // What the last select() of all views looked at, to tell whether anything moved.
   struct Seen {
@@ -178,6 +196,10 @@ class Residency {
   int kept_level(const ViewState& view, PatchId patch) const;
   void govern();
   void fill_curve(DemandCurve& curve) const;
+  void outdate(PatchId patch, GridRows rows);
+  std::uint32_t find_pages(PatchId patch);
+  bool remake(PatchId patch, PatchUpload& upload, Status& status);
+  bool next_stretch(PatchUpload& upload, Status& status);
   Status hold_heights(PatchId patch, int level);
   PatchUpload upload_of(PatchId patch) const;
   ViewState* most_urgent_view();
@@ -198,6 +220,7 @@ class Residency {
   std::array<Seen, kMostViews> seen_{};
   double least_weight_ = 1;
   Turns turns_;
+  Remade remade_;
 };
 
 }  // namespace karst::core

@@ -68,7 +68,7 @@ class EditBench {
       made.push_back(bench::cpu_ms() - start);
       touched = std::max(touched, change.touched.size());
       start = bench::cpu_ms();
-      live_.residency.follow_edit(change.touched, change.vanished);
+      live_.residency.follow_edit(change.touched, change.rows, change.vanished);
       followed.push_back(bench::cpu_ms() - start);
       bytes = 0;
       for (int& level : levels) level = 0;
