@@ -27,6 +27,9 @@ constexpr double kHazeWidths = 6.0;
 // On a curved basis, whose width says nothing: metres.
 constexpr double kCurvedHazeM = 60'000;
 constexpr double kWhiteSunDeg = 45;
+// That edits have touched and a frame with a limit of time makes; counted, so that frames of a replay are
+// alike.
+constexpr std::uint32_t kRemadePatches = 128;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
@@ -242,7 +245,9 @@ Status RendererObject::follow_edits(double work_ms) {
   }
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
-  if (const Status status = work_.remake(costs); !status.ok()) return status;
+  const bool at_once = first_frame_ || work_ms == 0;
+  if (const Status status = work_.remake(at_once ? 0xffffffffu : kRemadePatches, costs); !status.ok())
+    return status;
   // A region with a patch that lacks vertices would close.
   if (world.terrain.world.ground().region_count > 0) {
     if (const Status status = work_.make_bases(costs); !status.ok()) return status;
@@ -364,7 +369,7 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.editor.is_settled()) limits_ |= kLimitWork;
+  if (!world.editor.is_settled() || world.terrain.residency.has_plain()) limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;

@@ -62,11 +62,11 @@ bool VertexWork::generate_next(bool ahead, PatchUpload& next, Status& status) {
   return terrain_->residency.generate_next(ahead, next, status);
 }
 
-Status VertexWork::remake(FrameCosts& costs) {
+Status VertexWork::remake(std::uint32_t most, FrameCosts& costs) {
   const std::int64_t start = clock_ns();
   PatchUpload next;
   Status status;
-  while (status.ok() && terrain_->residency.remake_next(next, status)) {
+  while (status.ok() && terrain_->residency.remake_next(next, status, most)) {
     status = upload(next);
     costs.generated += next.vertices.empty() ? 0u : 1u;
   }

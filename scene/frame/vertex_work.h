@@ -56,8 +56,8 @@ class VertexWork {
   // What the frame's views lack, for so many milliseconds; with `ahead` also what is about to be needed.
   // made: patches.
   Status make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made);
-  // What edits have touched, all of it.
-  Status remake(FrameCosts& costs);
+  // What edits have touched: all of it, but finer than plain no more than so many patches.
+  Status remake(std::uint32_t most, FrameCosts& costs);
   // The coarsest vertices of all patches that have none.
   Status make_bases(FrameCosts& costs);
 

@@ -56,10 +56,11 @@ void Residency::forget() {
   pool_.reset(world_->patch_count(), world_->base_level());
   for (ViewState& view : views_) view.clear_lacking();
   turns_.ahead_left = 0;
-  turns_.stale = blocks_.stale.size();
+  turns_.stale = turns_.plain = blocks_.stale.size();
   remade_ = {};
   std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
   std::fill(blocks_.reshaded.begin(), blocks_.reshaded.end(), std::uint64_t{0});
+  std::fill(blocks_.plain.begin(), blocks_.plain.end(), std::uint64_t{0});
   thresholds_.forget_rows();
 }
 
@@ -160,14 +161,42 @@ bool Residency::remake(PatchId patch, PatchUpload& upload, Status& status) {
       pool_.replace(patch, s.first, s.end - s.first);
     return next_stretch(upload, status);
   }
+  return make_anew(patch, held, upload, status);
+}
+
+bool Residency::make_anew(PatchId patch, int level, PatchUpload& upload, Status& status) {
   remade_ = {};
   blocks_.reshaded[patch / 64] &= ~(std::uint64_t{1} << patch % 64);
   pool_.lower(patch, 0);
-  for (int level = held; level > 0; --level) {
+  for (; level > 0; --level) {
     if (make_resident(patch, level, upload, status)) return true;
     if (!status.ok()) return false;
   }
   return false;
+}
+
+// Places of a level's vertices are the same bits whatever level they are taken of, so borders still match.
+bool Residency::make_plain(PatchId patch, PatchUpload& upload, Status& status) {
+  const int held = pool_.level(patch);
+  if (held == 0) return false;
+  const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+  if ((blocks_.plain[patch / 64] & bit) == 0) blocks_.held[patch] = 0;
+  blocks_.held[patch] = std::max(blocks_.held[patch], static_cast<std::uint8_t>(held));
+  blocks_.plain[patch / 64] |= bit;
+  turns_.plain = std::min<std::size_t>(turns_.plain, patch / 64);
+  blocks_.reshaded[patch / 64] &= ~bit;
+  remade_ = {};
+  pool_.lower(patch, 0);
+  for (int level = std::min(held, world_->base_level()); level > 0; --level) {
+    if (make_resident(patch, level, level, upload, status)) return true;
+    if (!status.ok()) return false;
+  }
+  return false;
+}
+
+bool Residency::has_plain() const {
+  return std::any_of(blocks_.plain.begin() + static_cast<std::ptrdiff_t>(turns_.plain), blocks_.plain.end(),
+                     [](std::uint64_t word) { return word != 0; });
 }
 
 bool Residency::next_stretch(PatchUpload& upload, Status& status) {
@@ -192,28 +221,52 @@ bool Residency::next_stretch(PatchUpload& upload, Status& status) {
   return true;
 }
 
-bool Residency::remake_next(PatchUpload& upload, Status& status) {
+bool Residency::remake_next(PatchUpload& upload, Status& status, std::uint32_t& most) {
   status = {};
   if (next_stretch(upload, status)) return true;
   if (!status.ok()) return false;
-  const auto take = [&](std::uint64_t& word) {
-    const int bit = std::countr_zero(word);
-    word &= word - 1;
-    return static_cast<PatchId>(turns_.stale * 64 + static_cast<std::size_t>(bit));
+  const auto take = [](std::span<std::uint64_t> words, std::size_t at) {
+    const int bit = std::countr_zero(words[at]);
+    words[at] &= words[at] - 1;
+    return static_cast<PatchId>(at * 64 + static_cast<std::size_t>(bit));
   };
   for (; turns_.stale < blocks_.stale.size(); ++turns_.stale) {
-    std::uint64_t& reshaded = blocks_.reshaded[turns_.stale];
     while (blocks_.stale[turns_.stale] != 0) {
-      if (remake(take(blocks_.stale[turns_.stale]), upload, status)) return true;
+      const PatchId patch = take(blocks_.stale, turns_.stale);
+      const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+      const bool was_plain = (blocks_.plain[patch / 64] & bit) != 0;
+      bool made = false;
+      if (most == 0) {
+        made = make_plain(patch, upload, status);
+      } else if (was_plain) {
+        blocks_.plain[patch / 64] &= ~bit;
+        const int level = std::max<int>(pool_.level(patch), blocks_.held[patch]);
+        made = pool_.level(patch) > 0 && make_anew(patch, level, upload, status);
+      } else {
+        made = remake(patch, upload, status);
+      }
+      if (made && most > 0) --most;
+      if (made) return true;
       if (!status.ok()) return false;
     }
-    while (reshaded != 0) {
-      const PatchId patch = take(reshaded);
+    while (blocks_.reshaded[turns_.stale] != 0) {
+      const PatchId patch = take(blocks_.reshaded, turns_.stale);
       if (pool_.level(patch) == 0) continue;
       upload = upload_of(patch);
       upload.first_vertex = patch_vertices(pool_.level(patch));
       return true;
     }
+  }
+  for (; turns_.plain < blocks_.plain.size(); ++turns_.plain) {
+    while (blocks_.plain[turns_.plain] != 0 && most > 0) {
+      const PatchId patch = take(blocks_.plain, turns_.plain);
+      const int held = pool_.level(patch);
+      if (held == 0) continue;
+      --most;
+      if (make_anew(patch, std::max<int>(held, blocks_.held[patch]), upload, status)) return true;
+      if (!status.ok()) return false;
+    }
+    if (blocks_.plain[turns_.plain] != 0) return false;
   }
   return false;
 }
@@ -293,10 +346,10 @@ Status Residency::generate(PatchId patch, int level, int emit_level, std::span<G
   return {};
 }
 
-bool Residency::make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
+bool Residency::make_resident(PatchId patch, int level, int of, PatchUpload& upload, Status& status) {
   const int old_level = pool_.level(patch);
   if (!pool_.raise(patch, level)) return false;
-  status = generate(patch, world_->info().level, level, blocks_.vertices);
+  status = generate(patch, of, level, blocks_.vertices);
   if (!status.ok()) {
     pool_.lower(patch, old_level);
     return false;

@@ -67,7 +67,15 @@ class Residency {
   // be drawn still, and no other pages than they lie in; where there is no room at coarser levels, or not at
   // all. Then what has other shading alone: an upload without vertices. A patch may take several uploads.
   // False: nothing is left. status: errors of reading heights.
-  bool remake_next(PatchUpload& upload, Status& status);
+  // most: patches that are made so, counted down; with 0 left a patch gets plain vertices: those of the
+  // coarsest levels, at their places, with normals of a coarse surface. It waits for a call with more.
+  bool remake_next(PatchUpload& upload, Status& status, std::uint32_t& most);
+  bool remake_next(PatchUpload& upload, Status& status) {
+    std::uint32_t all = 0xffffffffu;
+    return remake_next(upload, status, all);
+  }
+  // Whether patches have plain vertices, whoever sees them.
+  bool has_plain() const;
   // Working memory between frames, one value a patch.
   std::span<std::uint32_t> lend_list() { return blocks_.list_scratch.first(world_->patch_count()); }
 
@@ -110,7 +118,9 @@ class Residency {
   bool generate_base(PatchUpload& upload, Status& status);
   // Makes vertices of a patch up to a level, where there are free pages for them: pool().make_room() first.
   // False: there are not, or status has an error of reading heights; then nothing changed.
-  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
+  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
+    return make_resident(patch, level, world_->info().level, upload, status);
+  }
 
   // What is resident takes effect in the next select().
   PageTable pages() const { return pool_.pages(); }
@@ -138,7 +148,9 @@ class Residency {
     // A bit a patch, where worlds are edited: whose vertices are to be made anew, whose shading is another.
     std::span<std::uint64_t> stale;
     std::span<std::uint64_t> reshaded;
+    std::span<std::uint64_t> plain;  // a bit a patch: that has plain vertices
     std::span<GridRows> stale_rows;  // by patch that is stale
+    std::span<std::uint8_t> held;    // by patch that is plain: the level that it had
 
     static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
@@ -151,7 +163,9 @@ class Residency {
       const std::size_t words = is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0;
       visit(Consumer::edits, words, stale);
       visit(Consumer::edits, words, reshaded);
+      visit(Consumer::edits, words, plain);
       visit(Consumer::edits, is_edited(config) ? config.max_patches : 0, stale_rows);
+      visit(Consumer::edits, is_edited(config) ? config.max_patches : 0, held);
     }
   };
   // Where looking for patches goes on.
@@ -159,7 +173,8 @@ class Residency {
     PatchId ahead = 0;
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
-    std::size_t stale = 0;         // words of both before it are 0
+    std::size_t stale = 0;         // words of stale and reshaded before it are 0
+    std::size_t plain = 0;         // words of plain before it are 0
   };
   // Pages of a patch, by place in its chain, that have yet to be uploaded.
   struct Remade {
@@ -199,8 +214,12 @@ class Residency {
   void outdate(PatchId patch, GridRows rows);
   std::uint32_t find_pages(PatchId patch);
   bool remake(PatchId patch, PatchUpload& upload, Status& status);
+  bool make_anew(PatchId patch, int level, PatchUpload& upload, Status& status);
+  bool make_plain(PatchId patch, PatchUpload& upload, Status& status);
   bool next_stretch(PatchUpload& upload, Status& status);
   Status hold_heights(PatchId patch, int level);
+  // of: the level of the surface that vertices are taken of.
+  bool make_resident(PatchId patch, int level, int of, PatchUpload& upload, Status& status);
   PatchUpload upload_of(PatchId patch) const;
   ViewState* most_urgent_view();
   bool generate_ahead(PatchUpload& upload, Status& status);
