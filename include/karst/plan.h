@@ -88,9 +88,9 @@ struct Plan {
   std::uint64_t gpu_bytes = 0;  // of GL objects; the host's framebuffers are its own
   bool holds_all_heights = false;
   Head head;  // that it was made for: World::create() refuses another file; hash 0: none
-  Term terms[32] = {};
+  Term terms[40] = {};
   std::uint32_t term_count = 0;
-  Limit limits[24] = {};
+  Limit limits[32] = {};
   std::uint32_t limit_count = 0;
 };
 inline constexpr std::uint64_t kMemoryAlignment = 64;

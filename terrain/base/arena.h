@@ -30,12 +30,14 @@ enum class Consumer : std::uint8_t {
   queries,
   ground,
   imagery,
-  edits
+  edits,
+  fields
 };
-inline constexpr std::size_t kConsumerCount = 16;
+inline constexpr std::size_t kConsumerCount = 17;
 inline constexpr std::array<const char*, kConsumerCount> kConsumerNames = {
-    "octets",    "volumes",      "patches",   "heights", "bounds",  "level_errors", "thresholds", "residency",
-    "occlusion", "index_tables", "draw_list", "scratch", "queries", "ground",       "imagery",    "edits"};
+    "octets",     "volumes",   "patches",   "heights",      "bounds",    "level_errors",
+    "thresholds", "residency", "occlusion", "index_tables", "draw_list", "scratch",
+    "queries",    "ground",    "imagery",   "edits",        "fields"};
 
 class Arena {
  public:

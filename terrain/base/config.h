@@ -51,6 +51,11 @@ struct Config {
   std::uint32_t undo_bytes = 0;
   std::uint32_t paint_width = 0;
   std::uint32_t paint_depth = 0;
+  std::uint32_t field_blocks = 0;
+  std::uint32_t field_sample_blocks = 0;
+  std::uint32_t field_meshes = 0;
+  std::uint32_t field_vertex_pages = 0;
+  std::uint32_t field_index_pages = 0;
 
   // invalid_argument naming the first field outside its range, or too small to draw max_draw_items patches at
   // level 1 in each view; value() is what the field holds.
@@ -84,7 +89,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 23> kConfigFields = {{
+inline constexpr std::array<ConfigField, 28> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -140,6 +145,16 @@ inline constexpr std::array<ConfigField, 23> kConfigFields = {{
      "4 bytes a texel; 0: nothing is painted"},
     {"paint_depth", &Config::paint_depth, 0, 0, 1'024, "texels along z of the painted map in memory",
      "as paint_width"},
+    {"field_blocks", &Config::field_blocks, 0, 0, 1u << 24, "blocks of 16^3 samples of a field, of any kind",
+     "some 6 bytes each; 0: the world has no isosurface"},
+    {"field_sample_blocks", &Config::field_sample_blocks, 0, 0, 1u << 20,
+     "blocks of a field that take samples", "4 KiB each, and two of them where samples have 16 bits"},
+    {"field_meshes", &Config::field_meshes, 0, 0, 1u << 16, "meshes of blocks of an isosurface",
+     "some 60 bytes each; those that are drawn and those that are made for the next choice"},
+    {"field_vertex_pages", &Config::field_vertex_pages, 0, 0, kMostPages, "pages of an isosurface's vertices",
+     "512 bytes of GPU memory each, behind those of the ground"},
+    {"field_index_pages", &Config::field_index_pages, 0, 0, kMostPages,
+     "pages of 192 indices of an isosurface", "388 bytes each; a vertex takes some six indices"},
 }};
 
 }  // namespace karst::core

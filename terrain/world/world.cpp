@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "terrain/base/check.h"
@@ -25,7 +26,8 @@ constexpr std::uint32_t kEditPathOctets = 64;
 // The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
 // boxes.
 void measure_belt(const WorldPart& part, GroundRegion& region) {
-  std::int64_t low = region.belt_high, high = region.belt_low;
+  std::int64_t low = std::numeric_limits<std::int64_t>::max();
+  std::int64_t high = std::numeric_limits<std::int64_t>::min();
   const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
   for (const RegionRim::Edge& edge : part.rim->edges()) {
     const LatticeBox box = patch_box(part.surface, part.bounds, edge.edge.patch());
@@ -39,6 +41,11 @@ void measure_belt(const WorldPart& part, GroundRegion& region) {
 }  // namespace
 
 World::World() = default;
+
+const GroundRegion& World::find_belt(std::size_t part) {
+  measure_belt(parts_[part], ground_.region_list[part]);
+  return ground_.region_list[part];
+}
 
 std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
                              std::span<SkyBox, kMostRegions> boxes) {
@@ -121,6 +128,7 @@ Status World::create(const Config& config, Arena& arena) {
       !status.ok())
     return status;
   cache_.create(blocks_.heights);
+  field_.create(blocks_.field);
   unload();
   return build_index_tables(index_table_level(config), blocks_.index_table);
 }
@@ -130,9 +138,15 @@ std::size_t World::level_error_count(std::uint32_t patches) const {
 }
 
 LatticeBox World::box() const {
-  KARST_ASSERT(info_.patches > 0 || ground().exists());
+  KARST_ASSERT(info_.patches > 0 || ground().exists() || field_.exists());
   bool any = ground().exists();
   LatticeBox all = any ? ground_box(ground()) : LatticeBox();
+  if (field_.exists()) {
+    const glm::ivec3 low = field_.info().corner * kStepsPerVoxel;
+    const LatticeBox box{low, low + field_.info().size_steps()};
+    all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
+    any = true;
+  }
   for (const WorldPart& part : parts()) {
     if (part.patches() == 0) continue;
     const LatticeBox box = part.tree->around_all(part.corner);
@@ -150,7 +164,7 @@ Heights World::heights() const {
 HeightSource World::height_source() const {
   return {this, [](const void* context, std::uint32_t group, std::span<std::int16_t> out) {
             const auto* self = static_cast<const World*>(context);
-            if (!self->heights_are_read_) {
+            if (!self->state_.heights_are_read) {
               // Of the file's last group, what is there: a world with free slots has room behind it.
               const std::uint32_t blocks =
                   std::min(kHeightGroup, self->info_.height_blocks - group * kHeightGroup);
@@ -179,8 +193,9 @@ Status World::load(const ByteSource& source) {
 
 Status World::load(const WorldReader& opened) {
   info_ = {};
+  field_.clear();
   patch_slots_ = 0;
-  is_editable_ = heights_are_read_ = false;
+  state_ = {};
   reader_ = opened;
   Status status = check_limits(reader_.info());
   if (status.ok()) {
@@ -194,15 +209,16 @@ Status World::load(const WorldReader& opened) {
 void World::unload() {
   info_ = {};
   patch_slots_ = 0;
-  is_editable_ = false;
+  state_.editable = false;
   queues_ = {};
   reader_ = {};
+  field_.clear();
   ground_ = {};
   parts_ = {};
   part_count_ = 1;
   place_slots();
   place_parts();
-  heights_are_read_ = false;
+  state_.heights_are_read = false;
 }
 
 bool World::is_settled(std::size_t part) const {
@@ -237,7 +253,7 @@ World::Counts World::slot_counts(std::size_t part) const {
             static_cast<std::uint32_t>(blocks_.patches.size())};
   }
   Counts counts = file_counts(part);
-  if (!is_editable_) return counts;
+  if (!state_.editable) return counts;
   const auto parts = static_cast<std::uint32_t>(part_count_);
   counts.octets += (config_.max_octets - info_.octets) / parts;
   counts.volumes += (config_.max_volumes - info_.volumes) / parts;
@@ -280,7 +296,7 @@ void World::place_slots() {
     const Status status = octrees_[n].create(octets, static_cast<int>(config_.max_depth));
     KARST_ASSERT(status.ok());
     static_cast<void>(status);
-    if (part_count_ == 1 || is_editable_) {
+    if (part_count_ == 1 || state_.editable) {
       const std::size_t count = PatchTable::entry_count(slots.patches);
       tables_[n].create({blocks_.table.keys.subspan(used.patches, slots.patches),
                          blocks_.table.entries.subspan(entries, count)});
@@ -319,7 +335,7 @@ void World::place_parts() {
     trees_[n].create(share(blocks_.boxes, nodes,
                            one ? blocks_.boxes.size() : std::size_t{BoundsTree::node_count(patches)}));
     part.boxes =
-        share(blocks_.patch_boxes, eights, PatchBoxes::count_for(is_editable_ ? patches : part.patches()));
+        share(blocks_.patch_boxes, eights, PatchBoxes::count_for(state_.editable ? patches : part.patches()));
     std::size_t own = blocks_.occluders.size();
     if (!one) {
       own = Occluders::word_count(octrees[n].extent, Occluders::kLeastCellLog2);
@@ -346,13 +362,13 @@ Status World::load_parts() {
   ground_ = reader_.ground();
   part_count_ = info_.regions;
   // Of a ground without regions there are no voxels.
-  is_editable_ =
+  state_.editable =
       config_.edit_patches > 0 && info_.level > 0 && (!ground_.exists() || ground_.region_count > 0);
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
   patch_slots_ = info_.patches;
-  if (is_editable_) open_slots();
+  if (state_.editable) open_slots();
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
@@ -389,7 +405,7 @@ Status World::load_surface() {
   if (!matched.ok()) return matched;
   for (std::size_t n = 0; n < part_count_; ++n) {
     const Counts file = file_counts(n);
-    if (part_count_ == 1 || is_editable_) slots_[n].adopt(file.volumes, file.patches);
+    if (part_count_ == 1 || state_.editable) slots_[n].adopt(file.volumes, file.patches);
   }
   for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
     const GroundRegion& region = ground_.regions()[n];
@@ -452,17 +468,17 @@ Status World::load_heights() {
   const std::uint32_t groups = height_groups(info_.height_blocks);
   if (const Status status = reader_.read_height_crcs(blocks_.height_crcs.first(groups)); !status.ok())
     return status;
-  const std::uint32_t blocks = is_editable_ ? patch_slots_ : info_.height_blocks;
+  const std::uint32_t blocks = state_.editable ? patch_slots_ : info_.height_blocks;
   if (const Status status = cache_.reset(info_.level, blocks); !status.ok()) return status;
-  if (is_editable_ && !holds_all_heights()) {
+  if (state_.editable && !holds_all_heights()) {
     return {StatusCode::limit_reached, "too few for a world that is edited", "max_height_blocks", blocks};
   }
   if (!holds_all_heights()) return {};
   for (std::uint32_t block = 0; block < info_.height_blocks; block += kHeightGroup) {
     if (const Status status = cache_.hold(block, height_source()); !status.ok()) return status;
   }
-  heights_are_read_ = true;
-  if (is_editable_) spread_heights();
+  state_.heights_are_read = true;
+  if (state_.editable) spread_heights();
   return check_shared_heights();
 }
 
@@ -549,7 +565,7 @@ void World::spread_heights() {
 }
 
 World::Editable World::edit(std::size_t n) {
-  KARST_ASSERT(is_editable_ && n < part_count_);
+  KARST_ASSERT(state_.editable && n < part_count_);
   const WorldPart& part = parts_[n];
   const std::size_t values = level_error_values(info_.level);
   Editable all;

@@ -26,6 +26,7 @@
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_reader.h"
+#include "terrain/isosurface/field_blocks.h"
 #include "terrain/measure/level_error.h"
 #include "terrain/measure/measure_queue.h"
 #include "terrain/measure/normal_cone.h"
@@ -159,6 +160,8 @@ class World {
     ground_.low = low;
     ground_.high = high;
   }
+  // After an edit of a region's heights: how high its belt is now. Precondition: the part is a region.
+  const GroundRegion& find_belt(std::size_t part);
   LevelErrors all_level_errors() const {
     return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }
@@ -168,7 +171,7 @@ class World {
   const SkyAtlas& sky_atlas() const { return sky_atlas_; }
   // To read tiles by; stays until the next load().
   const WorldReader& reader() const { return reader_; }
-  // Box of everything, lattice steps. Precondition: there is a patch or a ground.
+  // Box of everything, lattice steps. Precondition: there is a patch, a ground or a field.
   LatticeBox box() const;
   // Vertices at levels up to this fit one page, so that it costs what level 1 costs.
   int base_level() const { return info_.level < 2 ? info_.level : 2; }
@@ -210,6 +213,10 @@ class World {
     HeightCache* cache = nullptr;  // null where all heights are held
   };
   Lent lend();
+
+  // The samples of its isosurface; load() leaves it without one.
+  const FieldBlocks& field() const { return field_; }
+  FieldBlocks& field() { return field_; }
 
   // --- Edits (terrain/edit)
 
@@ -281,7 +288,7 @@ class World {
     const EditRoom* room = nullptr;
   };
   // Where Config::edit_patches is not 0 and a world with voxels is loaded.
-  bool is_editable() const { return is_editable_; }
+  bool is_editable() const { return state_.editable; }
   // Precondition: is_editable(), part < parts().size().
   Editable edit(std::size_t part);
   // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
@@ -327,6 +334,7 @@ class World {
     EditRoom edit;
     std::span<std::byte> paint;
     std::span<std::uint32_t> paint_kept;
+    FieldBlocks::Storage field;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -356,6 +364,7 @@ class World {
       visit(Consumer::edits, width * depth * kBlendTexelBytes, paint);
       const auto blocks = [](std::size_t texels) { return (texels + Paint::kBlock - 1) / Paint::kBlock; };
       visit(Consumer::edits, width > 0 ? blocks(width) * blocks(depth) + 1 : 0, paint_kept);
+      field.each_block(config, visit);
     }
   };
 
@@ -407,8 +416,12 @@ class World {
   std::array<SkyVisibility, kMostRegions> skies_;
   SkyAtlas sky_atlas_;
   std::array<MeasureQueue, kMostRegions> queues_;
-  bool is_editable_ = false;
-  bool heights_are_read_ = false;  // all of them are in the cache, which then stays as it is
+  FieldBlocks field_;
+  struct State {
+    bool editable = false;
+    bool heights_are_read = false;  // all of them are in the cache, which then stays as it is
+  };
+  State state_;
 };
 
 }  // namespace karst::core
