@@ -138,7 +138,7 @@ inline constexpr std::array<ConfigField, 28> kConfigFields = {{
     {"edit_tiles", &Config::edit_tiles, 0, 0, 1u << 16, "tiles of the ground that edits have changed",
      "41 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
-     "some 370 bytes of working memory each, 107 a patch slot; 0: nothing is edited"},
+     "some 370 bytes of working memory each, 108 a patch slot; 0: nothing is edited"},
     {"undo_bytes", &Config::undo_bytes, 0, 0, 1u << 30, "bytes that steps of edits keep to be taken back",
      "the oldest steps give way; 0: nothing is taken back"},
     {"paint_width", &Config::paint_width, 0, 0, 1'024, "texels along x of the painted map in memory",
