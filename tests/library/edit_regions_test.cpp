@@ -11,7 +11,7 @@
 #include "terrain/edit/regions/region_growth.h"
 #include "terrain/edit/undo/take_part.h"
 #include "terrain/patch/displacement.h"
-#include "tests/library/ground_file.h"
+#include "tests/library/edit/rough_regions.h"
 #include "tests/support/edited_world.h"
 #include "tests/support/ground_editor.h"
 #include "tests/support/heap_count.h"
@@ -19,73 +19,14 @@
 namespace karst::core {
 namespace {
 
+using test::kRegionError;
 using test::LoadedWorld;
 using test::MemoryGround;
-using test::TestWorld;
+using test::rough_regions_file;
+using test::rough_regions_ground;
+using test::rough_regions_height;
 
 constexpr std::uint32_t kRoom = 1'500;
-
-// Nodes of size 0 are two voxels wide.
-struct Place {
-  glm::ivec3 extent;
-  int first[2];
-  int height;  // of its corner
-};
-constexpr Place kPlaces[] = {
-    {{15, 18, 13}, {9, 7}, 0}, {{13, 16, 17}, {20, 8}, 3}, {{17, 18, 13}, {40, 30}, 1}};
-
-double ground_height(double x, double z) {
-  return 10 + 2 * test::value_noise(5, glm::dvec3(x, 0, z) / 9.0);
-}
-
-std::unique_ptr<TestWorld> voxels_of(const Place& place, std::uint64_t seed) {
-  const glm::dvec3 corner(2 * (place.first[0] - kPlaces[0].first[0]), place.height,
-                          2 * (place.first[1] - kPlaces[0].first[1]));
-  auto world = std::make_unique<TestWorld>(
-      place.extent,
-      [=](glm::ivec3 v) {
-        const glm::dvec3 at = corner + glm::dvec3(v) + 0.5;
-        return at.y < ground_height(at.x, at.z);
-      },
-      true);
-  world->roughen(2, seed, 900);
-  return world;
-}
-
-constexpr double kFileError = 4.0 * kStepsPerVoxel;
-
-MemoryGround ground_of(std::size_t count) {
-  std::vector<test::MemoryRegion> places;
-  for (std::size_t n = 0; n < count; ++n) {
-    const Place& place = kPlaces[n];
-    const double reach = kStepsPerVoxel * glm::length(glm::dvec3(place.extent));
-    places.push_back({place.extent.x,
-                      place.extent.z,
-                      place.first[0],
-                      place.first[1],
-                      {kFileError, reach},
-                      place.extent.y,
-                      place.height});
-  }
-  return MemoryGround(
-      241, 201, 4096, 4096,
-      [](std::int64_t i, std::int64_t k) {
-        const double x = 0.5 + 0.5 * double(i) - 2 * kPlaces[0].first[0];
-        const double z = 0.5 + 0.5 * double(k) - 2 * kPlaces[0].first[1];
-        return static_cast<std::int32_t>(ground_height(x, z) * kStepsPerVoxel / kVertexStep);
-      },
-      places);
-}
-
-std::vector<std::byte> file_of(std::size_t count) {
-  std::vector<std::unique_ptr<TestWorld>> worlds;
-  std::vector<const TestWorld*> regions;
-  for (std::size_t n = 0; n < count; ++n) {
-    worlds.push_back(voxels_of(kPlaces[n], 3 + n));
-    regions.push_back(worlds.back().get());
-  }
-  return test::ground_file(ground_of(count), regions);
-}
 
 // Somewhere in a region, or at its sides.
 Edit random_edit(test::Random& random, const WorldPart& part) {
@@ -99,7 +40,7 @@ Edit random_edit(test::Random& random, const WorldPart& part) {
 
 TEST(EditRegions, HundredsOfEditsAreWhatAFileLoads) {
   for (const std::size_t count : {1u, 3u}) {
-    LoadedWorld live(file_of(count), kRoom);
+    LoadedWorld live(rough_regions_file(count), kRoom);
     World& world = live.world;
     ASSERT_TRUE(world.is_editable());
     ASSERT_EQ(world.parts().size(), count);
@@ -135,7 +76,7 @@ TEST(EditRegions, HundredsOfEditsAreWhatAFileLoads) {
 
 // Of all regions, in one log.
 TEST(EditRegions, EditsAreTakenBackAndDoneAgainToTheBit) {
-  LoadedWorld live(file_of(3), kRoom);
+  LoadedWorld live(rough_regions_file(3), kRoom);
   test::Random random{41};
   std::vector<std::uint64_t> memory(1 << 18);
   UndoLog log;
@@ -177,7 +118,7 @@ TEST(EditRegions, EditsAreTakenBackAndDoneAgainToTheBit) {
 // The outermost voxels of a region stay, whatever is larger than it.
 TEST(EditRegions, SidesAndTheLowestVoxelsStay) {
   for (const EditTool tool : {EditTool::clear, EditTool::fill}) {
-    LoadedWorld live(file_of(1), 4'000);
+    LoadedWorld live(rough_regions_file(1), 4'000);
     World& world = live.world;
     const WorldPart& part = world.parts()[0];
     std::vector<bool> before;
@@ -211,7 +152,7 @@ TEST(EditRegions, SidesAndTheLowestVoxelsStay) {
 }
 
 TEST(EditRegions, WhatIsBesideThemIsTold) {
-  LoadedWorld live(file_of(2), kRoom);
+  LoadedWorld live(rough_regions_file(2), kRoom);
   World& world = live.world;
   const std::vector<std::byte> before = live.save();
   Edit edit;
@@ -233,7 +174,7 @@ TEST(EditRegions, WhatIsBesideThemIsTold) {
   refused({8, 8, 5}, 2, "octree_level");
   EXPECT_TRUE(live.save() == before);
   // Without room there are no edits.
-  LoadedWorld plain(file_of(2));
+  LoadedWorld plain(rough_regions_file(2));
   EXPECT_FALSE(plain.world.is_editable());
   EXPECT_EQ(plain.world.free_patches(), 0u);
 }
@@ -268,8 +209,8 @@ double measured_error(const LoadedWorld& live, std::size_t n,
 
 // What thresholds allow for is no less than how far the region is from the ground after each edit.
 TEST(EditRegions, GrowthIsNoLessThanIsMeasured) {
-  const MemoryGround ground = ground_of(3);
-  LoadedWorld live(file_of(3), kRoom);
+  const MemoryGround ground = rough_regions_ground(3);
+  LoadedWorld live(rough_regions_file(3), kRoom);
   test::GroundEditor edited(ground, 200);
   test::Random random{77};
   double tightest = 0, grown = 0, measured = 0;
@@ -290,17 +231,17 @@ TEST(EditRegions, GrowthIsNoLessThanIsMeasured) {
     GroundChange raised;
     edited.edits.grow_region(at, growth, raised);
     const double is = measured_error(live, at, [&](double x, double z) {
-      return ground_height(x + part.corner.x, z + part.corner.z) - part.corner.y;
+      return rough_regions_height(x + part.corner.x, z + part.corner.z) - part.corner.y;
     });
-    ASSERT_LE(is, kFileError + growth.error + 0.3 * kStepsPerVoxel) << n;
-    tightest = std::max(tightest, is / (kFileError + growth.error));
+    ASSERT_LE(is, kRegionError + growth.error + 0.3 * kStepsPerVoxel) << n;
+    tightest = std::max(tightest, is / (kRegionError + growth.error));
     grown = std::max(grown, growth.error), measured = std::max(measured, is);
     ++count;
   }
   std::printf("%d edits: a region is %.2f of what is allowed for off at most, %.2f voxels; grown by %.2f\n",
               count, tightest, measured / kStepsPerVoxel, grown / kStepsPerVoxel);
   EXPECT_GT(count, 50);
-  EXPECT_GT(measured, kFileError);
+  EXPECT_GT(measured, kRegionError);
 }
 
 }  // namespace

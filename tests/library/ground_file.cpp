@@ -116,7 +116,7 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& 
 }
 
 std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions,
-                                   const GroundImages& images) {
+                                   const GroundImages& images, const core::WorldMaterials& materials) {
   core::WorldInfo info = regions[0]->info();
   info.extent = glm::ivec3(0);
   info.regions = static_cast<std::uint32_t>(regions.size());
@@ -160,7 +160,7 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const T
   }
   std::vector<std::byte> mask((info.patches + 7) / 8, std::byte{0});
   for (std::uint32_t p = 0; p < info.patches; ++p) mask[p / 8] |= static_cast<std::byte>(1u << (p % 8));
-  WorldWriter writer{info, octrees[0], {keys, mask, samples, errors, boxes, cones, shading}};
+  WorldWriter writer{info, octrees[0], {keys, mask, samples, errors, boxes, cones, shading}, materials};
   if (octrees.size() > 1) writer.octrees = octrees;
   writer.ground.info = placed;
   return with_tiles(ground, writer, images);

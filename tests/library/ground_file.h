@@ -34,7 +34,8 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& 
                                    const GroundImages& images = {});
 // The same of several regions, in their order.
 std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const TestWorld* const> regions,
-                                   const GroundImages& images = {});
+                                   const GroundImages& images = {},
+                                   const core::WorldMaterials& materials = core::WorldMaterials());
 
 // Ridges and valleys up to 60 m over 600 x 480 samples of 10 m, rough by up to a metre.
 MemoryGround::Heights rough_heights();

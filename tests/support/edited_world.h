@@ -22,7 +22,7 @@
 namespace karst::test {
 
 // Does all that edits left for later.
-inline void settle(World& world) {
+inline void settle(core::World& world) {
   for (Settled done; !world.is_settled();) settle_some(world, done);
 }
 
@@ -34,8 +34,8 @@ class LoadedWorld : public TerrainParts {
       : file_(std::move(bytes)) {
     WorldReader reader;
     EXPECT_TRUE(reader.open(ByteSource::of(file_)).ok());
-    Config config = World::config_for(reader.info(), reader.info().level, reader.ground());
-    if (edit_patches > 0) World::add_edit_room(edit_patches, config);
+    Config config = core::World::config_for(reader.info(), reader.info().level, reader.ground());
+    if (edit_patches > 0) core::World::add_edit_room(edit_patches, config);
     if (octets > 0) config.max_octets = reader.info().octets + octets;
     memory_ = AlignedBytes(static_cast<std::size_t>(terrain_budget(config).cpu_bytes()));
     Status status = create(config, memory_.bytes());
@@ -77,7 +77,8 @@ struct PatchFacts {
 using AllFacts = std::map<PatchKey, PatchFacts>;
 
 // Of a part of a world; measures: of its patches.
-inline void add_facts_of(const World& world, std::size_t part, const PatchMeasures& measures, AllFacts& all) {
+inline void add_facts_of(const core::World& world, std::size_t part, const PatchMeasures& measures,
+                         AllFacts& all) {
   const Surface surface = world.parts()[part].surface;
   const Heights heights = world.heights();
   const auto region = static_cast<std::uint32_t>(part);
@@ -108,7 +109,7 @@ inline void add_facts_of(const World& world, std::size_t part, const PatchMeasur
 }
 
 // As it holds them.
-inline AllFacts facts_of(const World& world) {
+inline AllFacts facts_of(const core::World& world) {
   const auto copy = [](auto from) {
     return std::vector<std::remove_const_t<typename decltype(from)::element_type>>(from.begin(), from.end());
   };
@@ -125,7 +126,7 @@ inline AllFacts facts_of(const World& world) {
 }
 
 // All patches of a part from scratch.
-inline void measure_all(const World& world, std::size_t part, const PatchMeasures& out) {
+inline void measure_all(const core::World& world, std::size_t part, const PatchMeasures& out) {
   const Surface surface = world.parts()[part].surface;
   const std::size_t patches = surface.patches.size();
   std::vector<BorderErrors> borders(patches);
@@ -138,7 +139,7 @@ inline void measure_all(const World& world, std::size_t part, const PatchMeasure
 }
 
 // As they are measured from scratch.
-inline AllFacts measured_facts_of(const World& world) {
+inline AllFacts measured_facts_of(const core::World& world) {
   AllFacts all;
   for (std::size_t n = 0; n < world.parts().size(); ++n) {
     const std::size_t patches = world.parts()[n].surface.patches.size();
@@ -211,8 +212,8 @@ inline void expect_same_part(const WorldPart& a, const WorldPart& b) {
 inline void expect_as_loaded(LoadedWorld& live) {
   const std::vector<std::byte> saved = live.save();
   LoadedWorld fresh(saved);
-  const World& a = live.world;
-  const World& b = fresh.world;
+  const core::World& a = live.world;
+  const core::World& b = fresh.world;
   ASSERT_EQ(a.parts().size(), b.parts().size());
   ASSERT_EQ(a.patch_count() - a.free_patches(), b.patch_count());
   const auto loaded = facts_of(b);
@@ -226,13 +227,13 @@ inline void expect_as_loaded(LoadedWorld& live) {
 }
 
 // A random edit of voxels in a world of so many.
-inline Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
-  Edit edit;
+inline core::Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
+  core::Edit edit;
   const auto place = [&] {
     return glm::dvec3(extent) * glm::dvec3(random.unit(), random.unit(), random.unit());
   };
-  edit.tool = random.below(2) == 0 ? EditTool::clear : EditTool::fill;
-  edit.shape = static_cast<BrushShape>(random.below(4));
+  edit.tool = random.below(2) == 0 ? core::EditTool::clear : core::EditTool::fill;
+  edit.shape = static_cast<core::BrushShape>(random.below(4));
   edit.octree_level = static_cast<std::uint8_t>(depth - random.below(3));
   edit.place = place();
   edit.to = edit.place + 4.0 * (glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
@@ -242,11 +243,11 @@ inline Edit random_voxel_edit(Random& random, glm::ivec3 extent, int depth) {
 }
 
 // And of heights.
-inline Edit random_heights_edit(Random& random, glm::ivec3 extent) {
-  Edit edit = random_voxel_edit(random, extent, 0);
+inline core::Edit random_heights_edit(Random& random, glm::ivec3 extent) {
+  core::Edit edit = random_voxel_edit(random, extent, 0);
   edit.octree_level = 0;
-  edit.tool = static_cast<EditTool>(static_cast<int>(EditTool::extrude) + random.below(5));
-  edit.shape = static_cast<BrushShape>(1 + random.below(4));
+  edit.tool = static_cast<core::EditTool>(static_cast<int>(core::EditTool::extrude) + random.below(5));
+  edit.shape = static_cast<core::BrushShape>(1 + random.below(4));
   edit.half += 0.1;
   edit.up = glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.4;
   edit.strength = 2 * random.unit() - 1;

@@ -18,9 +18,9 @@
 namespace karst::test {
 
 // Edges that triangles run in one direction more often than in the other, but for those where the surface
-// ends, at the sides of the world: 0 for a surface that is closed and consistently oriented. Patches must be
-// linked to each other.
-inline std::size_t open_edges(const World& world) {
+// ends, at the sides of its voxels: 0 for a surface that is closed and consistently oriented. Patches must be
+// linked to each other. Of a part of the world.
+inline std::size_t open_edges(const core::World& world, std::size_t part = 0) {
   using Position = std::array<std::int32_t, 3>;
   struct Edge {
     Position a, b;  // a < b
@@ -28,7 +28,7 @@ inline std::size_t open_edges(const World& world) {
     auto operator<=>(const Edge&) const = default;
   };
   const int level = world.info().level;
-  const Surface surface = world.surface();
+  const Surface surface = world.parts()[part].surface;
   const TestScratch scratch;
   GenerateVertices generate;
   generate.surface = surface;

@@ -127,7 +127,10 @@ class PaintEdit {
     unsigned sum = 0;
     for (std::size_t c = 0; c < kChannels; ++c) {
       const double towards = c == channel_ ? 255 : 0;
-      after[c] = static_cast<std::uint8_t>(std::floor(before[c] + (towards - before[c]) * share + 0.5));
+      double way = (towards - before[c]) * share;
+      // What could begin to paint a texel goes on to the end, a step at a time at least.
+      if (255 * share >= 0.5 && std::abs(way) <= 0.5 && before[c] != towards) way = towards > 0 ? 1 : -1;
+      after[c] = static_cast<std::uint8_t>(std::floor(before[c] + way + 0.5));
       sum += after[c];
     }
     // Rounded up more often than down.

@@ -185,6 +185,23 @@ TEST_F(Paint, SoftBrushesHaveSoftBorders) {
   EXPECT_GT(share(map(), kGreen, 0, 1, 0, 1), green + 0.05);
 }
 
+// However weak, a brush that is held long enough paints all, and one that wipes leaves nothing.
+TEST_F(Paint, WeakBrushesReachTheEnd) {
+  const std::vector<std::byte> file = plain_file();
+  begin(file);
+  Edit weak = brush(1, 0.5, 0.5, 14);
+  weak.amount = 0.01;
+  for (int n = 0; n < 400; ++n) apply(weak);
+  Edit whole = brush(1, 0.5, 0.5, 10);
+  EXPECT_FALSE(apply(whole).changed);
+  weak.material = kNoMaterial;
+  for (int n = 0; n < 400; ++n) apply(weak);
+  whole.material = kNoMaterial;
+  EXPECT_FALSE(apply(whole).changed);
+  EXPECT_EQ(share(map(), kGreen, 0, 1, 0, 1), 0);
+  EXPECT_EQ(share(map(), kRed, 0.05, 0.95, 0.05, 0.95), 1);
+}
+
 // New ground of edits is painted as what was there.
 TEST_F(Paint, WhatIsDugInPaintedGroundIsPainted) {
   begin(plain_file());

@@ -81,12 +81,12 @@ std::vector<std::byte> EditedWorldFile::save() {
   return out;
 }
 
-void EditedWorldFile::expect_live_tiles(const std::vector<std::byte>& saved,
-                                        const std::vector<std::byte>& original) {
-  const GroundOverlay& overlay = object().ground_edits->overlay();
+void expect_live_tiles(const core::WorldObject& world, const std::vector<std::byte>& saved,
+                       const std::vector<std::byte>& original) {
+  const GroundOverlay& overlay = world.ground_edits->overlay();
   FileGround now(saved), before(original);
-  EXPECT_EQ(now.reader.ground().low, object().ground_edits->info().low);
-  EXPECT_EQ(now.reader.ground().high, object().ground_edits->info().high);
+  EXPECT_EQ(now.reader.ground().low, world.ground_edits->info().low);
+  EXPECT_EQ(now.reader.ground().high, world.ground_edits->info().high);
   std::vector<Tile> tiles, files;
   std::vector<NodeKey> keys;
   before.for_each([&](NodeKey key, const TilePlace&, const Tile& tile) {

@@ -30,6 +30,11 @@ struct FileGround {
   core::WorldReader reader;
 };
 
+// Whether the file has the tiles that are live: heights and measures, to the bit. original: what the world
+// was loaded from.
+void expect_live_tiles(const core::WorldObject& world, const std::vector<std::byte>& saved,
+                       const std::vector<std::byte>& original);
+
 class EditedWorldFile {
  public:
   explicit EditedWorldFile(std::vector<std::byte> file, std::uint32_t tiles = 400);
@@ -40,9 +45,9 @@ class EditedWorldFile {
   EditResult apply(const karst::Edit& edit);
   std::vector<std::byte> save();
   core::WorldObject& object() { return static_cast<core::WorldObject&>(*host.world); }
-  // Whether the file has the tiles that are live: heights and measures, to the bit. original: what the world
-  // was loaded from.
-  void expect_live_tiles(const std::vector<std::byte>& saved, const std::vector<std::byte>& original);
+  void expect_live_tiles(const std::vector<std::byte>& saved, const std::vector<std::byte>& original) {
+    test::expect_live_tiles(object(), saved, original);
+  }
 
   HostWorld host;
   Editor* editor = nullptr;
