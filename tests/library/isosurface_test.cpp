@@ -81,7 +81,7 @@ TEST_F(Isosurfaces, NoPixelLooksThroughACaveOfSeveralLevels) {
   std::size_t mixed = 0, waited = 0;
   for (int n = 0; n < 40; ++n) {
     const glm::dvec3 eye = air.any();
-    const double error = std::exp2(n % 5 + 1);
+    const double error = std::exp2(n % 5 + 2);
     FrameResult result;
     // By turns complete, and with little time: then what was there before is drawn on.
     const double work_ms = n % 3 == 0 ? 0 : 0.05;
@@ -153,6 +153,22 @@ TEST_F(Isosurfaces, AChangeShowsInOneFrameAndIsClosed) {
   EXPECT_GT(waited, 0);
   ASSERT_EQ(holes(view(eye, eye + glm::dvec3(1, 0, 0), 2), 0, result), 0u);
   EXPECT_GT(share_beyond(before, picture_.read(), 8), 0.05);
+}
+
+TEST_F(Isosurfaces, PlansCountThemAndNameWhatIsTooMuch) {
+  MemoryFile file(TestWorld::hills({4, 4, 4}).file());
+  Plan plain, plan;
+  ASSERT_TRUE(make_plan(file.source(), plain).ok());
+  plan.needs.field_blocks = plan.needs.field_sample_blocks = 64;
+  plan.needs.mesh_bytes = 100 * 512;
+  ASSERT_TRUE(make_plan(file.source(), plan).ok());
+  EXPECT_GT(plan.cpu_bytes, plain.cpu_bytes + 64 * 4096);
+  EXPECT_GE(plan.gpu_bytes, plain.gpu_bytes + 100 * 512);
+  plan.needs.field_blocks = (1u << 24) + 1;
+  EXPECT_STREQ(make_plan(file.source(), plan).field(), "field_blocks");
+  plan.needs.field_blocks = 64;
+  plan.needs.field_sample_blocks = (1u << 20) + 1;
+  EXPECT_STREQ(make_plan(file.source(), plan).field(), "field_sample_blocks");
 }
 
 TEST_F(Isosurfaces, CastShadows) {

@@ -40,7 +40,11 @@ Config config_of(glm::ivec3 blocks, std::uint32_t pages) {
 struct Scene {
   Scene(glm::ivec3 blocks, std::uint32_t pages, const FieldShape& shape, int cell_log2 = 13,
         glm::ivec3 corner = glm::ivec3(0))
-      : config(config_of(blocks, pages)), memory(bytes()), arena(memory.bytes()), vertices(32 * pages) {
+      : config(config_of(blocks, pages)),
+        memory(bytes()),
+        arena(memory.bytes()),
+        vertices(32 * pages),
+        drawn_in(pages, -10) {
     FieldBlocks::Storage storage;
     storage.each_block(config, TakeBlocks(arena));
     field.create(storage);
@@ -60,7 +64,12 @@ struct Scene {
     Isosurface::add_to(budget, config);
     return budget.cpu_bytes();
   }
-  // The next meshes of what was chosen, at most so many; copied as a renderer would.
+  void begin_frame() {
+    ++frame;
+    isosurface.begin_frame();
+  }
+  // The next meshes of what was chosen, at most so many; copied as a renderer would, to pages that none of
+  // the frames draws that may be in flight.
   int make(int most) {
     MeshUpload upload;
     Status status;
@@ -72,6 +81,7 @@ struct Scene {
         const std::size_t n = std::min<std::size_t>(32, upload.vertices.size() - done);
         std::copy_n(upload.vertices.begin() + static_cast<std::ptrdiff_t>(done), n,
                     vertices.begin() + static_cast<std::ptrdiff_t>(32 * std::size_t{page}));
+        EXPECT_GE(frame - drawn_in[page], static_cast<int>(kFramesInFlight));
         isosurface.pool().texels()[page] =
             make_page_texel(upload.origin, upload.size, kMeshPlace, 0, 0, false);
         done += n;
@@ -104,7 +114,10 @@ struct Scene {
     }
     EXPECT_EQ(all.size(), 3 * std::size_t{list.triangles});
     std::vector<Triangle> triangles(all.size() / 3);
-    for (std::size_t n = 0; n < all.size(); ++n) triangles[n / 3].at[n % 3] = place(all[n]);
+    for (std::size_t n = 0; n < all.size(); ++n) {
+      triangles[n / 3].at[n % 3] = place(all[n]);
+      drawn_in[all[n] / 32] = frame;
+    }
     return triangles;
   }
   glm::i64vec3 place(std::uint32_t vertex) {
@@ -124,6 +137,8 @@ struct Scene {
   FieldBlocks field;
   Isosurface isosurface;
   std::vector<GpuVertex> vertices;
+  int frame = 0;
+  std::vector<int> drawn_in;  // by page, the last frame that drew it
 };
 
 BlockEye eye_at(glm::dvec3 steps, float steps_per_step) {
@@ -250,7 +265,7 @@ TEST(Blocks, AreClosedInTheirPages) {
       const glm::dvec3 at(any(random), any(random), any(random));
       const BlockEye eye =
           eye_at(glm::dvec3(c.corner * 8192) + at * size, static_cast<float>(std::exp2(n % 5)));
-      scene.isosurface.begin_frame();
+      scene.begin_frame();
       scene.isosurface.choose({&eye, 1});
       scene.make(1 << 20);
       ASSERT_TRUE(scene.isosurface.is_complete());
@@ -282,7 +297,7 @@ TEST(Blocks, AreClosedInEveryFrameWhileEyesMoveAndMemoryIsShort) {
     for (int frame = 0; frame < 40; ++frame) {
       at += 0.02 * glm::dvec3(std::sin(frame * 0.1), std::cos(frame * 0.07), std::sin(frame * 0.03));
       const BlockEye eye = eye_at(at * glm::dvec3(kBlocks * (16 * 8192)), 24);
-      scene.isosurface.begin_frame();
+      scene.begin_frame();
       if (scene.isosurface.is_complete()) scene.isosurface.choose({&eye, 1});
       scene.make(frame == 0 ? 1 << 20 : 5);
       incomplete += !scene.isosurface.is_complete();
