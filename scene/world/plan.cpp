@@ -151,8 +151,9 @@ void set_field_limits(const PlannedWorld& world, const Needs& needs, Config& con
   config.field_blocks = needs.field_blocks;
   config.field_sample_blocks = needs.field_sample_blocks;
   if (world.field.exists()) {
-    config.field_blocks = static_cast<std::uint32_t>(world.field.table_blocks());
-    config.field_sample_blocks = world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
+    config.field_blocks += static_cast<std::uint32_t>(world.field.table_blocks());
+    config.field_sample_blocks +=
+        world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
   }
   if (config.field_blocks == 0) return;
   const std::uint64_t taken = config.gpu_vertex_pages + 4 * std::uint64_t{config.ground_families};
