@@ -113,7 +113,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
     return status;
   if (const Status status = terrain.load(reader); !status.ok()) return status;
   const core::World& world = terrain.world;
-  if (world.patch_count() == 0 && !world.ground().exists())
+  if (world.patch_count() == 0 && !world.ground().exists() && !world.field().exists())
     return {StatusCode::corrupt, "the world has no surface", "patches"};
   if (world.ground().exists()) {
     const std::span<std::byte> reading = pieces.take(layout.reading_bytes);
