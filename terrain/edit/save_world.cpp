@@ -344,7 +344,7 @@ class Saver {
       case WorldSection::tiles:
         return put_tiles(sink);
       case WorldSection::field:
-        return field_section::encode(world_.field(), sink);
+        return field_section::encode(world_.field(), sink.context, sink.write);
       default:
         return reader_.copy_section(section, sink);
     }

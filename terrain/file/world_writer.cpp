@@ -160,7 +160,7 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
     case WorldSection::imagery:
       return put_imagery(sink, world.ground);
     case WorldSection::field:
-      return field_section::encode(*world.field, sink);
+      return field_section::encode(*world.field, sink.context, sink.write);
     default:
       break;
   }

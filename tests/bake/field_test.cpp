@@ -15,8 +15,6 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include <glm/geometric.hpp>
 
 #include "bake/fields/bake_field.h"
@@ -31,8 +29,9 @@ namespace {
 class Folder {
  public:
   Folder() {
-    char name[] = "/tmp/karst-field-XXXXXX";
-    path_ = ::mkdtemp(name);
+    // Tests run at the same time.
+    path_ = testing::TempDir() + "field_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
   std::string write(const std::string& name, const std::string& bytes) const {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "terrain/base/arena.h"
+#include "terrain/isosurface/field_blocks.h"
 #include "terrain/measure/level_error.h"
 #include "terrain/patch/heights.h"
 #include "tests/fuzz/run/seed_worlds.h"
@@ -95,6 +96,23 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
   promise(std::equal(samples.begin(), samples.end(), whole->samples.begin(), whole->samples.end()));
 }
 
+// The field of a file that the whole check accepts, in memory of its own.
+struct FuzzedField {
+  std::vector<std::uint32_t> table;
+  std::vector<std::byte> samples;
+  FieldBlocks blocks;
+
+  void read(const WorldReader& reader) {
+    const FieldInfo& info = reader.field();
+    if (!info.exists()) return;
+    table.resize(info.table_blocks());
+    samples.resize(FieldBlocks::kBlockBytes * info.stored * static_cast<std::size_t>(info.sample_bits / 8));
+    blocks.create({table, samples});
+    promise(reader.read_field(blocks).ok() && blocks.info() == info);
+    promise(blocks.with([](const auto& f) { return f.free_blocks(); }) == 0);
+  }
+};
+
 inline Reached fuzz_world_file(std::span<const std::byte> input) {
   constexpr std::uint32_t kPool =
       2048;  // octets; larger trees are refused, as on a board with a small budget
@@ -159,6 +177,9 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   }
   WorldWriter writer{info, octrees[0], heights, materials};
   if (!regions.empty()) writer.octrees = octrees;
+  FuzzedField field;
+  field.read(reader);
+  writer.field = &field.blocks;
   std::vector<std::byte> copy;
   if (reader.ground().exists()) {
     const std::span<const std::byte> tiles = section_of(file, "TILE");
@@ -169,6 +190,8 @@ inline Reached fuzz_world_file(std::span<const std::byte> input) {
   } else {
     promise(write_world(writer, copy).ok() && writer.file_bytes() == copy.size());
   }
+  const auto before = section_of(file, "FELD"), after = section_of(copy, "FELD");
+  promise(std::equal(before.begin(), before.end(), after.begin(), after.end()));
   WorldInfo again;
   promise(read_world_info(copy, again).ok());
   promise(again.octets == info.octets && again.patches == info.patches && again.extent == info.extent);

@@ -148,8 +148,8 @@ TEST(WorldFileFuzz, RegionsFlipped) {
     ASSERT_TRUE(read_world_info(seeds[n], info).ok()) << n;
     EXPECT_EQ(fuzz_world_file(seeds[n]), Reached::octree) << n;
     const std::span<const std::byte> section = section_of(seeds[n], "REGN");
-    EXPECT_EQ(section.size(), n < 4 ? 0u : n == 4 ? 16u : 96u);
-    if (n < 4) continue;
+    EXPECT_EQ(section.size(), n < 4 || n > 5 ? 0u : n == 4 ? 16u : 96u);
+    if (section.empty()) continue;
     EXPECT_EQ(info.regions, n - 3);
     const auto first = static_cast<std::size_t>(section.data() - seeds[n].data());
     Tally tally;
@@ -164,6 +164,26 @@ TEST(WorldFileFuzz, RegionsFlipped) {
     EXPECT_GT(tally.rejected, 60) << n;
     EXPECT_GT(tally.octree, 4) << n;
   }
+}
+
+// The field of an isosurface: its header, what its blocks are, and a part of the samples.
+TEST(WorldFileFuzz, FieldFlipped) {
+  const std::vector<std::byte> seed = seed_worlds()[6];
+  EXPECT_EQ(fuzz_world_file(seed), Reached::octree);
+  const std::span<const std::byte> section = section_of(seed, "FELD");
+  ASSERT_EQ(section.size(), 64 + 3 + 4096u);
+  const auto first = static_cast<std::size_t>(section.data() - seed.data());
+  Tally tally;
+  for (std::size_t bit = first * 8; bit < (first + 100) * 8; ++bit) {
+    std::vector<std::byte> file = seed;
+    file[bit / 8] ^= static_cast<std::byte>(1u << bit % 8);
+    ASSERT_EQ(fuzz_world_file(file), Reached::rejected) << "bit " << bit - first * 8;
+    fix_checksums(file);
+    tally.add(fuzz_world_file(file));
+  }
+  // Reserved bytes, sizes, kinds; where it lies, how far samples reach and what they are may be any.
+  EXPECT_GT(tally.rejected, 300);
+  EXPECT_GT(tally.octree, 33 * 8);
 }
 
 // Numbers that mean something, in every field of the sections of materials, overrides and lights.

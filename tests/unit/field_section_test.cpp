@@ -68,7 +68,8 @@ std::vector<std::byte> encoded(const FieldBlocks& field) {
     out.insert(out.end(), piece.begin(), piece.end());
     return true;
   };
-  EXPECT_TRUE(field_section::encode(field, ByteSink::to(append)).ok());
+  const ByteSink sink = ByteSink::to(append);
+  EXPECT_TRUE(field_section::encode(field, sink.context, sink.write).ok());
   return out;
 }
 

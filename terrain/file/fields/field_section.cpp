@@ -56,13 +56,18 @@ unsigned kind_at(const ScalarField<Sample>& field, glm::ivec3 block) {
   return kind_of(field.block(block), field.filling(block));
 }
 
-Status put(const ByteSink& sink, std::span<const std::byte> bytes) {
+struct Sink {
+  const void* context;
+  Write write;
+};
+
+Status put(const Sink& sink, std::span<const std::byte> bytes) {
   if (bytes.empty() || sink.write(sink.context, bytes)) return {};
   return {StatusCode::limit_reached, "the bytes cannot be written", "sink"};
 }
 
 template <class Sample>
-Status put_blocks(const ScalarField<Sample>& field, std::size_t count, const ByteSink& sink) {
+Status put_blocks(const ScalarField<Sample>& field, std::size_t count, const Sink& sink) {
   std::array<std::byte, 512> kinds;
   for (std::size_t first = 0; first < count; first += kinds.size()) {
     const auto piece = std::span(kinds).first(std::min(kinds.size(), count - first));
@@ -90,7 +95,8 @@ FieldInfo info_of(const FieldBlocks& field) {
   return info;
 }
 
-Status encode(const FieldBlocks& field, const ByteSink& sink) {
+Status encode(const FieldBlocks& field, const void* context, Write write) {
+  const Sink sink{context, write};
   const FieldInfo info = info_of(field);
   std::array<std::byte, kHeaderBytes> header{};
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -9,7 +9,6 @@
 #include <span>
 
 #include "karst/status.h"
-#include "terrain/file/byte_source.h"
 #include "terrain/isosurface/field_blocks.h"
 
 namespace karst::core::field_section {
@@ -25,8 +24,10 @@ inline std::uint64_t section_bytes(const FieldInfo& info) {
 // field.info(), with the blocks that take samples now, but for those that are all alike.
 FieldInfo info_of(const FieldBlocks& field);
 
-// Writes section_bytes(info_of(field)) bytes. limit_reached ("sink") where the sink does not take them.
-Status encode(const FieldBlocks& field, const ByteSink& sink);
+// Writes section_bytes(info_of(field)) bytes, piece by piece. write: of a ByteSink (byte_source.h), handed
+// its context. limit_reached ("sink") where it does not take them.
+using Write = bool (*)(const void* context, std::span<const std::byte> bytes);
+Status encode(const FieldBlocks& field, const void* context, Write write);
 
 struct Fault {
   const char* what = nullptr;  // null: none

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Small worlds that mutations start from: one of the least sections, one of all that a world of patches can
 // have, two with a ground and tiles that are none, the second one with imagery; then a ground with a region
-// of patches, and one with two.
+// of patches, and one with two; then one with the field of an isosurface.
 #pragma once
 
 #include "terrain/base/checksum.h"
 #include "terrain/file/world_writer.h"
+#include "terrain/isosurface/field_blocks.h"
 #include "tests/support/world_bytes.h"
 
 #include <algorithm>
@@ -108,6 +109,29 @@ inline std::vector<std::byte> with_regions(std::initializer_list<const core::Tes
   return with_ground(writer);
 }
 
+// A world of patches with the field of an isosurface: air, a block of samples, stone.
+inline std::vector<std::byte> with_field(core::WorldWriter writer) {
+  std::vector<std::uint32_t> table(3);
+  std::vector<std::byte> samples(core::FieldBlocks::kBlockBytes);
+  core::FieldBlocks field;
+  field.create({table, samples});
+  core::FieldInfo info;
+  info.blocks = {3, 1, 1};
+  info.stored = 1;
+  if (!field.reset(info).ok()) return {};
+  int n = 0;
+  for (std::int8_t& sample : field.bytes().open({1, 0, 0}))
+    sample = static_cast<std::int8_t>(n++ * 37 % 251 - 125);
+  field.bytes().fill({2, 0, 0}, core::ScalarField<std::int8_t>::kSolid);
+  writer.field = &field;
+  std::vector<std::byte> file;
+  const auto append = [&](std::span<const std::byte> bytes) {
+    file.insert(file.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  return writer.run(core::ByteSink::to(append)).ok() ? file : std::vector<std::byte>();
+}
+
 inline std::vector<std::vector<std::byte>> seed_worlds() {
   core::TestWorld full(2, 1, 12);
   full.add_materials(2, 16, core::TextureFormat::etc2, 1, 5);
@@ -120,7 +144,8 @@ inline std::vector<std::vector<std::byte>> seed_worlds() {
           with_ground(ground),
           with_ground(ground, true),
           with_regions({&region}),
-          with_regions({&region, &another})};
+          with_regions({&region, &another}),
+          with_field(ground)};
 }
 
 }  // namespace karst
