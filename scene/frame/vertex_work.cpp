@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scene/frame/vertex_work.h"
 
-#include <chrono>
-
 namespace karst::core {
 namespace {
 
@@ -16,12 +14,6 @@ void lap(std::int64_t& start, double& total) {
 }
 
 }  // namespace
-
-std::int64_t clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 bool VertexWork::rests() const {
   return tolerant_ && failing_ && clock_ns() < retry_at_ns_;
