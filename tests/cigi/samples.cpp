@@ -81,6 +81,12 @@ Speaker speaker_of(const Packet& packet) {
 Packet sample(std::size_t alternative, Version version, Random& random) {
   Packet packet = make(alternative);
   std::visit([&](auto& value) { fields(value, Fill{version, random}); }, packet);
+  if (version == Version{3, 2}) {  // has 16 classes of components, and no smoothing
+    if (ComponentControl* component = std::get_if<ComponentControl>(&packet))
+      component->component_class %= 16;
+    if (IgControl* control = std::get_if<IgControl>(&packet)) control->smoothing = false;
+    if (EntityControl* control = std::get_if<EntityControl>(&packet)) control->smoothing = false;
+  }
   return packet;
 }
 
