@@ -58,7 +58,7 @@ void Entities::clear() {
   count_ = 0;
 }
 
-Entity* Entities::find(std::uint16_t id) {
+Entity* Entities::own(std::uint16_t id) {
   return slots_[id] == kNone ? nullptr : &entities_[slots_[id]];
 }
 
@@ -67,7 +67,7 @@ const Entity* Entities::find(std::uint16_t id) const {
 }
 
 Entity* Entities::find_or_add(std::uint16_t id) {
-  if (Entity* const known = find(id); known != nullptr) return known;
+  if (Entity* const known = own(id); known != nullptr) return known;
   if (count_ == kMost) return nullptr;
   slots_[id] = static_cast<std::uint16_t>(count_);
   Entity& entity = entities_[count_++];
@@ -107,7 +107,7 @@ bool Entities::take(const cigi::EntityControl& control) {
 }
 
 bool Entities::take(const cigi::EntityPosition& position, std::int64_t now_ns) {
-  Entity* const entity = find(position.entity);
+  Entity* const entity = own(position.entity);
   // What is destroyed in the same packet is not made anew.
   if (entity == nullptr) return count_ < kMost;
   entity->position = position;
@@ -117,7 +117,7 @@ bool Entities::take(const cigi::EntityPosition& position, std::int64_t now_ns) {
 }
 
 void Entities::take(const cigi::RateControl& rate, const Earth& earth, std::int64_t now_ns) {
-  Entity* const entity = find(rate.entity);
+  Entity* const entity = own(rate.entity);
   if (entity == nullptr || rate.of_part) return;
   // It goes on from where it is.
   if (entity->has_rate && entity->has_position) {
@@ -168,7 +168,7 @@ void Entities::place(Entity& entity, const Earth& earth, Query& query, std::int6
   const bool shows = entity.control.state == cigi::EntityState::active && entity.control.type != 0;
   entity.alpha = static_cast<float>(entity.control.alpha) / 255;
   if (at.attached) {
-    Entity* const parent = find(at.parent);
+    Entity* const parent = own(at.parent);
     if (parent == nullptr || parents == kMostParents) return;
     place(*parent, earth, query, now_ns, parents + 1);
     // A parent that is being placed is its own ancestor.

@@ -53,7 +53,7 @@ class Entities {
  private:
   static constexpr std::uint16_t kNone = 0xffff;
 
-  Entity* find(std::uint16_t id);
+  Entity* own(std::uint16_t id);
   Entity* find_or_add(std::uint16_t id);
   void remove(std::uint16_t id);
   void place(Entity& entity, const Earth& earth, Query& query, std::int64_t now_ns, int parents);
