@@ -7,6 +7,7 @@
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/base/check.h"
 #include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
 #include "terrain/edit/settle.h"
@@ -69,13 +70,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     follow_paint(change, result);
     return status;
   }
-  if (terrain.ground().exists() && !edits_voxels(edit.tool)) {
-    GroundChange change;
-    std::uint32_t nodes = 0;
-    const Status status = edit_ground(world, edit, kept, change, nodes);
-    if (status.ok()) follow_ground(change, nodes, result);
-    return status;
-  }
+  if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
   if (terrain.ground().exists()) {
     if (const Status status = reserve_region(world, edit); !status.ok()) return status;
@@ -86,7 +81,39 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status.ok() ? follow(change, result) : status;
   }
   if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
-  return follow(change, result);
+  const Status status = follow(change, result);
+  if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
+    ground_changed = true;
+  return status;
+}
+
+// Of a ground and of the patches that stand in it: all of it or nothing.
+Status EditorObject::make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result) {
+  core::World& terrain = world.terrain.world;
+  std::uint32_t regions = 0, nodes = 0;
+  if (const Status status = plan_heights(world, edit, regions); !status.ok()) return status;
+  GroundChange change;
+  if (const Status status = edit_ground(world, edit, kept, change, nodes); !status.ok()) return status;
+  follow_ground(change, nodes, result);
+  const std::uint32_t beneath = change.changed ? world.ground_edits->regions_with(change.samples) : 0;
+  Status first;
+  for (std::size_t n = 0; n < terrain.parts().size(); ++n) {
+    const bool own = (regions >> n & 1u) != 0, below = (beneath >> n & 1u) != 0;
+    if (!own && !below) continue;
+    LatticeBox box = below ? box_in_region(world, n, change) : LatticeBox{};
+    if (own) {
+      EditChange patches;
+      Status status = edit_heights(terrain, n, edit, kept, patches);
+      KARST_ASSERT(status.ok());  // planned
+      status = follow(patches, result);
+      if (first.ok()) first = status;
+      const LatticeBox all = patches.box;
+      box = below ? LatticeBox{glm::min(box.min, all.min), glm::max(box.max, all.max)} : all;
+      show_belt(world, n);
+    }
+    if (grow_region(world, n, box, kept)) ground_changed = true;
+  }
+  return first;
 }
 
 // Vertices say what their patch needs of shading.
@@ -147,7 +174,7 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   shape_version = version + 1;
   core::World& terrain = world.terrain.world;
   if (terrain.is_paintable()) static_cast<void>(mark_painted(terrain, world.span(), change.touched));
-  world.terrain.residency.follow_edit(change.touched, change.vanished);
+  world.terrain.residency.follow_edit(change.touched, change.rows, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);
@@ -156,7 +183,6 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
   show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
               corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
-  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
   return {};
 }
@@ -176,11 +202,14 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
+  while (loose != 0 && spent_ms() < most_ms) {
+    if (measure_columns(world)) ground_changed = true;
+  }
   while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
 }
 
 bool EditorObject::is_settled() const {
-  return world.terrain.world.is_settled() &&
+  return world.terrain.world.is_settled() && loose == 0 &&
          (world.ground_edits == nullptr || world.ground_edits->is_settled());
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "terrain/base/checksum.h"
+#include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
@@ -140,6 +141,7 @@ class Saver {
   bool has_section(WorldSection section) const {
     if (reader_.has_section(section)) return true;
     if (section == WorldSection::overrides) return has_overrides_;
+    if (section == WorldSection::field) return world_.field().exists();
     if (section != WorldSection::blend_map || !world_.is_paintable()) return false;
     return std::ranges::any_of(map().materials, [](std::uint8_t material) { return material != 0; });
   }
@@ -148,6 +150,8 @@ class Saver {
   std::uint64_t bytes_of(WorldSection section) const {
     if (kind_of(section).bytes != nullptr) return kind_of(section).bytes(info_);
     if (section == WorldSection::tiles) return ground_.tile_bytes;
+    if (section == WorldSection::field)
+      return field_section::section_bytes(field_section::info_of(world_.field()));
     if (section == WorldSection::blend_map) return material_section::blend_section_bytes(map());
     return reader_.section_bytes(section);
   }
@@ -339,6 +343,8 @@ class Saver {
         return put_regions(sink);
       case WorldSection::tiles:
         return put_tiles(sink);
+      case WorldSection::field:
+        return field_section::encode(world_.field(), sink);
       default:
         return reader_.copy_section(section, sink);
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "terrain/base/check.h"
@@ -25,7 +26,8 @@ constexpr std::uint32_t kEditPathOctets = 64;
 // The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
 // boxes.
 void measure_belt(const WorldPart& part, GroundRegion& region) {
-  std::int64_t low = region.belt_high, high = region.belt_low;
+  std::int64_t low = std::numeric_limits<std::int64_t>::max();
+  std::int64_t high = std::numeric_limits<std::int64_t>::min();
   const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
   for (const RegionRim::Edge& edge : part.rim->edges()) {
     const LatticeBox box = patch_box(part.surface, part.bounds, edge.edge.patch());
@@ -39,6 +41,11 @@ void measure_belt(const WorldPart& part, GroundRegion& region) {
 }  // namespace
 
 World::World() = default;
+
+const GroundRegion& World::find_belt(std::size_t part) {
+  measure_belt(parts_[part], ground_.region_list[part]);
+  return ground_.region_list[part];
+}
 
 std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
                              std::span<SkyBox, kMostRegions> boxes) {
@@ -195,6 +202,7 @@ Status World::load(const WorldReader& opened) {
     info_ = reader_.info();
     status = load_parts();
   }
+  if (status.ok() && reader_.field().exists()) status = reader_.read_field(field_);
   if (!status.ok()) unload();
   return status;
 }

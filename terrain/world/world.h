@@ -40,6 +40,7 @@
 #include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/surface/bezier/update_surface.h"
 #include "terrain/surface/patch.h"
+#include "terrain/surface/patch_extent.h"
 #include "terrain/surface/patch_table.h"
 #include "terrain/view/camera.h"
 
@@ -159,6 +160,8 @@ class World {
     ground_.low = low;
     ground_.high = high;
   }
+  // After an edit of a region's heights: how high its belt is now. Precondition: the part is a region.
+  const GroundRegion& find_belt(std::size_t part);
   LevelErrors all_level_errors() const {
     return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }
@@ -225,6 +228,8 @@ class World {
     std::span<PatchChange> changes;
     std::span<PatchId> changed;
     std::span<PatchId> touched;
+    std::span<PatchExtent> extents;  // by changed
+    std::span<GridRows> rows;        // by touched
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
     // New heights: of kWhole patches and one more, and of the borders of all.
@@ -243,6 +248,8 @@ class World {
       visit(Consumer::edits, 2 * most, changes);
       visit(Consumer::edits, 2 * most, changed);
       visit(Consumer::edits, kTouched * most, touched);
+      visit(Consumer::edits, 2 * most, extents);
+      visit(Consumer::edits, kTouched * most, rows);
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);

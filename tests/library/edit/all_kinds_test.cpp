@@ -54,8 +54,7 @@ Needs needs() {
   return needs;
 }
 
-// A world that is edited, with all that a file of it holds but for thresholds of the ground's nodes, which
-// edits of regions may leave higher.
+// A world that is edited, with all that a file of it holds.
 class Live {
  public:
   explicit Live(std::vector<std::byte> file) : host(needs(), {.axes = Axes::east_up_south}, std::move(file)) {
@@ -100,6 +99,7 @@ class Live {
         add(height);
       }
     }
+    for (const std::byte byte : test::saved_by(*editor)) add(byte);
     return std::hash<std::string>()(all);
   }
 
@@ -286,6 +286,7 @@ TEST(AllKindsOfEdits, AreWhatTheyWereAtEachStep) {
   const int edits = edits_asked();
   play.run(edits);
   EXPECT_GT(play.changed[kVoxels], edits / 12);
+  EXPECT_GT(play.changed[kRegionHeights], edits / 30);
   EXPECT_GT(play.changed[kGround], edits / 30);
   EXPECT_GT(play.changed[kPaint], edits / 15);
   EXPECT_GT(play.undone, edits / 5);
