@@ -277,7 +277,7 @@ class Saver {
 
   Status put_regions(const ByteSink& sink) const {
     std::array<std::byte, ground_section::kMostRegionBytes> room;
-    const auto bytes = std::span(room).first(ground_section::region_bytes(info_.regions));
+    const auto bytes = std::span(room).first(ground_section::region_bytes(info_.regions, ground_.info.can_be_dug));
     ground_section::encode_regions(ground_.info, bytes);
     return put(sink, bytes);
   }
