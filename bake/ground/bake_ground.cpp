@@ -194,8 +194,9 @@ class GroundBaker {
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
     const double step_m =
-        regions_.has_lattice() ? regions_.voxel_m() / kStepsPerVoxel
-                          : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
+        regions_.has_lattice()
+            ? regions_.voxel_m() / kStepsPerVoxel
+            : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {

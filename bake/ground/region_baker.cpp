@@ -555,9 +555,9 @@ Error RegionBaker::run(GroundRows& rows) {
   if (!is_wanted()) return {};
   const Elevation& facts = rows.facts();
   if (facts.spacing_x_m != facts.spacing_z_m) {
-    return job_.read.path + (job_.can_be_dug ? ": --dig" : ": --carve") + " needs samples that are as wide as long; they are " +
-           number(facts.spacing_x_m) + " x " + number(facts.spacing_z_m) +
-           " m: gdalwarp -tr makes others, or --pixel-size";
+    return job_.read.path + (job_.can_be_dug ? ": --dig" : ": --carve") +
+           " needs samples that are as wide as long; they are " + number(facts.spacing_x_m) + " x " +
+           number(facts.spacing_z_m) + " m: gdalwarp -tr makes others, or --pixel-size";
   }
   spacing_m_ = facts.spacing_x_m;
   Error error;

@@ -28,9 +28,7 @@ class RegionBaker {
 
   // Reads the shapes. An error names --carve and the shape.
   Error load();
-  bool is_wanted() const {
-    return !job_.carve_path.empty() || job_.can_be_dug || sample_ != nullptr;
-  }
+  bool is_wanted() const { return !job_.carve_path.empty() || job_.can_be_dug || sample_ != nullptr; }
   // Instead of places where shapes meet the ground: a sample's, where its grid has them. Both outlive this.
   // rows are of its ground.
   void stand_on(const Sample& sample, const SampleGrid& grid) {

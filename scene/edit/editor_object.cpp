@@ -5,6 +5,7 @@
 
 #include <glm/common.hpp>
 
+#include "scene/edit/dig_ground.h"
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/edit/patch/edit_heights.h"
@@ -77,16 +78,30 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status;
   }
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
+  MakeRegion made;
+  const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
+  if (digs) {
+    if (const Status status = make_region_for(world, edit, made); !status.ok()) return status;
+  }
   if (terrain.ground().exists()) {
-    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+    if (const Status status = reserve_region(world, edit); !status.ok()) {
+      if (digs) made.take_back();
+      return status;
+    }
   }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
-  return follow(change, result);
+  const Status status = edit_shape(terrain, edit, kept, change);
+  if (digs && !change.changed) made.take_back();
+  if (digs && change.changed) {
+    show_region(world);
+    ground_changed = true;
+    ++sky_version;
+  }
+  return status.ok() ? follow(change, result) : status;
 }
 
 // Vertices say what their patch needs of shading.

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstring>
 
+#include <glm/common.hpp>
+
 #include "terrain/base/checksum.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/materials/material_section.h"
@@ -73,6 +75,7 @@ class Saver {
       ground_.info.low = tiles_->low;
       ground_.info.high = tiles_->high;
     }
+    take_regions();
     info_.octets = info_.volumes = info_.patches = info_.height_blocks = 0;
     for (std::size_t n = 0; n < world_.parts().size(); ++n) count_part(n);
     order_ = order_.first(info_.patches);
@@ -114,6 +117,21 @@ class Saver {
     return key_of(surface(n), id - world_.parts()[n].first, static_cast<std::uint32_t>(n));
   }
 
+  // Those that edits have made, too.
+  void take_regions() {
+    const GroundInfo& now = world_.ground();
+    if (!now.can_be_dug || now.region_count == 0) return;
+    ground_.info.region_count = now.region_count;
+    ground_.info.region_list = now.region_list;
+    info_.regions = static_cast<std::uint32_t>(now.region_count);
+    info_.extent = glm::ivec3(0);
+    info_.depth = 0;
+    for (const GroundRegion& region : now.regions()) {
+      info_.extent = glm::max(info_.extent, region.extent);
+      info_.depth = std::max(info_.depth, region.depth);
+    }
+  }
+
   void count_part(std::size_t n) {
     const WorldPart& part = world_.parts()[n];
     const auto octets = part.octree == nullptr ? 0 : part.octree->octets_used();
@@ -140,6 +158,7 @@ class Saver {
   bool has_section(WorldSection section) const {
     if (reader_.has_section(section)) return true;
     if (section == WorldSection::overrides) return has_overrides_;
+    if (section == WorldSection::region) return ground_.info.region_count > 0;
     if (section != WorldSection::blend_map || !world_.is_paintable()) return false;
     return std::ranges::any_of(map().materials, [](std::uint8_t material) { return material != 0; });
   }
@@ -148,6 +167,8 @@ class Saver {
   std::uint64_t bytes_of(WorldSection section) const {
     if (kind_of(section).bytes != nullptr) return kind_of(section).bytes(info_);
     if (section == WorldSection::tiles) return ground_.tile_bytes;
+    if (section == WorldSection::region)
+      return ground_section::region_bytes(info_.regions, ground_.info.can_be_dug);
     if (section == WorldSection::blend_map) return material_section::blend_section_bytes(map());
     return reader_.section_bytes(section);
   }
@@ -277,7 +298,8 @@ class Saver {
 
   Status put_regions(const ByteSink& sink) const {
     std::array<std::byte, ground_section::kMostRegionBytes> room;
-    const auto bytes = std::span(room).first(ground_section::region_bytes(info_.regions, ground_.info.can_be_dug));
+    const auto bytes =
+        std::span(room).first(ground_section::region_bytes(info_.regions, ground_.info.can_be_dug));
     ground_section::encode_regions(ground_.info, bytes);
     return put(sink, bytes);
   }

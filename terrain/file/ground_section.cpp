@@ -309,7 +309,8 @@ Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
            placed.regions()[n].corner == ground.regions()[n].corner;
     lowest = std::min(lowest, ground.regions()[n].corner.y);
   }
-  if (!same || (lowest != 0 && !ground.can_be_dug)) return {"the voxels are no region of the ground", kFirstNode};
+  if (!same || (lowest != 0 && !ground.can_be_dug))
+    return {"the voxels are no region of the ground", kFirstNode};
   return check_counts(world, placed);
 }
 

@@ -68,6 +68,12 @@ class Ground {
     info_.high = high;
     ++edits_;
   }
+  // A region was made, or was taken away again: of the ground as it is now.
+  void set_regions(const GroundInfo& info) {
+    info_.region_count = info.region_count;
+    info_.region_list = info.region_list;
+    ++edits_;
+  }
   // Another tile in the place of one, where that is in memory.
   void replace(NodeKey tile, const Tile& contents) { tiles_.replace(tile, contents); }
   // That the children of a node are made anew when they are drawn next. Returns how many were on the GPU.

@@ -537,6 +537,30 @@ Status EditGround::check_regions(const GridRect& samples) const {
   return {};
 }
 
+namespace {
+
+void take_regions(const GroundInfo& from, GroundInfo& to) {
+  to.region_count = from.region_count;
+  to.region_list = from.region_list;
+}
+
+}  // namespace
+
+Status EditGround::add_region(const GroundInfo& info, const LatticeBox& box) {
+  const GroundInfo before = info_;
+  take_regions(info, info_);
+  const std::size_t region = info_.regions().size() - 1;
+  growths_[region] = {};
+  const Status status = reserve_region(region, box);
+  if (!status.ok()) take_regions(before, info_);
+  return status;
+}
+
+void EditGround::drop_region(const GroundInfo& info) {
+  reserved_ &= ~(1u << (info_.regions().size() - 1));
+  take_regions(info, info_);
+}
+
 // Of nodes of sizes from 1 on.
 Status EditGround::reserve_region(std::size_t region, const LatticeBox& box) {
   if ((reserved_ >> region & 1u) != 0) return {};

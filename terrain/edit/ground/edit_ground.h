@@ -78,6 +78,12 @@ class EditGround {
   // A size of a place that waits. change: of its tiles no more than measures. Precondition: not is_settled().
   void settle_some(GroundChange& change);
 
+  // A region that was made in the ground, with what its thresholds have to allow for; growth: of all of it.
+  // Errors of reserve_region(), and then there is none. info: the ground's with it, the last one.
+  // Precondition: is_settled().
+  Status add_region(const GroundInfo& info, const LatticeBox& box);
+  // Takes the last one away again. Precondition: it was just added, and did not grow.
+  void drop_region(const GroundInfo& info);
   // Before the voxels of a region are edited, for what its thresholds may have to allow for then. box: around
   // the region's surface as it is, from its corner, lattice steps. limit_reached ("edit_tiles"), and errors
   // of reading.

@@ -7,6 +7,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "terrain/edit/regions/region_heights.h"
+
 namespace karst::core {
 namespace {
 
@@ -76,13 +78,7 @@ struct FindRegionGrowth::Ground {
     if (const Status status = corners(i, k, h); !status.ok()) return status;
     const double u = (x - 0.5) / spacing - static_cast<double>(i);
     const double v = (z - 0.5) / spacing - static_cast<double>(k);
-    if (((first(0) + i + first(1) + k) & 1) == 0) {
-      height =
-          u > v ? h[0] + u * (h[1] - h[0]) + v * (h[3] - h[1]) : h[0] + v * (h[2] - h[0]) + u * (h[3] - h[2]);
-    } else {
-      height = u + v < 1 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
-                         : h[3] + (1 - u) * (h[2] - h[3]) + (1 - v) * (h[1] - h[3]);
-    }
+    height = height_in_quad(h, u, v, ((first(0) + i + first(1) + k) & 1) != 0);
     return {};
   }
   // sqrt(1 + s^2), s being the steepest slope between two places.
@@ -139,8 +135,10 @@ Status FindRegionGrowth::measure(RegionGrowth& growth) const {
   // How far surface and voxels are apart: what patches reach out of their volumes, and half a voxel; and
   // places of a column.
   double slack = 1 + 0.71 * growth.stretch;
-  for (const PatchId patch : touched) {
-    const PatchBounds& bounds = part.bounds[patch - part.first];
+  for (PatchId n = 0; n < (touched.empty() ? part.patches() : touched.size()); ++n) {
+    const PatchId own = touched.empty() ? n : touched[n] - part.first;
+    if (part.surface.is_free(own)) continue;
+    const PatchBounds& bounds = part.bounds[own];
     for (int axis = 0; axis < 3; ++axis) {
       const int out = std::max(std::abs(int{bounds.min[axis]}), std::abs(int{bounds.max[axis]}));
       slack = std::max(slack, 1 + 0.71 * growth.stretch + (static_cast<double>(out) / kStepsPerVoxel - 0.5));

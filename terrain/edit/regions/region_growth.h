@@ -28,7 +28,7 @@ struct FindRegionGrowth {
   EditGround* ground = nullptr;  // the world's; the region is reserved
   std::size_t region = 0;
   LatticeBox box{};                  // that the last edit changed; from the region's corner
-  std::span<const PatchId> touched;  // by it: the world's patches
+  std::span<const PatchId> touched;  // by it: the world's patches; none: all of the region
 
   // Of all edits. Where the ground cannot be read it is the most that there can be.
   RegionGrowth run() const;
