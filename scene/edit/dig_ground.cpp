@@ -85,8 +85,7 @@ Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   while (!ground.is_settled()) settle_ground(world);
   const GroundInfo& info = terrain.ground();
   const BrushBox box = brush_box(edit);
-  made.world = &terrain;
-  made.ground = &ground;
+  made = {};
   if (!find_nodes(info, box, made.nodes))
     return refuse("too near to the ground's border: a region has ground all around it");
   if (!is_apart(info, made.nodes))
@@ -101,6 +100,9 @@ Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   }
   double low = 0, high = 0;
   if (const Status status = find_heights(ground, made.nodes, low, high); !status.ok()) return status;
+  if (edit.tool == EditTool::clear && box.low.y > high) return {};
+  made.world = &terrain;
+  made.ground = &ground;
   made.bottom = static_cast<std::int32_t>(std::floor(std::min(low, box.low.y))) - kBelow;
   if (edit.tool == EditTool::fill) high = std::max(high, box.high.y);
   made.top = static_cast<std::int32_t>(std::ceil(high)) + kAbove;

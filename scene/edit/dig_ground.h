@@ -11,7 +11,8 @@ namespace karst::core {
 // Whether an edit of voxels would change voxels that no region has. Preconditions: check_edit(), and the
 // ground can be dug.
 bool wants_region(const World& world, const Edit& edit);
-// The region for it, which edits and frames do not know yet: show_region() or take_back(). Errors of
+// The region for it, which edits and frames do not know yet: show_region() or take_back(). None, made.world
+// being null, where nothing is that could be cleared. Errors of
 // MakeRegion; invalid_argument ("shape": a voxel of an octree that is not there; "place": too near to the
 // ground's border or to another region); limit_reached ("edit_tiles").
 Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made);

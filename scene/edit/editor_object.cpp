@@ -81,7 +81,8 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   MakeRegion made;
   const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
   if (digs) {
-    if (const Status status = make_region_for(world, edit, made); !status.ok()) return status;
+    const Status status = make_region_for(world, edit, made);
+    if (!status.ok() || made.world == nullptr) return status;
   }
   if (terrain.ground().exists()) {
     if (const Status status = reserve_region(world, edit); !status.ok()) {

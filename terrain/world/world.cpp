@@ -52,12 +52,13 @@ std::size_t slot_parts_of(const WorldInfo& info, const GroundInfo& ground, const
   return std::min<std::size_t>(ground.regions().size() + config.spare_regions, kMostRegions);
 }
 
-// Room for as many columns as patches, and as tall as wide up to here.
-constexpr int kSpareTall = 64;
+// Room for as many columns as patches, and twice as tall as wide, up to here.
+constexpr int kSpareTall = 128;
 
 SkyBox spare_box(const Config& config) {
-  const int side = std::max(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(config.region_patches)))), 2);
-  return {glm::ivec3(0), {side, std::min(side, kSpareTall), side}};
+  const int side =
+      std::max(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(config.region_patches)))), 2);
+  return {glm::ivec3(0), {side, std::min(2 * side, kSpareTall), side}};
 }
 
 // Of all octrees, or what there is room for. Where regions lie apart from the world's corner there are two
@@ -71,7 +72,7 @@ std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground, const Con
   std::size_t count = 0;
   for (const GroundRegion& region : ground.regions()) boxes[count++] = {region.corner, region.extent};
   while (count < slot_parts_of(info, ground, config))
-    boxes[count++] = has_spares(ground, config) ? spare_box(config) : SkyBox();
+    boxes[count++] = has_spares(ground, config) ? spare_box(config) : SkyBox{glm::ivec3(0), info.extent};
   while (count < 2) boxes[count++] = SkyBox();
   return count;
 }
@@ -311,8 +312,9 @@ std::uint32_t World::free_patches() const {
 }
 
 World::Counts World::file_counts(std::size_t part) const {
-  if (part >= part_count_) return {};
-  if (part_count_ == 1) return {info_.octets, info_.volumes, info_.patches};
+  const std::size_t of_file = state_.spares ? state_.file_regions : part_count_;
+  if (part >= of_file) return {};
+  if (of_file == 1) return {info_.octets, info_.volumes, info_.patches};
   const GroundRegion& region = ground_.regions()[part];
   return {region.octets, region.volumes, region.patches};
 }
@@ -328,10 +330,11 @@ World::Counts World::slot_counts(std::size_t part) const {
   if (!state_.editable) return counts;
   const auto parts = static_cast<std::uint32_t>(state_.slot_parts);
   const Counts spare = state_.spares ? spare_counts(config_) : Counts();
-  const auto spares = static_cast<std::uint32_t>(spare_regions());
+  const auto spares = static_cast<std::uint32_t>(state_.spares ? state_.slot_parts - state_.file_regions : 0);
   const auto add = [&](std::uint32_t& own, std::uint32_t all, std::uint32_t of_file, std::uint32_t of_spare) {
     const std::uint32_t taken = of_file + spares * of_spare;
-    own += (all > taken ? all - taken : 0) / parts + (part >= ground_.regions().size() ? of_spare : 0);
+    own += (all > taken ? all - taken : 0) / parts +
+           (state_.spares && part >= state_.file_regions ? of_spare : 0);
   };
   add(counts.octets, config_.max_octets, info_.octets, spare.octets);
   add(counts.volumes, config_.max_volumes, info_.volumes, spare.volumes);
@@ -417,6 +420,7 @@ void World::place_parts() {
                            one ? blocks_.boxes.size() : std::size_t{BoundsTree::node_count(patches)}));
     part.boxes =
         share(blocks_.patch_boxes, eights, PatchBoxes::count_for(state_.editable ? patches : part.patches()));
+    if (spare) part.boxes = part.boxes.first(0);
     std::size_t own = blocks_.occluders.size();
     if (!one) {
       own = Occluders::word_count(octrees[n].extent, Occluders::kLeastCellLog2);
@@ -444,6 +448,7 @@ Status World::load_parts() {
   part_count_ = info_.regions;
   // Of a ground without regions there are no voxels.
   state_.spares = has_spares(ground_, config_) && info_.level > 0;
+  state_.file_regions = ground_.regions().size();
   state_.slot_parts = state_.spares ? slot_parts_of(info_, ground_, config_) : part_count_;
   state_.editable = config_.edit_patches > 0 && info_.level > 0 &&
                     (!ground_.exists() || ground_.region_count > 0 || state_.spares);
@@ -729,7 +734,9 @@ void World::open_region(const GroundRegion& region) {
   KARST_ASSERT(built.ok());
   static_cast<void>(built);
   const auto boxes = blocks_.patch_boxes.subspan(
-      static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()), part.boxes.size());
+      static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
+      PatchBoxes::count_for(part.patches()));
+  part.boxes = boxes;
   fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), boxes);
   ground_.region_list[n] = region;
   ++ground_.region_count;
@@ -754,6 +761,7 @@ void World::close_region() {
   const std::size_t n = ground_.regions().size() - 1;
   WorldPart& part = parts_[n];
   part.surface = {};
+  part.boxes = part.boxes.first(0);
   set_spans(n);
   part.corner = glm::ivec3(0);
   part.extent = reader_.info().extent;

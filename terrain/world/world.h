@@ -446,6 +446,7 @@ class World {
   struct State {
     bool editable = false;
     bool spares = false;            // regions may be made
+    std::size_t file_regions = 0;   // where they may: those of the file
     std::size_t slot_parts = 1;     // that memory is shared by
     bool heights_are_read = false;  // all of them are in the cache, which then stays as it is
   };

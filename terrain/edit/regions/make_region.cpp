@@ -31,7 +31,10 @@ double below_ground(const void* context, glm::dvec3 at) {
 
 }  // namespace
 
-void MakeRegion::empty(const World::Spare& spare) {
+void MakeRegion::empty(const World::Spare& spare) const {
+  const Status reset = spare.octree->reset(world->reader().info().depth);
+  KARST_ASSERT(reset.ok());
+  static_cast<void>(reset);
   spare.slots->adopt(0, 0);
   std::ranges::fill(spare.volumes, Volume{});
   Patch free{};

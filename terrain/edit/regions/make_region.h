@@ -37,7 +37,7 @@ struct MakeRegion {
   Status extract(const World::Spare& spare, GroundRegion& region) const;
   void fit(const World::Spare& spare, const GroundRegion& region) const;
   void measure(const World::Spare& spare, const GroundRegion& region) const;
-  static void empty(const World::Spare& spare);
+  void empty(const World::Spare& spare) const;
 };
 
 }  // namespace karst::core
