@@ -95,9 +95,9 @@ class KARST_API Editor {
 
   // Voxels of worlds without a ground (clear, fill) and heights of their patches (extrude to level;
   // Needs::edit_patches); voxels of a ground's regions (clear, fill; Needs::edit_patches and edit_tiles); and
-  // heights of grounds on planes where no region stands (extrude to level; Needs::edit_tiles). Materials are
-  // painted over all of it, but for grounds on a curved basis and patches that were baked with a material of
-  // their own (Needs::paint_width). The rest is refused.
+  // heights of grounds on planes (extrude to level; Needs::edit_tiles), together with those of patches in its
+  // regions (edit_patches, too). Materials are painted over all of it, but for grounds on a curved basis and
+  // patches that were baked with a material of their own (Needs::paint_width). The rest is refused.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
@@ -105,9 +105,11 @@ class KARST_API Editor {
   //
   // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
   // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to
-  // go; flatten and level move it the less the more its direction runs along the plane.
-  // invalid_argument names the field. limit_reached names the field of Needs that is too small, or
-  // "max_octets", with what it would take. After an error nothing has changed, to the bit.
+  // go; flatten and level move it the less the more its direction runs along the plane. In a region samples
+  // of the ground, which stands for it from far away, move as well; near its sides extrude and noise lift
+  // patches by as much as the ground beside them. invalid_argument names the field. limit_reached names the
+  // field of Needs that is too small, or "max_octets", with what it would take. After an error nothing has
+  // changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
   // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second

@@ -6,12 +6,10 @@
 #include <limits>
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "scene/edit/ground_edits.h"
 #include "terrain/base/check.h"
 #include "terrain/edit/brush.h"
-#include "terrain/edit/regions/region_growth.h"
 #include "terrain/edit/shape/edit_shape.h"
 
 namespace karst::core {
@@ -113,17 +111,10 @@ void show_region(WorldObject& world) {
   World& terrain = world.terrain.world;
   const std::size_t n = terrain.parts().size() - 1;
   const WorldPart& part = terrain.parts()[n];
-  EditGround& edits = *world.ground_edits;
   // All of it is apart from the ground by as much as surface and voxels are.
   const LatticeBox whole{glm::ivec3(0), part.extent * kStepsPerVoxel};
-  FindRegionGrowth find{&terrain, &edits, n, whole, {}};
-  RegionGrowth growth = find.run();
-  const LatticeBox box = part.tree->around_all(glm::ivec3(0));
-  growth.reach += glm::length(glm::dvec3(box.max) - glm::dvec3(box.min)) + 2.0 * kStepsPerVoxel;
-  GroundChange grown;
-  edits.grow_region(n, growth, grown);
   world.terrain.ground.set_regions(terrain.ground());
-  show_ground_change(world, grown);
+  static_cast<void>(grow_region(world, n, whole, nullptr));
   world.terrain.residency.follow_region(n);
   for (ViewState& view : world.terrain.views_of(terrain.config().max_views)) view.attach(terrain);
   for (QueryObject& query : world.queries) {

@@ -8,6 +8,7 @@
 #include "scene/edit/dig_ground.h"
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
+#include "terrain/base/check.h"
 #include "terrain/edit/patch/edit_heights.h"
 #include "terrain/edit/save_world.h"
 #include "terrain/edit/settle.h"
@@ -70,13 +71,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     follow_paint(change, result);
     return status;
   }
-  if (terrain.ground().exists() && !edits_voxels(edit.tool)) {
-    GroundChange change;
-    std::uint32_t nodes = 0;
-    const Status status = edit_ground(world, edit, kept, change, nodes);
-    if (status.ok()) follow_ground(change, nodes, result);
-    return status;
-  }
+  if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
   MakeRegion made;
   const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
@@ -95,14 +90,47 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  const Status status = edit_shape(terrain, edit, kept, change);
+  Status status = edit_shape(terrain, edit, kept, change);
   if (digs && !change.changed) made.take_back();
+  if (!status.ok()) return status;
   if (digs && change.changed) {
     show_region(world);
     ground_changed = true;
     ++sky_version;
   }
-  return status.ok() ? follow(change, result) : status;
+  status = follow(change, result);
+  if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
+    ground_changed = true;
+  return status;
+}
+
+// Of a ground and of the patches that stand in it: all of it or nothing.
+Status EditorObject::make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result) {
+  core::World& terrain = world.terrain.world;
+  std::uint32_t regions = 0, nodes = 0;
+  if (const Status status = plan_heights(world, edit, regions); !status.ok()) return status;
+  GroundChange change;
+  if (const Status status = edit_ground(world, edit, kept, change, nodes); !status.ok()) return status;
+  follow_ground(change, nodes, result);
+  const std::uint32_t beneath = change.changed ? world.ground_edits->regions_with(change.samples) : 0;
+  Status first;
+  for (std::size_t n = 0; n < terrain.parts().size(); ++n) {
+    const bool own = (regions >> n & 1u) != 0, below = (beneath >> n & 1u) != 0;
+    if (!own && !below) continue;
+    LatticeBox box = below ? box_in_region(world, n, change) : LatticeBox{};
+    if (own) {
+      EditChange patches;
+      Status status = edit_heights(terrain, n, edit, kept, patches);
+      KARST_ASSERT(status.ok());  // planned
+      status = follow(patches, result);
+      if (first.ok()) first = status;
+      const LatticeBox all = patches.box;
+      box = below ? LatticeBox{glm::min(box.min, all.min), glm::max(box.max, all.max)} : all;
+      show_belt(world, n);
+    }
+    if (grow_region(world, n, box, kept)) ground_changed = true;
+  }
+  return first;
 }
 
 // Vertices say what their patch needs of shading.
@@ -172,7 +200,6 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   const glm::dvec3 corner = world.terrain.world.parts()[change.part].corner;
   show_extent(corner + glm::dvec3(change.box.min) / double{kStepsPerVoxel},
               corner + glm::dvec3(change.box.max) / double{kStepsPerVoxel}, result);
-  if (world.terrain.world.ground().exists() && grow_region(world, change)) ground_changed = true;
   result.patches += static_cast<std::uint32_t>(change.touched.size());
   return {};
 }
@@ -192,11 +219,14 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
+  while (loose != 0 && spent_ms() < most_ms) {
+    if (measure_columns(world)) ground_changed = true;
+  }
   while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
 }
 
 bool EditorObject::is_settled() const {
-  return world.terrain.world.is_settled() &&
+  return world.terrain.world.is_settled() && loose == 0 &&
          (world.ground_edits == nullptr || world.ground_edits->is_settled());
 }
 

@@ -24,10 +24,15 @@ void EditorObject::end_stroke() {
 }
 
 // A part of a step that is taken back or done again, and what follows from it for frames and queries.
-Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
+Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result) {
+  if (part.kind() == CellKind::region_growth) {
+    regions |= 1u << world.ground_edits->exchange_growth(part);
+    return {};
+  }
   if (part.kind() == CellKind::ground_samples) {
     GroundChange change;
     world.ground_edits->exchange(part, change);
+    if (change.changed) regions |= world.ground_edits->regions_with(change.samples);
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
@@ -41,6 +46,7 @@ Status EditorObject::take_part(UndoPart part, bool back, EditResult& result) {
   core::take_part(world.terrain.world, part, back, [&](const EditChange& change) {
     const Status status = follow(change, result);
     if (first.ok()) first = status;
+    regions |= 1u << change.part;
   });
   return first;
 }
@@ -49,11 +55,18 @@ Status EditorObject::take_step(bool back, EditResult& result) {
   end_stroke();
   result = {};
   Status first;
+  std::uint32_t regions = 0;
   const auto take = [&](UndoPart part) {
-    const Status status = take_part(part, back, result);
+    const Status status = take_part(part, back, regions, result);
     if (first.ok()) first = status;
   };
   static_cast<void>(back ? log.undo(take) : log.redo(take));
+  const core::World& terrain = world.terrain.world;
+  for (std::size_t n = 0; n < terrain.parts().size() && terrain.ground().exists(); ++n) {
+    if ((regions >> n & 1u) == 0) continue;
+    show_belt(world, n);
+    if (measure_region(world, n)) ground_changed = true;
+  }
   result.version = result.changed ? ++version : version;
   return first;
 }

@@ -16,6 +16,7 @@
 #include "terrain/edit/edit.h"
 #include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/paint/edit_paint.h"
+#include "terrain/edit/regions/region_growth.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/world/terrain_parts.h"
@@ -48,18 +49,22 @@ struct EditorObject final : karst::Editor {
   std::uint64_t sky_version = 0;    // one more with each change of the sky
   std::uint64_t shape_version = 0;  // the last one that changed more than paint
   bool ground_changed = false;
+  std::uint32_t loose = 0;  // bit n: the columns of region n are still to be looked at
+  ColumnsOfRegion columns;
   PaintChange unshown;  // paint that is not on the GPU yet
   std::atomic<bool> taken{false};
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
   Status make(const core::Edit& edit, EditResult& result);
+  Status make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result);
   void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
-  Status take_part(UndoPart part, bool back, EditResult& result);
+  // regions: bit n is set where region n may be another now.
+  Status take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

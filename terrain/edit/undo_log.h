@@ -29,7 +29,8 @@ enum class CellKind : std::uint8_t {
   voxels,          // a cube of them
   patch_heights,   // of a patch, by its key; behind a voxel_edit its material, too
   ground_samples,  // a block of them (terrain/edit/ground/edit_ground.h)
-  paint
+  paint,
+  region_growth  // how far a region may be from the ground (EditGround::grow_region)
 };
 
 struct UndoCell {

@@ -500,7 +500,8 @@ void MeasureNodes::run() const {
         steps[n] = std::max(steps[n], k * (most[band] + error) + kSteepest * within);
       }
     }
-    const NodeKey key{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
+    const NodeKey key{size, static_cast<std::int32_t>(first + static_cast<std::int64_t>(x)),
+                      static_cast<std::int32_t>(z)};
     for (std::size_t k = 0; k < regions.size(); ++k) {
       const RegionMeasure& region = regions[k];
       if (in_region(info->regions()[k], key) != InRegion::part) continue;

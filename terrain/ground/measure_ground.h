@@ -134,7 +134,7 @@ struct MeasureNodes {
   const NodeRow* own = nullptr;  // gathered; thresholds are the output
   const NodeRow* south = nullptr;
   std::array<const NodeRow*, 4> finer{};
-  std::int64_t z = 0;                      // own's; used where the ground has regions
+  std::int64_t first = 0, z = 0;           // own's first node; used where the ground has regions
   std::span<const RegionMeasure> regions;  // of them
 
   void run() const;

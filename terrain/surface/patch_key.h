@@ -45,6 +45,8 @@ class PatchKey {
   }
   // The first patch of the same volume.
   constexpr PatchKey of_volume() const { return PatchKey(bits_ - case_patch()); }
+  // The same in the first region, which a table of one part goes by.
+  constexpr PatchKey in_part() const { return PatchKey(bits_ & ((std::uint64_t{1} << kRegionShift) - 1)); }
 
   friend constexpr auto operator<=>(PatchKey, PatchKey) = default;
 

@@ -74,6 +74,11 @@ class Ground {
     info_.region_list = info.region_list;
     ++edits_;
   }
+  // After an edit of a region's heights.
+  void set_belt(std::size_t region, std::int64_t low, std::int64_t high) {
+    info_.region_list[region].belt_low = low;
+    info_.region_list[region].belt_high = high;
+  }
   // Another tile in the place of one, where that is in memory.
   void replace(NodeKey tile, const Tile& contents) { tiles_.replace(tile, contents); }
   // That the children of a node are made anew when they are drawn next. Returns how many were on the GPU.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "terrain/base/check.h"
@@ -26,7 +27,8 @@ constexpr std::uint32_t kEditPathOctets = 64;
 // The heights that a belt reaches: those of its rim, and of the ground beside it, which are in its nodes'
 // boxes.
 void measure_belt(const WorldPart& part, GroundRegion& region) {
-  std::int64_t low = region.belt_high, high = region.belt_low;
+  std::int64_t low = std::numeric_limits<std::int64_t>::max();
+  std::int64_t high = std::numeric_limits<std::int64_t>::min();
   const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
   for (const RegionRim::Edge& edge : part.rim->edges()) {
     const LatticeBox box = patch_box(part.surface, part.bounds, edge.edge.patch());
@@ -40,6 +42,11 @@ void measure_belt(const WorldPart& part, GroundRegion& region) {
 }  // namespace
 
 World::World() = default;
+
+const GroundRegion& World::find_belt(std::size_t part) {
+  measure_belt(parts_[part], ground_.region_list[part]);
+  return ground_.region_list[part];
+}
 
 namespace {
 
@@ -733,9 +740,9 @@ void World::open_region(const GroundRegion& region) {
   const Status built = trees_[n].build(part.surface, part.bounds);
   KARST_ASSERT(built.ok());
   static_cast<void>(built);
-  const auto boxes = blocks_.patch_boxes.subspan(
-      static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
-      PatchBoxes::count_for(part.patches()));
+  const auto boxes =
+      blocks_.patch_boxes.subspan(static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
+                                  PatchBoxes::count_for(part.patches()));
   part.boxes = boxes;
   fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), boxes);
   ground_.region_list[n] = region;

@@ -163,6 +163,8 @@ class World {
     ground_.low = low;
     ground_.high = high;
   }
+  // After an edit of a region's heights: how high its belt is now. Precondition: the part is a region.
+  const GroundRegion& find_belt(std::size_t part);
   LevelErrors all_level_errors() const {
     return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Isosurfaces of random fields in blocks of mixed resolutions: closed, and near the surface that they mean.
-// KARST_BLOCKS: how many blocks of random fields (without: 400).
+// KARST_BLOCKS: how many blocks of random fields (without: 400); KARST_SEED: the first field's (without: 1).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -156,13 +156,24 @@ struct Mesh {
   struct Triangle {
     std::array<glm::i64vec3, 3> at;
     std::array<glm::vec3, 3> normal;
+    // Of the block, that each would be in without transition cells: 2 bits an axis, lower and upper.
+    std::array<std::uint8_t, 3> sides;
     int level;
     bool transition;
   };
   std::vector<Triangle> triangles;
+  std::vector<std::size_t> blocks;  // the first triangle of each
   std::uint64_t vertices = 0;
-  std::uint64_t blocks = 0;
 };
+
+std::uint8_t sides_of(const IsoVertex& v) {
+  unsigned sides = 0;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const unsigned lower = v.primary[axis] == 0, upper = v.primary[axis] == kIsoCells * kIsoStepsPerCell;
+    sides |= (lower | upper << 1) << 2 * axis;
+  }
+  return static_cast<std::uint8_t>(sides);
+}
 
 void extract(const Field& field, const Blocks& blocks, Mesh& mesh) {
   std::vector<std::byte> room(ExtractBlock<std::int8_t>::room_bytes() + 16);
@@ -172,6 +183,7 @@ void extract(const Field& field, const Blocks& blocks, Mesh& mesh) {
   std::vector<IsoVertex> vertices(28'000);
   std::vector<std::uint16_t> indices(3 * 40'000);
   blocks.for_each([&](glm::ivec3 corner, int level) {
+    mesh.blocks.push_back(mesh.triangles.size());
     ExtractBlock<std::int8_t> job;
     job.field = &field;
     job.corner = corner;
@@ -182,7 +194,6 @@ void extract(const Field& field, const Blocks& blocks, Mesh& mesh) {
     ExtractBlock<std::int8_t>::Result result;
     ASSERT_TRUE(job.run({static_cast<std::byte*>(aligned), space}, result).ok());
     mesh.vertices += result.vertices;
-    ++mesh.blocks;
     for (std::uint32_t n = 0; n < result.triangles; ++n) {
       Mesh::Triangle t;
       t.level = level;
@@ -192,6 +203,7 @@ void extract(const Field& field, const Blocks& blocks, Mesh& mesh) {
         t.at[k] = (glm::i64vec3(v.place[0], v.place[1], v.place[2]) << std::int64_t{level}) +
                   glm::i64vec3(corner) * std::int64_t{kIsoStepsPerCell};
         t.normal[k] = decode_octahedral(v.normal);
+        t.sides[k] = sides_of(v);
       }
       mesh.triangles.push_back(t);
     }
@@ -202,107 +214,249 @@ struct Closed {
   std::uint64_t edges = 0, unmatched = 0, repeated = 0, flat = 0;
 };
 
-// side: of the field, samples; what lies in its faces is open.
-Closed check_closed(const Mesh& mesh, int side) {
-  const auto key = [](const glm::i64vec3& v) {
+// Looks whether each inner edge is there once from each side, block by block. Of an edge whose ends do not
+// both belong to a side of its block, the other side must be the block's, too, because no other block has
+// both ends. The others are looked for among all, at the end.
+class Closure {
+ public:
+  explicit Closure(int side) : end_(std::int64_t{side} * kIsoStepsPerCell) {}
+
+  // Of a block.
+  void add(std::span<const Mesh::Triangle> triangles) {
+    begin(triangles.size());
+    for (const Mesh::Triangle& t : triangles) {
+      const glm::dvec3 a(t.at[1] - t.at[0]), b(t.at[2] - t.at[0]);
+      closed_.flat += glm::cross(a, b) == glm::dvec3(0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t to = (k + 1) % 3;
+        const std::uint64_t from_key = key(t.at[k]), to_key = key(t.at[to]);
+        ++closed_.edges;
+        if (from_key == to_key) continue;  // of a flat triangle: its own other side
+        if ((t.sides[k] & t.sides[to]) == 0) {
+          add_inner(from_key, to_key);
+        } else if (!is_open(t.at[k], t.at[to])) {
+          ahead_.push_back({from_key, to_key});
+          back_.push_back({to_key, from_key});
+        }
+      }
+    }
+    closed_.unmatched += half_;
+  }
+
+  Closed finish() {
+    std::sort(ahead_.begin(), ahead_.end());
+    std::sort(back_.begin(), back_.end());
+    for (std::size_t n = 1; n < ahead_.size(); ++n) closed_.repeated += ahead_[n] == ahead_[n - 1];
+    std::vector<Edge> apart;
+    std::set_symmetric_difference(ahead_.begin(), ahead_.end(), back_.begin(), back_.end(),
+                                  std::back_inserter(apart));
+    closed_.unmatched += apart.size();
+    return closed_;
+  }
+
+ private:
+  using Edge = std::array<std::uint64_t, 2>;
+  struct Slot {
+    Edge edge{};
+    std::uint32_t block = 0;  // whose it is
+    unsigned ways = 0;        // 1: from the lesser end, 2: from the other
+  };
+
+  static std::uint64_t key(const glm::i64vec3& v) {
     return static_cast<std::uint64_t>(v.x + 4096) << 42 | static_cast<std::uint64_t>(v.y + 4096) << 21 |
            static_cast<std::uint64_t>(v.z + 4096);
-  };
-  using Edge = std::array<std::uint64_t, 2>;
-  std::vector<Edge> ahead, back;
-  Closed out;
-  const std::int64_t end = std::int64_t{side} * kIsoStepsPerCell;
-  for (const Mesh::Triangle& t : mesh.triangles) {
-    const glm::dvec3 a(t.at[1] - t.at[0]), b(t.at[2] - t.at[0]);
-    out.flat += glm::length(glm::cross(a, b)) == 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const glm::i64vec3 from = t.at[k], to = t.at[(k + 1) % 3];
-      bool open = false;
-      for (int axis = 0; axis < 3; ++axis) {
-        open = open || (from[axis] == 0 && to[axis] == 0) || (from[axis] == end && to[axis] == end);
+  }
+  // In a side of the field.
+  bool is_open(const glm::i64vec3& from, const glm::i64vec3& to) const {
+    bool open = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      open = open || (from[axis] == 0 && to[axis] == 0) || (from[axis] == end_ && to[axis] == end_);
+    }
+    return open;
+  }
+  void begin(std::size_t triangles) {
+    while (slots_.size() < 4 * triangles) slots_.resize(2 * slots_.size());
+    mask_ = 63;
+    while (mask_ + 1 < 4 * triangles) mask_ = 2 * mask_ + 1;
+    ++block_;
+    half_ = 0;
+  }
+  void add_inner(std::uint64_t from, std::uint64_t to) {
+    const Edge edge{std::min(from, to), std::max(from, to)};
+    const unsigned way = from < to ? 1 : 2;
+    std::uint64_t h = edge[0] * 0x9e3779b97f4a7c15u ^ edge[1] * 0xc2b2ae3d27d4eb4fu;
+    h ^= h >> 29;
+    for (std::size_t at = h & mask_;; at = (at + 1) & mask_) {
+      Slot& slot = slots_[at];
+      if (slot.block != block_) {
+        slot = {edge, block_, way};
+        ++half_;
+        return;
       }
-      ++out.edges;
-      if (open) continue;
-      ahead.push_back({key(from), key(to)});
-      back.push_back({key(to), key(from)});
+      if (slot.edge != edge) continue;
+      closed_.repeated += (slot.ways & way) != 0;
+      if ((slot.ways & way) == 0) --half_;
+      slot.ways |= way;
+      return;
     }
   }
-  std::sort(ahead.begin(), ahead.end());
-  std::sort(back.begin(), back.end());
-  for (std::size_t n = 1; n < ahead.size(); ++n) out.repeated += ahead[n] == ahead[n - 1];
-  std::vector<Edge> apart;
-  std::set_symmetric_difference(ahead.begin(), ahead.end(), back.begin(), back.end(),
-                                std::back_inserter(apart));
-  out.unmatched = apart.size();
-  return out;
-}
 
-double noise(glm::dvec3 p, std::uint32_t seed) {
-  // Sums of waves: smooth, and nowhere regular.
-  double sum = 0;
-  std::uint32_t h = seed * 2654435761u + 12345;
-  const auto next = [&] { return (h = h * 1664525u + 1013904223u) / 4294967296.0; };
-  for (int n = 0; n < 12; ++n) {
-    const glm::dvec3 way(next() - 0.5, next() - 0.5, next() - 0.5);
-    sum += std::sin(glm::dot(way, p) * (0.2 + 0.5 * next()) + 6.3 * next());
+  std::int64_t end_;
+  Closed closed_;
+  std::vector<Edge> ahead_, back_;
+  std::vector<Slot> slots_ = std::vector<Slot>(64);
+  std::size_t mask_ = 63;
+  std::uint32_t block_ = 0;
+  std::uint64_t half_ = 0;  // edges of the block that one side alone has
+};
+
+Closed check_closed(const Mesh& mesh, int side) {
+  Closure closure(side);
+  for (std::size_t n = 0; n < mesh.blocks.size(); ++n) {
+    const std::size_t end = n + 1 < mesh.blocks.size() ? mesh.blocks[n + 1] : mesh.triangles.size();
+    closure.add(std::span(mesh.triangles).subspan(mesh.blocks[n], end - mesh.blocks[n]));
   }
-  return sum;
+  return closure.finish();
 }
 
-std::uint64_t wanted_blocks() {
-  const char* const text = std::getenv("KARST_BLOCKS");
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : 400;
+// Sums of waves: smooth, and nowhere regular. Whole rows along x, by turning each wave from sample to sample.
+class Waves {
+ public:
+  explicit Waves(std::uint32_t seed) {
+    std::uint32_t h = seed * 2654435761u + 12345;
+    const auto next = [&] { return (h = h * 1664525u + 1013904223u) / 4294967296.0; };
+    for (std::size_t n = 0; n < kCount; ++n) {
+      way_[n].x = next() - 0.5;
+      way_[n].y = next() - 0.5;
+      way_[n].z = next() - 0.5;
+      way_[n] *= 0.2 + 0.5 * next();
+      phase_[n] = 6.3 * next();
+      turn_cos_[n] = static_cast<float>(std::cos(way_[n].x));
+      turn_sin_[n] = static_cast<float>(std::sin(way_[n].x));
+    }
+  }
+  void row(glm::ivec3 first, std::span<float> out) const {
+    std::array<float, kCount> sine, cosine;
+    for (std::size_t n = 0; n < kCount; ++n) {
+      const double at = glm::dot(way_[n], glm::dvec3(first)) + phase_[n];
+      sine[n] = static_cast<float>(std::sin(at));
+      cosine[n] = static_cast<float>(std::cos(at));
+    }
+    for (float& value : out) {
+      float sum = 0;
+      for (std::size_t n = 0; n < kCount; ++n) {
+        sum += sine[n];
+        const float s = sine[n] * turn_cos_[n] + cosine[n] * turn_sin_[n];
+        cosine[n] = cosine[n] * turn_cos_[n] - sine[n] * turn_sin_[n];
+        sine[n] = s;
+      }
+      value = sum;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kCount = 12;
+  std::array<glm::dvec3, kCount> way_;
+  std::array<double, kCount> phase_;
+  std::array<float, kCount> turn_cos_, turn_sin_;
+};
+
+// 0: every state of cells and transition cells comes up in values that know nothing of their neighbours.
+// 1: smooth. 2: both.
+void fill_random(OwnField& own, std::size_t kind, std::uint32_t seed, std::mt19937& random) {
+  const Waves waves(seed);
+  const auto any = [&] { return static_cast<int>(random() >> 24) - 128; };
+  const glm::ivec3 n = own.field.blocks();
+  std::array<float, Field::kBlock> row{};
+  for (int b = 0; b < n.x * n.y * n.z; ++b) {
+    const glm::ivec3 block(b % n.x, b / n.x % n.y, b / n.x / n.y);
+    const std::span<std::int8_t> out = own.field.open(block);
+    ASSERT_FALSE(out.empty());
+    for (int yz = 0; yz < Field::kBlock * Field::kBlock; ++yz) {
+      if (kind != 0) waves.row(block * Field::kBlock + glm::ivec3(0, yz & 15, yz >> 4), row);
+      for (std::size_t x = 0; x < row.size(); ++x) {
+        float v = kind == 0 ? static_cast<float>(any()) : 40 * row[x];
+        if (kind == 2) v += 0.3f * static_cast<float>(any());
+        const float rounded = std::floor(std::clamp(v, -128.0f, 127.0f));
+        out[static_cast<std::size_t>(yz) * row.size() + x] = static_cast<std::int8_t>(rounded);
+      }
+    }
+    own.field.close(block);
+  }
+}
+
+std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
+  const char* const text = std::getenv(variable);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
 TEST(Isosurface, RandomFieldsInMixedResolutionsAreClosed) {
   constexpr int kSide = 128;
   constexpr int kTop = 2;
-  std::uint64_t blocks = 0, triangles = 0, transitions = 0, levels = 0;
+  const std::uint64_t wanted = number_from("KARST_BLOCKS", 400);
+  // A long run divides each field in several ways, and has no more noise, whose meshes are 20 times as large,
+  // once it has had so many blocks of it.
+  const std::uint64_t divisions = std::clamp<std::uint64_t>(wanted / 50'000, 1, 16);
+  constexpr std::array<std::uint64_t, 3> kNoiseBlocks{20'000, 0, 100'000};
+  std::uint64_t blocks = 0, triangles = 0, transitions = 0, levels = 0, fields = 0;
+  std::array<std::uint64_t, 3> noise_blocks{};
+  std::uint64_t noise_flat = 0;
   Closed sum;
-  for (std::uint32_t seed = 1; blocks < wanted_blocks(); ++seed) {
+  Mesh mesh;
+  for (auto seed = static_cast<std::uint32_t>(number_from("KARST_SEED", 1)); blocks < wanted; ++seed) {
+    const std::size_t kind = seed % 5 == 0 ? 0 : 1 + seed % 2;
+    if (kind != 1 && noise_blocks[kind] > kNoiseBlocks[kind]) continue;
     std::mt19937 random(seed);
     OwnField own(glm::ivec3(kSide / Field::kBlock + 1));
-    const int kind = seed % 5 == 0 ? 0 : static_cast<int>(1 + seed % 2);
-    std::uniform_int_distribution<int> any(-128, 127);
-    own.fill([&](glm::ivec3 s) {
-      // Every state of cells and transition cells comes up in values that know nothing of their neighbours.
-      if (kind == 0) return static_cast<double>(any(random));
-      const double smooth = 40 * noise(glm::dvec3(s), seed);
-      return kind == 1 ? smooth : smooth + 0.3 * any(random);
-    });
-    Blocks tree(kSide, kTop);
+    fill_random(own, kind, seed, random);
+    ++fields;
     std::uniform_int_distribution<int> place(0, kSide / kIsoCells - 1), count(0, 6);
-    for (int n = count(random); n > 0; --n) {
-      const glm::ivec3 at(place(random), place(random), place(random));
-      const int level = 1 + static_cast<int>(random() % kTop);
-      tree.divide(at * kIsoCells / Blocks::width(level) * Blocks::width(level), level);
+    for (std::uint64_t division = 0; division < divisions; ++division) {
+      Blocks tree(kSide, kTop);
+      for (int n = count(random); n > 0; --n) {
+        const int x = place(random), y = place(random), z = place(random);
+        const int level = 1 + static_cast<int>(random() % kTop);
+        const glm::ivec3 at = glm::ivec3(x, y, z) * kIsoCells;
+        tree.divide(at / Blocks::width(level) * Blocks::width(level), level);
+      }
+      tree.settle();
+      mesh.triangles.clear();
+      mesh.blocks.clear();
+      extract(own.field, tree, mesh);
+      const Closed closed = check_closed(mesh, kSide);
+      ASSERT_EQ(closed.unmatched, 0u) << "seed " << seed << ", division " << division;
+      blocks += mesh.blocks.size();
+      noise_blocks[kind] += mesh.blocks.size();
+      triangles += mesh.triangles.size();
+      for (const Mesh::Triangle& t : mesh.triangles) {
+        transitions += t.transition;
+        levels |= std::uint64_t{1} << t.level;
+      }
+      sum.edges += closed.edges;
+      sum.flat += closed.flat;
+      sum.repeated += closed.repeated;
+      noise_flat += kind != 1 ? closed.flat : 0;
+      // In noise two vertices may make way to the same place.
+      if (kind == 1 || wanted < 10'000) {
+        ASSERT_EQ(closed.repeated, 0u) << "seed " << seed << ", division " << division;
+        EXPECT_EQ(kind == 0 ? 0 : closed.flat, 0u) << "seed " << seed << ", division " << division;
+      }
     }
-    tree.settle();
-    Mesh mesh;
-    extract(own.field, tree, mesh);
-    const Closed closed = check_closed(mesh, kSide);
-    ASSERT_EQ(closed.unmatched, 0u) << "seed " << seed;
-    ASSERT_EQ(closed.repeated, 0u) << "seed " << seed;
-    blocks += mesh.blocks;
-    triangles += mesh.triangles.size();
-    for (const Mesh::Triangle& t : mesh.triangles) {
-      transitions += t.transition;
-      levels |= std::uint64_t{1} << t.level;
-    }
-    sum.edges += closed.edges;
-    sum.flat += closed.flat;
-    if (kind != 0) {
-      EXPECT_EQ(closed.flat, 0u) << "seed " << seed;
+    if (wanted > 10'000 && fields % 20 == 0) {
+      std::fprintf(stderr, "seed %u: %llu blocks\n", seed, static_cast<unsigned long long>(blocks));
     }
   }
-  std::printf("%llu blocks, %llu triangles, %llu of transition cells, %llu edges, %llu flat triangles\n",
-              static_cast<unsigned long long>(blocks), static_cast<unsigned long long>(triangles),
-              static_cast<unsigned long long>(transitions), static_cast<unsigned long long>(sum.edges),
-              static_cast<unsigned long long>(sum.flat));
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf(
+      "%llu fields, %llu blocks (%llu of noise, %llu with noise), %llu triangles, %llu of transition "
+      "cells, %llu edges (%llu more than once), %llu flat triangles (%llu in noise)\n",
+      number(fields), number(blocks), number(noise_blocks[0]), number(noise_blocks[2]), number(triangles),
+      number(transitions), number(sum.edges), number(sum.repeated), number(sum.flat), number(noise_flat));
   EXPECT_GT(transitions, triangles / 100);
   EXPECT_EQ(levels, 7u);
   // By chance alone, in noise.
   EXPECT_LE(sum.flat, 1 + triangles / 1'000'000);
+  EXPECT_LE(sum.repeated, sum.edges / 1'000'000);
 }
 
 // --- Against surfaces that are known

@@ -112,13 +112,14 @@ std::vector<Floor> make_floors() {
           {"scene/world", {"karst", "terrain", "tiles", "renderer/input"}},
           {"scene", {"karst", "terrain", "tiles", "renderer", "gles_shaders"}},
           {"app", {"karst", "platform", "boards"}},
+          {"ig/cigi", {}},
           {"bake",
            {"karst", "terrain", "tiles", "etc2", "app/common", "app/files", "app/json", "app/command_line",
             "platform/base"}},
           {"bench", {"karst", "terrain", "tiles", "renderer", "scene", "platform", "boards", "etc2", "app"}},
           {"tests",
            {"karst", "terrain", "renderer", "gles_shaders", "scene", "platform", "boards", "etc2", "tiles",
-            "app", "bake", "bench"}},
+            "app", "bake", "bench", "ig"}},
       });
   return floors;
 }
@@ -191,7 +192,7 @@ void check_known(const Source& source, Findings& out) {
   } else if (top == ".ci") {
     known = path == ".ci/run";
   } else if (one_of(top, {"include", "terrain", "platform", "renderer", "scene", "app", "bake", "bench",
-                          "etc2", "tiles"})) {
+                          "etc2", "tiles", "ig"})) {
     known = is_cpp(path) || is_cmake(path);
     known = known || (top == "app" && is_shader(path));  // of hosts, which karst's are not
     if (top == "terrain" && !is_cmake(path)) known = known && floor_of(path) != nullptr;

@@ -70,8 +70,8 @@ TEST(EditGroundRegions, IsAsAGroundMadeOfTheEditedSamplesBesideThem) {
       changed += change.changed ? 1 : 0;
       continue;
     }
-    ASSERT_EQ(status.code(), StatusCode::unsupported) << status.what() << status.field();
-    EXPECT_STREQ(status.field(), "ground");
+    ASSERT_EQ(status.code(), StatusCode::limit_reached) << status.what() << status.field();
+    EXPECT_STREQ(status.field(), "edit_patches");
     EXPECT_FALSE(change.changed);
     ++refused;
   }
@@ -121,65 +121,114 @@ TEST(EditGroundRegions, IsAsAGroundMadeOfTheEditedSamplesBesideThem) {
   EXPECT_GT(same, 1'000);
 }
 
-// One region grows, in steps, with edits of heights in between: no threshold is less than of a ground whose
-// region is that far off.
-TEST(EditGroundRegions, ThresholdsGrowWithARegion) {
+// A region grows and shrinks, with edits of heights beside it and beneath it in between: once it is settled
+// thresholds of exact sizes are those of a ground that is baked with what the region is now, to the bit,
+// coarser ones no less; before that none is less. Where growth is taken back it is the file again.
+TEST(EditGroundRegions, ThresholdsFollowARegion) {
   const MemoryGround file = ground(height_of, regions());
   GroundEditor edited(file, 400);
-  ASSERT_TRUE(edited.edits.reserve_region(0, {glm::ivec3(0), glm::ivec3(1)}).ok());
-  RegionGrowth growth;
+  ASSERT_TRUE(edited.edits.reserve_region(0).ok());
+  ASSERT_TRUE(edited.edits.reserve_region(1).ok());
+  std::vector<std::uint64_t> memory(1 << 17);
+  UndoLog log;
+  log.create(std::as_writable_bytes(std::span(memory)));
+  const auto settle = [&] {
+    for (GroundChange rest; !edited.edits.is_settled();) edited.edits.settle_some(rest);
+  };
   std::vector<std::uint16_t> last;
-  for (int step = 0; step < 4; ++step) {
-    growth.error += (step + 1) * 3.0 * kStepsPerVoxel;
-    growth.reach += 2.0 * kStepsPerVoxel;
+  std::size_t exact = 0, higher = 0;
+  for (const int step : {0, 1, 2, 3, 2, 1, 0}) {
+    // The other one is known as it is.
+    RegionGrowth own, other;
+    own.way = other.way = 1;
+    own.error = 1;
+    own.now = {(6.0 + 3 * step * step) * kStepsPerVoxel, (30.0 + 2 * step) * kStepsPerVoxel};
+    other.now = {6.0 * kStepsPerVoxel, 30.0 * kStepsPerVoxel};
+    log.begin();
     GroundChange change;
-    edited.edits.grow_region(0, growth, change);
-    EXPECT_TRUE(change.changed);
-    EXPECT_FALSE(change.samples.exists());
-    EXPECT_GT(change.tiles, 0u);
+    edited.edits.grow_region(0, own, &log, change);
+    edited.edits.grow_region(1, other, nullptr, change);
+    log.end();
     if (step == 1) {
       Edit edit;
       edit.tool = EditTool::extrude;
       edit.shape = BrushShape::cylinder;
-      edit.place = {18, 5, 27};  // beside the region
+      edit.place = {18, 5, 27};  // beside the region, and in it
       edit.radius = 3;
-      ASSERT_TRUE(edited.edits.apply(edit, nullptr, change).ok());
+      ASSERT_TRUE(edited.edits.apply(edit, nullptr, change, true).ok());
       EXPECT_TRUE(change.changed);
-      for (GroundChange rest; !edited.edits.is_settled();) edited.edits.settle_some(rest);
     }
     std::vector<std::int32_t> samples;
     for (std::int64_t k = 0; k < kDeep; ++k) {
       for (std::int64_t i = 0; i < kWide; ++i) samples.push_back(edited.sample(i, k));
     }
+    std::vector<MemoryRegion> of = regions();
+    of[0].measure = own.now;
     const MemoryGround made = ground(
-        [&](std::int64_t i, std::int64_t k) { return samples[static_cast<std::size_t>(k * kWide + i)]; },
-        regions(growth.error, growth.reach));
-    int grown = 0;
-    std::vector<std::uint16_t> now;
-    edited.each_node([&](NodeKey node) {
-      const NodeMeasure& own = edited.measure(node);
-      const NodeMeasure& other = made.tile(tile_of(node)).nodes[node_in_tile(node)];
-      const NodeMeasure& before = file.tile(tile_of(node)).nodes[node_in_tile(node)];
-      for (int n = 0; n < kDemands; ++n) {
-        ASSERT_GE(own.thresholds[n], other.thresholds[n]) << node.size << ' ' << node.x << ' ' << node.z;
-        grown += own.thresholds[n] > before.thresholds[n] ? 1 : 0;
-        now.push_back(own.thresholds[n]);
-      }
-    });
-    EXPECT_GT(grown, 0);
-    EXPECT_NE(now, last);
-    last = now;
+        [&](std::int64_t i, std::int64_t k) { return samples[static_cast<std::size_t>(k * kWide + i)]; }, of);
+    for (const bool settled : {false, true}) {
+      if (settled) settle();
+      std::vector<std::uint16_t> now;
+      edited.each_node([&](NodeKey node) {
+        const NodeMeasure& live = edited.measure(node);
+        const NodeMeasure& baked = made.tile(tile_of(node)).nodes[node_in_tile(node)];
+        for (int n = 0; n < kDemands; ++n) {
+          ASSERT_GE(live.thresholds[n], baked.thresholds[n])
+              << settled << ' ' << node.size << ' ' << node.x << ' ' << node.z;
+          if (settled && node.size <= kReferenceSizes) {
+            ASSERT_EQ(live.thresholds[n], baked.thresholds[n]) << node.size << ' ' << node.x << ' ' << node.z;
+            ++exact;
+          } else {
+            higher += live.thresholds[n] > baked.thresholds[n] ? 1 : 0;
+          }
+          now.push_back(live.thresholds[n]);
+        }
+      });
+      if (HasFatalFailure()) FAIL() << step;
+      if (!settled) continue;
+      EXPECT_NE(now, last);
+      last = now;
+    }
+    // Nothing more to allow for: nothing changes.
+    edited.edits.grow_region(0, own, nullptr, change);
+    EXPECT_FALSE(change.changed);
   }
-  // Nothing more to allow for: nothing changes.
+  std::printf("%zu thresholds are those of a baked ground, %zu are higher\n", exact, higher);
+  // Before anything grew.
+  GroundEditor fresh(file, 400);
+  ASSERT_TRUE(fresh.edits.reserve_region(0).ok());
+  RegionGrowth grown;
+  grown.way = grown.error = 9;
+  grown.now = {90.0 * kStepsPerVoxel, 40.0 * kStepsPerVoxel};
   GroundChange change;
-  edited.edits.grow_region(0, growth, change);
-  EXPECT_FALSE(change.changed);
+  UndoLog steps;
+  steps.create(std::as_writable_bytes(std::span(memory)));
+  steps.begin();
+  fresh.edits.grow_region(0, grown, &steps, change);
+  steps.end();
+  std::size_t raised = 0;
+  const auto count_raised = [&] {
+    raised = 0;
+    fresh.each_node([&](NodeKey node) {
+      if (!(fresh.measure(node) == file.tile(tile_of(node)).nodes[node_in_tile(node)])) ++raised;
+    });
+  };
+  count_raised();
+  EXPECT_GT(raised, 10u);
+  ASSERT_TRUE(steps.undo([&](UndoPart part) { EXPECT_EQ(fresh.edits.exchange_growth(part), 0u); }));
+  RegionGrowth back = fresh.edits.growth(0);
+  EXPECT_FALSE(back.exists());
+  back.now = {};
+  fresh.edits.grow_region(0, back, nullptr, change);
+  for (GroundChange rest; !fresh.edits.is_settled();) fresh.edits.settle_some(rest);
+  count_raised();
+  EXPECT_EQ(raised, 0u);
 }
 
 TEST(EditGroundRegions, RoomForThresholdsIsAskedForFirst) {
   const MemoryGround file = ground(height_of, regions());
   GroundEditor edited(file, 3);
-  const Status status = edited.edits.reserve_region(1, {});
+  const Status status = edited.edits.reserve_region(1);
   EXPECT_EQ(status.code(), StatusCode::limit_reached);
   EXPECT_STREQ(status.field(), "edit_tiles");
   EXPECT_GT(status.value(), 3u);

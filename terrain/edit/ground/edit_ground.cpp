@@ -507,7 +507,7 @@ void EditGround::count_tiles(GroundChange& change) const {
                                                [&](const EditedTile& tile) { return tile.stamp == stamp_; }));
 }
 
-Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
+Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change, bool beneath_regions) {
   KARST_ASSERT(exists());
   change = {};
   if (const Status status = check(edit); !status.ok()) return status;
@@ -515,7 +515,7 @@ Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
   if (!samples.exists()) return {};
   GroundChange planned;
   if (const Status status = try_out(edit, samples, planned); !status.ok()) return status;
-  if (const Status status = check_regions(planned.samples); !status.ok()) return status;
+  if (const Status status = check_regions(planned.samples, beneath_regions); !status.ok()) return status;
   if (!planned.samples.exists()) return {};
   if (const Status status = reserve(planned.samples); !status.ok()) return status;
   if (const Status status = check_fit(edit, planned); !status.ok()) return status;
@@ -527,72 +527,6 @@ Status EditGround::apply(const Edit& edit, UndoLog* log, GroundChange& change) {
   return {};
 }
 
-// The ground beneath a region is what stands for it, and what it was measured against.
-Status EditGround::check_regions(const GridRect& samples) const {
-  for (const GroundRegion& region : info_.regions()) {
-    if (within(samples, samples_of(region)).exists())
-      return {StatusCode::unsupported, "heights of the ground where a region stands cannot be edited",
-              "ground"};
-  }
-  return {};
-}
-
-namespace {
-
-void take_regions(const GroundInfo& from, GroundInfo& to) {
-  to.region_count = from.region_count;
-  to.region_list = from.region_list;
-}
-
-}  // namespace
-
-Status EditGround::add_region(const GroundInfo& info, const LatticeBox& box) {
-  const GroundInfo before = info_;
-  take_regions(info, info_);
-  const std::size_t region = info_.regions().size() - 1;
-  growths_[region] = {};
-  const Status status = reserve_region(region, box);
-  if (!status.ok()) take_regions(before, info_);
-  return status;
-}
-
-void EditGround::drop_region(const GroundInfo& info) {
-  reserved_ &= ~(1u << (info_.regions().size() - 1));
-  take_regions(info, info_);
-}
-
-// Of nodes of sizes from 1 on.
-Status EditGround::reserve_region(std::size_t region, const LatticeBox& box) {
-  if ((reserved_ >> region & 1u) != 0) return {};
-  if (const Status status = reserve(samples_of(info_.regions()[region]), 1); !status.ok()) return status;
-  reserved_ |= 1u << region;
-  boxes_[region] = box;
-  return {};
-}
-
-// Thresholds hold k error and more, whatever else they hold.
-Status EditGround::error_before(std::size_t region, double& error) {
-  const GroundRegion& of = info_.regions()[region];
-  error = std::numeric_limits<double>::infinity();
-  constexpr int kLast = kDemands - 1;
-  for (int size = 1; size <= info_.top_size() && !std::isfinite(error); ++size) {
-    const GridRect nodes = nodes_with(info_, size, samples_of(of));
-    for (std::int64_t z = nodes.low[1]; z <= nodes.high[1]; ++z) {
-      for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
-        const NodeKey node{size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
-        if (in_region(of, node) != InRegion::part) continue;
-        const Tile* tile = nullptr;
-        if (const Status status = file_.get(tile_of(node), tile); !status.ok()) return status;
-        const std::uint16_t half = tile->nodes[node_in_tile(node)].thresholds[kLast];
-        if (half >= kNeverMorphs) continue;
-        const double steps = std::ldexp(double{threshold_steps(half)}, info_.page_size(size));
-        error = std::min(error, steps / demand(kLast));
-      }
-    }
-  }
-  return {};
-}
-
 Status EditGround::height(std::int64_t i, std::int64_t k, std::int32_t& out) {
   const NodeKey key{0, static_cast<std::int32_t>(owner(0, i)), static_cast<std::int32_t>(owner(1, k))};
   const Tile* tile = nullptr;
@@ -600,22 +534,6 @@ Status EditGround::height(std::int64_t i, std::int64_t k, std::int32_t& out) {
   out = tile->height(static_cast<int>(i - key.x * std::int64_t{kTileQuads}),
                      static_cast<int>(k - key.z * std::int64_t{kTileQuads}));
   return {};
-}
-
-void EditGround::grow_region(std::size_t region, const RegionGrowth& growth, GroundChange& change) {
-  KARST_ASSERT((reserved_ >> region & 1u) != 0);
-  RegionGrowth more;
-  more.error = growth.error - growths_[region].error;
-  more.reach = growth.reach - growths_[region].reach;
-  growths_[region] = growth;
-  change = {};
-  if (!(more.error > 0 || more.reach > 0)) return;
-  change.changed = true;
-  change.stamp = ++stamp_;
-  MeasureEdits measure(info_, overlay_, file_, blocks_.scratch[0].measure, growths(), stamp_);
-  measure.grow(region, more);
-  trouble_ = measure.trouble();
-  count_tiles(change);
 }
 
 void EditGround::exchange(UndoCell cell, GroundChange& change) {

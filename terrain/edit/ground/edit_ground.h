@@ -64,8 +64,12 @@ class EditGround {
 
   // invalid_argument names the field of karst::Edit; unsupported ("ground"): of what grounds it cannot edit;
   // limit_reached: "edit_tiles" with how many it takes; and errors of reading. After an error no height has
-  // changed, and nothing is in the log. log: null, or with a step open. Precondition: exists().
-  Status apply(const Edit& edit, UndoLog* log, GroundChange& change);
+  // changed, and nothing is in the log. log: null, or with a step open. beneath_regions: samples there change
+  // too, where they are reserved, and the regions' growth is to follow; else that is refused. Precondition:
+  // exists().
+  Status apply(const Edit& edit, UndoLog* log, GroundChange& change, bool beneath_regions = false);
+  // What apply() refuses whatever the ground is like.
+  Status check(const Edit& edit) const;
 
   // A part that is taken back or done again, and what follows from it. Precondition: its cells are of this
   // ground.
@@ -78,26 +82,34 @@ class EditGround {
   // A size of a place that waits. change: of its tiles no more than measures. Precondition: not is_settled().
   void settle_some(GroundChange& change);
 
-  // A region that was made in the ground, with what its thresholds have to allow for; growth: of all of it.
-  // Errors of reserve_region(), and then there is none. info: the ground's with it, the last one.
-  // Precondition: is_settled().
-  Status add_region(const GroundInfo& info, const LatticeBox& box);
+  // A region that was made in the ground, and is reserved then. Errors of reserve_region(), and then there is
+  // none. info: the ground's with it, the last one.
+  Status add_region(const GroundInfo& info);
   // Takes the last one away again. Precondition: it was just added, and did not grow.
   void drop_region(const GroundInfo& info);
-  // Before the voxels of a region are edited, for what its thresholds may have to allow for then. box: around
-  // the region's surface as it is, from its corner, lattice steps. limit_reached ("edit_tiles"), and errors
-  // of reading.
-  Status reserve_region(std::size_t region, const LatticeBox& box);
+  // Before a region or what is beneath it is edited, for what its thresholds may have to allow for then.
+  // limit_reached ("edit_tiles"), and errors of reading.
+  Status reserve_region(std::size_t region);
+  bool is_reserved(std::size_t region) const { return (reserved_ >> region & 1u) != 0; }
+  // Bit n: samples that an edit may reach lie beneath region n, or at its border.
+  std::uint32_t regions_reached(const Edit& edit) const;
+  std::uint32_t regions_with(const GridRect& samples) const;
   // Since it was reserved.
   const RegionGrowth& growth(std::size_t region) const { return growths_[region]; }
-  const LatticeBox& box_before(std::size_t region) const { return boxes_[region]; }
-  // No less than the error that thresholds of the file allow for (RegionMeasure); lattice steps.
-  Status error_before(std::size_t region, double& error);
+  // No less than the error that thresholds of the file allow for (RegionMeasure); lattice steps, or infinite.
+  // Precondition: it is reserved.
+  double error_before(std::size_t region) const { return errors_[region]; }
   // Of a sample as it is, kVertexStep. Precondition: it exists.
   Status height(std::int64_t i, std::int64_t k, std::int32_t& out);
-  // Thresholds allow for that much from now on. Precondition: it is reserved; no less than growth();
-  // is_settled().
-  void grow_region(std::size_t region, const RegionGrowth& growth, GroundChange& change);
+  // Of all beneath a region, and a little around it. Precondition: it is reserved.
+  void heights_beneath(std::size_t region, std::int32_t& low, std::int32_t& high) const;
+  // Thresholds allow for that much from now on, at once where it is more, and for no more once it is settled.
+  // log: null, or with a step open, which then gets what growth was before, without what is `now`.
+  // Precondition: it is reserved.
+  void grow_region(std::size_t region, const RegionGrowth& growth, UndoLog* log, GroundChange& change);
+  // A part of the kind region_growth is taken back or done again; what is `now` is to be found anew. Returns
+  // the region.
+  std::size_t exchange_growth(UndoPart part);
 
   // Hands a change to what is drawn. Returns how many nodes are made anew.
   std::uint32_t show(const GroundChange& change, Ground& ground) const;
@@ -131,7 +143,6 @@ class EditGround {
     }
   };
 
-  Status check(const Edit& edit) const;
   GridRect footprint(const Edit& edit) const;
   std::int64_t owner(int axis, std::int64_t sample) const;
   Status current(NodeKey key, const Tile*& tile);
@@ -141,7 +152,7 @@ class EditGround {
   Status try_out(const Edit& edit, const GridRect& samples, GroundChange& change);
   Status reserve(const GridRect& samples, int least_size = 0);
   void count_tiles(GroundChange& change) const;
-  Status check_regions(const GridRect& samples) const;
+  Status check_regions(const GridRect& samples, bool beneath) const;
   std::span<const RegionGrowth> growths() const { return std::span(growths_).first(info_.regions().size()); }
   Status check_fit(const Edit& edit, const GroundChange& change);
   bool will_fit(NodeKey key, const Tile& tile, NodeKey node, const GridRect& samples) const;
@@ -151,15 +162,16 @@ class EditGround {
   void exchange(UndoCell cell, GroundChange& change);
   void set_sizes(int size, const GridRect& samples);
   void follow(GroundChange& change);
-  void wait(const GridRect& samples);
+  void wait(const GridRect& samples, int least_size = kExactAtOnce + 1);
+  Status find_error(std::size_t region, double& error);
 
   GroundInfo info_;
   Blocks blocks_;
   GroundOverlay overlay_;
   FileTiles file_;
   std::array<RegionGrowth, kMostRegions> growths_{};
-  std::array<LatticeBox, kMostRegions> boxes_{};  // of regions that are reserved
-  std::uint32_t reserved_ = 0;                    // bit n: region n
+  std::array<double, kMostRegions> errors_{};  // error_before()
+  std::uint32_t reserved_ = 0;                 // bit n: region n
   std::uint64_t stamp_ = 0;
   // The open part of the log.
   GridRect part_samples_;

@@ -22,12 +22,6 @@ NodeKey key_of(int size, std::int64_t x, std::int64_t z) {
   return {size, static_cast<std::int32_t>(x), static_cast<std::int32_t>(z)};
 }
 
-// What a region that has grown takes of thresholds beyond what is there for it (MeasureNodes).
-double growth_steps(const RegionGrowth& growth, int n) {
-  constexpr double kSlack = 1.002;
-  return (demand(n) * growth.error + kSteepest * growth.reach) * kSlack;
-}
-
 // A node whose measures are not known: split whatever is asked.
 NodeMeasure unknown() {
   NodeMeasure measure;
@@ -127,13 +121,12 @@ void MeasureEdits::measure_again(int size, const GridRect& samples) {
   find_thresholds(size, nodes_around(info_, size, samples));
 }
 
-void MeasureEdits::grow(std::size_t region, const RegionGrowth& more) {
-  more_ = &more;
-  grown_ = region;
+void MeasureEdits::grow(std::size_t region) {
+  grows_ = true;
   const GridRect samples = samples_of(info_.regions()[region]);
   for (int size = 1; size <= info_.top_size(); ++size)
     find_thresholds(size, nodes_around(info_, size, samples));
-  more_ = nullptr;
+  grows_ = false;
 }
 
 // Least and greatest heights, and how far heights are from the file's.
@@ -331,6 +324,8 @@ void MeasureEdits::find_thresholds(int size, const GridRect& nodes) {
   GridRect in;
   for (std::int64_t tz = nodes.low[1] / kTileNodes; tz <= nodes.high[1] / kTileNodes; ++tz) {
     for (std::int64_t tx = nodes.low[0] / kTileNodes; tx <= nodes.high[0] / kTileNodes; ++tx) {
+      // Those that are as in the file lie between places that wait as one.
+      if (overlay_.find(key_of(size, tx, tz)) == nullptr) continue;
       const std::int64_t tile[2] = {tx, tz};
       for (int axis = 0; axis < 2; ++axis) {
         in.low[axis] = std::max(nodes.low[axis], tile[axis] * kTileNodes);
@@ -343,7 +338,7 @@ void MeasureEdits::find_thresholds(int size, const GridRect& nodes) {
 
 // nodes: of one tile.
 void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
-  const bool exact = size <= exact_ && more_ == nullptr;
+  const bool exact = size <= exact_ && !grows_;
   const std::int64_t first = std::max<std::int64_t>(nodes.low[0] - 1, 0);
   const std::int64_t last = std::min(nodes.high[0] + 1, last_node(info_, 0, size));
   const auto count = static_cast<std::size_t>(last - first + 1);
@@ -365,7 +360,9 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
     job.own = &row(z);
     job.north = z > 0 ? &row(z - 1) : nullptr;
     job.south = z < south_end ? &row(z + 1) : nullptr;
+    job.first = first;
     job.z = z;
+    job.regions = std::span(regions_).first(growths_.size());
     NodeRow finer[4];
     for (std::size_t n = 0; n < 4; ++n) {
       const std::int64_t finer_z = 2 * z - 1 + static_cast<std::int64_t>(n);
@@ -376,7 +373,7 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
     }
     job.run();
     const Tile* file = nullptr;
-    if (more_ == nullptr && (!exact || info_.region_count > 0)) {
+    if (!grows_ && (!exact || info_.region_count > 0)) {
       if (const Status status = file_.get(tile.key, file); !status.ok()) trouble_ = status;
     }
     for (std::int64_t x = nodes.low[0]; x <= nodes.high[0]; ++x) {
@@ -384,9 +381,10 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
       const int at = node_in_tile(node);
       std::uint16_t made[kDemands];
       std::copy_n(row(z).thresholds.begin() + (x - first) * kDemands, kDemands, made);
-      if (more_ != nullptr) {
-        lift(node, made);
-      } else if (!exact || in_region(info_, node) == InRegion::part) {
+      if (grows_) {
+        const NodeMeasure now = measure(node);
+        for (std::size_t n = 0; n < kDemands; ++n) made[n] = std::max(made[n], now.thresholds[n]);
+      } else if (!exact || !knows_regions(node)) {
         raise(node, file != nullptr ? file->nodes[at] : unknown(), made);
       }
       std::uint16_t(&own)[kDemands] = tile.tile.nodes[at].thresholds;
@@ -397,19 +395,12 @@ void MeasureEdits::find_thresholds_in(int size, const GridRect& nodes) {
   }
 }
 
-// Of what finer sizes ask for: with what it is, and what the region has grown by.
-void MeasureEdits::lift(NodeKey node, std::uint16_t (&out)[kDemands]) {
-  const NodeMeasure now = measure(node);
-  const bool grows = in_region(info_.regions()[grown_], node) == InRegion::part;
-  const double unit = std::ldexp(1.0, info_.page_size(node.size));
-  for (std::size_t n = 0; n < kDemands; ++n) {
-    std::uint16_t own = now.thresholds[n];
-    if (grows && own < kNeverMorphs) {
-      const double steps = double{threshold_steps(own)} * unit + growth_steps(*more_, static_cast<int>(n));
-      own = threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
-    }
-    out[n] = std::max(out[n], own);
+// Whether how far all regions are off that the node has in part is known.
+bool MeasureEdits::knows_regions(NodeKey node) const {
+  for (std::size_t n = 0; n < growths_.size(); ++n) {
+    if (!growths_[n].exists() && in_region(info_.regions()[n], node) == InRegion::part) return false;
   }
+  return true;
 }
 
 HeightChange MeasureEdits::change_around(NodeKey node) const {
@@ -443,37 +434,32 @@ std::int64_t MeasureEdits::span_around(NodeKey node) {
   return std::int64_t{all.high} - all.low;
 }
 
-// Thresholds of what finer sizes ask for, as of a level node, raised to those of the node's own error.
-// Heights are off by low .. high from the file's, those of the full surface and, as means of vertices, of any
-// state: their difference, the error, by high - low at most. Where the ground ends states lie between two
-// planes along a slope, which are apart by four times that more at most. What a child spans grows by three
-// times that: its own heights, and the deviations at home at both ends; and a node's box, which counts where
-// a region is in part, by less. The same holds of a level ground, from which heights are off by what they
-// span: without regions the lesser of both is taken, so that a file which is edited and saved again and again
-// does not ask for more and more.
+// Thresholds of what finer sizes and regions ask for, as of a level node, raised to those of the node's own
+// error. Heights are off by low .. high from the file's, those of the full surface and, as means of vertices,
+// of any state: their difference, the error, by high - low at most. Where the ground ends states lie between
+// two planes along a slope, which are apart by four times that more at most. What a child spans grows by
+// three times that: its own heights, and the deviations at home at both ends; and a node's box, which counts
+// where a region is in part, by less. The same holds of a level ground, from which heights are off by what
+// they span: but where the file alone knows of a region the lesser of both is taken, so that a file which is
+// edited and saved again and again does not ask for more and more.
 void MeasureEdits::raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]) {
   const HeightChange change = change_around(node);
   const double unit = std::ldexp(1.0, info_.page_size(node.size));
-  const auto raised = [&](std::uint16_t from, double off, double demanded, double region) {
+  const auto raised = [&](std::uint16_t from, double off, double demanded) {
     if (from >= kNeverMorphs) return from;
     const double error = off * (has_end(info_, node) ? 4 : 1) / kKept;
     const double least = kSteepest * 3 * off / kKept;
-    const double steps = double{threshold_steps(from)} * unit + demanded * error + least + region;
+    const double steps = double{threshold_steps(from)} * unit + demanded * error + least;
     return threshold_half(static_cast<float>(steps / unit * (1.0 + 0x1p-22)));
   };
   const double off = (static_cast<double>(change.high) - change.low) * kVertexStep;
-  const bool is_bounded = change.exists() && info_.region_count == 0;
+  const bool is_bounded = change.exists() && knows_regions(node);
   const double span = is_bounded ? static_cast<double>(span_around(node)) * kVertexStep : 0;
   for (std::size_t n = 0; n < kDemands; ++n) {
     const double demanded = demand(static_cast<int>(n));
-    double region = 0;
-    for (std::size_t r = 0; r < growths_.size(); ++r) {
-      if (in_region(info_.regions()[r], node) == InRegion::part)
-        region = std::max(region, growth_steps(growths_[r], static_cast<int>(n)));
-    }
     std::uint16_t own = file.thresholds[n];
-    if (change.exists() || region > 0) own = raised(own, off, demanded, region);
-    if (is_bounded) own = std::min(own, raised(out[n], span, demanded, 0));
+    if (change.exists()) own = raised(own, off, demanded);
+    if (is_bounded) own = std::min(own, raised(out[n], span, demanded));
     out[n] = std::max(out[n], own);
   }
 }

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 // What is measured of nodes after samples changed: the same values, bit by bit, as of a ground that is baked
 // so, up to size kReferenceSizes, where they follow from samples alone. Coarser sizes look at what finer ones
-// measured of all their samples, which would have to be read, and how far a region is from the ground is not
-// in the file: there, and where a node has a region in part, a threshold is the file's, raised by what
-// heights of the node and those around it are off from the file's, and by what the region has grown; of
-// grounds without regions not above what a ground of such heights may ask for. It is never too small, and the
-// file's again where the heights are. Finer sizes can have such bounds for a while, too: the largest exact
-// nodes look at 257 x 257 samples each.
+// measured of all their samples, which would have to be read: there a threshold is the file's, raised by what
+// heights of the node and those around it are off from the file's, and not above what a ground of such
+// heights may ask for. How far a region is from the ground is not in the file: where a node has in part a
+// region that edits have not reached, a threshold is the file's, raised likewise; once they have, how far it
+// is off by now is known (RegionGrowth::now), and thresholds are those of a ground that is baked with it. So
+// they are never too small, the file's again where heights and regions are, and saving and loading does not
+// raise them. Finer sizes can have such bounds for a while, too: the largest exact nodes look at 257 x 257
+// samples each.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -38,12 +41,15 @@ GridRect tiles_around(const GroundInfo& info, int size, const GridRect& samples)
 // Of a region, those at its border included.
 GridRect samples_of(const GroundRegion& region);
 
-// How much more than a region's file says the ground that stands for it is off, and a box of both is wide
-// (RegionMeasure).
+// How much more than a region's file says the ground that stands for it may be off, by edits of either.
 struct RegionGrowth {
-  double error = 0, reach = 0;  // lattice steps
-  // What error follows from (terrain/edit/regions/region_growth.h).
+  double error = 0;  // lattice steps
+  // What it follows from (terrain/edit/regions/region_growth.h); way 0: no edit has reached it.
   double way = 0, stretch = 1;
+  // An upper bound of what is as it is now.
+  RegionMeasure now;
+
+  bool exists() const { return way > 0; }
 };
 
 class MeasureEdits {
@@ -71,16 +77,20 @@ class MeasureEdits {
   // All outlive this. overlay: with all of tiles_around() of all sizes. growths: of the ground's regions.
   MeasureEdits(const GroundInfo& info, GroundOverlay& overlay, FileTiles& file, Scratch& scratch,
                std::span<const RegionGrowth> growths, std::uint64_t stamp)
-      : info_(info), overlay_(overlay), file_(file), scratch_(scratch), growths_(growths), stamp_(stamp) {}
+      : info_(info), overlay_(overlay), file_(file), scratch_(scratch), growths_(growths), stamp_(stamp) {
+    for (std::size_t n = 0; n < growths.size(); ++n) {
+      if (growths[n].exists()) regions_[n] = growths[n].now;
+    }
+  }
 
   // After heights changed, in tiles of all sizes, at these samples. exact: sizes up to it are measured,
   // within 0..kReferenceSizes; coarser ones have bounds until measure_again().
   void run(const GridRect& samples, int exact);
   // What run() left of a size, all finer sizes being exact.
   void measure_again(int size, const GridRect& samples);
-  // After a region grew by so much more: thresholds of nodes that have it in part, and of those that look at
-  // them. Heights are the same.
-  void grow(std::size_t region, const RegionGrowth& more);
+  // After a region grew: thresholds of nodes that have it in part, and of those that look at them, are raised
+  // at once, by more than measure_again() will find. Heights are the same.
+  void grow(std::size_t region);
 
   // Nodes of which parts were measured.
   std::uint64_t measured() const { return measured_; }
@@ -99,7 +109,7 @@ class MeasureEdits {
   void fill(const NodeRow& row, int size, std::int64_t first, std::int64_t z, bool with_parts);
   void find_thresholds(int size, const GridRect& nodes);
   void find_thresholds_in(int size, const GridRect& nodes);
-  void lift(NodeKey node, std::uint16_t (&out)[kDemands]);
+  bool knows_regions(NodeKey node) const;
   HeightChange change_around(NodeKey node) const;
   std::int64_t span_around(NodeKey node);
   void raise(NodeKey node, const NodeMeasure& file, std::uint16_t (&out)[kDemands]);
@@ -111,9 +121,8 @@ class MeasureEdits {
   std::span<const RegionGrowth> growths_;
   std::uint64_t stamp_;
   int exact_ = kReferenceSizes;
-  // While grow() runs: by how much.
-  const RegionGrowth* more_ = nullptr;
-  std::size_t grown_ = 0;
+  bool grows_ = false;  // while grow() runs
+  std::array<RegionMeasure, kMostRegions> regions_{};
   std::uint64_t measured_ = 0;
   Status trouble_;
 };

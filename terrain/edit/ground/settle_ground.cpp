@@ -8,8 +8,8 @@
 namespace karst::core {
 
 // Places that nodes of the coarsest exact size would join become one.
-void EditGround::wait(const GridRect& samples) {
-  if (info_.top_size() <= kExactAtOnce) return;
+void EditGround::wait(const GridRect& samples, int least_size) {
+  if (info_.top_size() < least_size) return;
   constexpr std::int64_t kNear = std::int64_t{kNodeQuads} << kReferenceSizes;
   const auto is_near = [&](const GridRect& other) {
     bool near = true;
@@ -19,6 +19,7 @@ void EditGround::wait(const GridRect& samples) {
     }
     return near;
   };
+  const bool was_waiting = waiting_ > 0;
   std::size_t n = 0;
   while (n < waiting_ && !is_near(waiting_at_[n])) ++n;
   n = std::min(n, kWaiting - 1);
@@ -28,7 +29,7 @@ void EditGround::wait(const GridRect& samples) {
     waiting_at_[n].take(samples.low[0], samples.low[1]);
     waiting_at_[n].take(samples.high[0], samples.high[1]);
   }
-  wait_size_ = kExactAtOnce + 1;
+  wait_size_ = was_waiting && wait_size_ < least_size ? wait_size_ : least_size;
   wait_turn_ = 0;
 }
 

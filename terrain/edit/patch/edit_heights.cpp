@@ -39,7 +39,7 @@ Status too_small(std::uint64_t patches) {
 
 // As they lie in the patch's slot, made where there are none.
 std::span<std::int16_t> current_heights(const World::Editable& all, PatchId patch) {
-  const std::span<std::int16_t> heights = all.heights->block(patch);
+  const std::span<std::int16_t> heights = all.heights->block(all.first + patch);
   if (all.patches[patch].height_block == kNoHeights) std::ranges::fill(heights, std::int16_t{0});
   return heights;
 }
@@ -55,8 +55,11 @@ void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, 
 
 class HeightsEdit {
  public:
-  HeightsEdit(World& world, const Edit& edit)
-      : all_(world.edit(0)),
+  // edit: from the part's corner.
+  HeightsEdit(World& world, std::size_t part, const Edit& edit)
+      : all_(world.edit(part)),
+        part_(static_cast<std::uint32_t>(part)),
+        corner_(world.parts()[part].corner),
         room_(*all_.room),
         edit_(edit),
         level_(world.info().level),
@@ -65,20 +68,27 @@ class HeightsEdit {
         box_(brush_box(edit)),
         up_(edit.tool == EditTool::flatten ? glm::normalize(edit.up) : glm::dvec3(0, 1, 0)) {}
 
-  Status run(UndoLog* log, EditChange& change) {
+  // Makes new heights beside the old ones, of so many patches.
+  Status plan(std::size_t& made) {
+    made = 0;
     const std::uint64_t reached = count();
     if (reached > room_.patches.size()) return too_small(reached);
-    std::size_t made = 0;
     for_each_reached([&](PatchId patch) {
       if (!make(patch, fresh(made))) return;
       for_each_border([&](std::size_t vertex, std::size_t n) { border(made)[n] = fresh(made)[vertex]; });
       room_.changed[made++] = patch;
     });
-    if (made == 0) return {};
-    const std::span<const PatchId> changed = room_.changed.first(made);
     // Patches and those around them.
-    if (!find_touched(all_.surface, changed, room_.touched, change.touched).ok())
+    std::span<const PatchId> touched;
+    if (!find_touched(all_.surface, room_.changed.first(made), room_.touched, touched).ok())
       return too_small(3 * made + 4);
+    return {};
+  }
+
+  Status run(UndoLog* log, EditChange& change) {
+    std::size_t made = 0;
+    if (const Status status = plan(made); !status.ok() || made == 0) return status;
+    const std::span<const PatchId> changed = room_.changed.first(made);
     if (log != nullptr) keep(changed, *log);
     change.changed = true;
     FollowChange follow(all_, level_, change);
@@ -184,14 +194,29 @@ class HeightsEdit {
               std::int32_t height, const glm::dvec3& place) const {
     switch (edit_.tool) {
       case EditTool::extrude:
-        return edit_.strength * kSteps;
+        return edit_.strength * kSteps * share_up(shape, i, j, place);
       case EditTool::noise:
-        return edit_.strength * kSteps * simplex_noise(place / edit_.wave, edit_.seed);
+        return edit_.strength * kSteps * simplex_noise(noise_place(place) / edit_.wave, edit_.seed) *
+               share_up(shape, i, j, place);
       case EditTool::smooth:
         return edit_.amount * (around_.mean(patch, i, j) - height);
       default:
         return edit_.amount * onto_plane(base_point(shape, i, j), origin, height);
     }
+  }
+
+  // Noise is one over all parts and the ground.
+  glm::dvec3 noise_place(const glm::dvec3& place) const { return place + corner_; }
+
+  // Where a vertex moves along a direction by what that has upwards, a slope across it rises by one.
+  double share_up(const PatchShape& shape, int i, int j, const glm::dvec3& place) const {
+    if (!all_.mirrors) return 1;
+    double away = kSideVoxels;
+    for (const int axis : {0, 2})
+      away = std::min({away, place[axis] - 0.5, all_.extent[axis] - 0.5 - place[axis]});
+    if (away >= kSideVoxels) return 1;
+    const double inside = std::max(away, 0.0) / kSideVoxels;
+    return inside + (1 - inside) * std::max(base_point(shape, i, j).direction.y, 0.0);
   }
 
   double onto_plane(const BasePoint& base, const glm::dvec3& origin, std::int32_t height) const {
@@ -206,16 +231,18 @@ class HeightsEdit {
     if (log.open_part() != CellKind::patch_heights) log.begin_part();
     for (const PatchId patch : changed) {
       const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
-      if (log.open_part() == CellKind::patch_heights && room_.kept[patch] == part()) continue;
-      const std::uint64_t key = key_of(all_.surface, patch).bits();
-      keep_heights(all_, patch, key, log);
-      room_.kept[patch] = part();
+      std::uint32_t& kept = room_.kept[all_.first + patch];
+      if (log.open_part() == CellKind::patch_heights && kept == part()) continue;
+      keep_heights(all_, patch, key_of(all_.surface, patch, part_).bits(), log);
+      kept = part();
     }
   }
 
   World::Editable all_;
+  std::uint32_t part_;
+  glm::dvec3 corner_;
   const World::EditRoom& room_;
-  const Edit& edit_;
+  Edit edit_;
   int level_;
   Heights heights_;
   HeightsAround around_;
@@ -226,17 +253,25 @@ class HeightsEdit {
 }  // namespace
 
 void put_heights(const World::Editable& all, PatchId patch, std::span<const std::int16_t> heights) {
-  std::ranges::copy(heights, all.heights->block(patch).begin());
+  std::ranges::copy(heights, all.heights->block(all.first + patch).begin());
   const bool flat = std::ranges::all_of(heights, [](std::int16_t height) { return height == 0; });
-  all.patches[patch].height_block = flat ? kNoHeights : patch;
+  all.patches[patch].height_block = flat ? kNoHeights : all.first + patch;
+}
+
+PatchId ExchangeHeights::find(UndoCell cell, std::size_t& part) const {
+  const PatchKey key = PatchKey::from_bits(cell.key);
+  part = key.region();
+  const PatchId patch = world_.edit(part).slots->table().find(key.in_part());
+  KARST_ASSERT(patch != PatchTable::kNone);
+  return patch;
 }
 
 ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
     : world_(world), part_(part), at_(part.begin()) {
-  const World::Editable all = world_.edit(0);
   for (const UndoCell cell : part_) {
-    const PatchId patch = world_.patch_table().find(PatchKey::from_bits(cell.key));
-    KARST_ASSERT(patch != PatchTable::kNone);
+    std::size_t of = 0;
+    const PatchId patch = find(cell, of);
+    const World::Editable all = world_.edit(of);
     // A block of the file may be all zeros: whether there is one is exchanged, too.
     PatchCell before;
     std::memcpy(&before, cell.bytes.data(), sizeof before);
@@ -245,7 +280,7 @@ ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
     const auto bytes = cell.bytes.subspan(sizeof before);
     KARST_ASSERT(bytes.size() == now.size_bytes());
     std::ranges::swap_ranges(bytes, std::as_writable_bytes(now));
-    all.patches[patch].height_block = before.has_heights ? patch : kNoHeights;
+    all.patches[patch].height_block = before.has_heights ? all.first + patch : kNoHeights;
     std::memcpy(cell.bytes.data(), &after, sizeof after);
   }
 }
@@ -253,12 +288,16 @@ ExchangeHeights::ExchangeHeights(World& world, UndoPart part)
 bool ExchangeHeights::next(EditChange& change) {
   change = {};
   if (at_ == part_.end()) return false;
-  const World::Editable all = world_.edit(0);
+  static_cast<void>(find(*at_, change.part));
+  const World::Editable all = world_.edit(change.part);
   const std::span<PatchId> changed = all.room->changed;
   std::size_t count = 0;
-  UndoPart::Iterator end = at_;
-  for (; end != part_.end() && count < changed.size(); ++end)
-    changed[count++] = world_.patch_table().find(PatchKey::from_bits((*end).key));
+  for (UndoPart::Iterator end = at_; end != part_.end() && count < changed.size(); ++end) {
+    std::size_t of = 0;
+    const PatchId patch = find(*end, of);
+    if (of != change.part) break;
+    changed[count++] = patch;
+  }
   // One alone finds room: the edit did.
   while (count > 1 &&
          !find_touched(all.surface, changed.first(count), all.room->touched, change.touched).ok())
@@ -283,11 +322,18 @@ Status check_heights_edit(const Edit& edit, const World& world) {
   return {};
 }
 
-Status edit_heights(World& world, const Edit& edit, UndoLog* log, EditChange& change) {
+Status try_heights(World& world, std::size_t part, const Edit& edit, std::size_t& patches) {
+  patches = 0;
+  if (const Status status = check_heights_edit(edit, world); !status.ok()) return status;
+  return HeightsEdit(world, part, from_part(edit, world.parts()[part])).plan(patches);
+}
+
+Status edit_heights(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change) {
   change = {};
+  change.part = part;
   if (const Status status = check_heights_edit(edit, world); !status.ok()) return status;
   KARST_ASSERT(edits_heights(edit.tool));
-  return HeightsEdit(world, edit).run(log, change);
+  return HeightsEdit(world, part, from_part(edit, world.parts()[part])).run(log, change);
 }
 
 }  // namespace karst::core

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include <glm/common.hpp>
-
 #include "terrain/base/check.h"
 #include "terrain/edit/regions/region_heights.h"
 #include "terrain/field/voxelize.h"
@@ -144,12 +142,7 @@ Status MakeRegion::run() {
   if (status.ok()) {
     fit(spare, region);
     measure(spare, region);
-    LatticeBox box = patch_box({spare.volumes, spare.patches}, spare.measures.bounds, 0);
-    for (PatchId id = 1; id < region.patches; ++id) {
-      const LatticeBox own = patch_box({spare.volumes, spare.patches}, spare.measures.bounds, id);
-      box = {glm::min(box.min, own.min), glm::max(box.max, own.max)};
-    }
-    status = ground->add_region(info, box);
+    status = ground->add_region(info);
   }
   if (!status.ok()) {
     empty(spare);

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "terrain/edit/reached_patches.h"
 #include "terrain/edit/regions/region_heights.h"
 
 namespace karst::core {
@@ -117,13 +119,31 @@ double FindRegionGrowth::column_way(int x, int z, double height, double enough) 
   return way;
 }
 
+// How far surface and voxels of columns are apart, but for slopes: what patches reach out of their volumes,
+// and half a voxel.
+double FindRegionGrowth::surface_off(glm::dvec2 low, glm::dvec2 high) const {
+  const WorldPart& part = world->parts()[region];
+  const auto reaches = [&](const LatticeBox& other) {
+    return other.max.x >= low.x * kStepsPerVoxel && other.min.x <= high.x * kStepsPerVoxel &&
+           other.max.z >= low.y * kStepsPerVoxel && other.min.z <= high.y * kStepsPerVoxel;
+  };
+  double off = 0;
+  const auto visit = [&](PatchId patch) {
+    const PatchBounds& bounds = part.bounds[patch];
+    for (int axis = 0; axis < 3; ++axis) {
+      const int out = std::max(std::abs(int{bounds.min[axis]}), std::abs(int{bounds.max[axis]}));
+      off = std::max(off, static_cast<double>(out) / kStepsPerVoxel - 0.5);
+    }
+  };
+  ReachedPatches{*part.tree, part.surface, part.bounds, reaches, visit}.run();
+  return off;
+}
+
 Status FindRegionGrowth::measure(RegionGrowth& growth) const {
   const WorldPart& part = world->parts()[region];
   const Ground heights(*ground, region);
   const double wide = length(glm::dvec3(part.extent));
-  double before = 0;
-  if (const Status status = ground->error_before(region, before); !status.ok()) return status;
-  before = std::min(before / kStepsPerVoxel, wide);
+  const double before = std::min(ground->error_before(region) / kStepsPerVoxel, wide);
   const glm::dvec3 low = glm::dvec3(box.min) / double{kStepsPerVoxel};
   const glm::dvec3 high = glm::dvec3(box.max) / double{kStepsPerVoxel};
   double stretch = 1;
@@ -132,21 +152,12 @@ Status FindRegionGrowth::measure(RegionGrowth& growth) const {
       !status.ok())
     return status;
   growth.stretch = std::max(growth.stretch, stretch);
-  // How far surface and voxels are apart: what patches reach out of their volumes, and half a voxel; and
-  // places of a column.
-  double slack = 1 + 0.71 * growth.stretch;
-  for (PatchId n = 0; n < (touched.empty() ? part.patches() : touched.size()); ++n) {
-    const PatchId own = touched.empty() ? n : touched[n] - part.first;
-    if (part.surface.is_free(own)) continue;
-    const PatchBounds& bounds = part.bounds[own];
-    for (int axis = 0; axis < 3; ++axis) {
-      const int out = std::max(std::abs(int{bounds.min[axis]}), std::abs(int{bounds.max[axis]}));
-      slack = std::max(slack, 1 + 0.71 * growth.stretch + (static_cast<double>(out) / kStepsPerVoxel - 0.5));
-    }
-  }
+  const double around = std::max(growth.way, 1.0);
+  // And places of a column.
+  const double slack = 1 + 0.71 * growth.stretch +
+                       surface_off({low.x - around, low.z - around}, {high.x + around, high.z + around});
   const double enough = growth.way - slack;
   double most = 0;
-  const double around = std::max(growth.way, 1.0);
   const auto column = [](double at, int last) {
     return std::clamp(static_cast<int>(std::floor(at)), 0, last);
   };
@@ -164,21 +175,60 @@ Status FindRegionGrowth::measure(RegionGrowth& growth) const {
   return {};
 }
 
-RegionGrowth FindRegionGrowth::run() const {
+bool FindRegionGrowth::step(ColumnsOfRegion& columns) const {
   const WorldPart& part = world->parts()[region];
-  const LatticeBox& loaded = ground->box_before(region);
-  LatticeBox now = loaded;
-  if (part.tree->rows() > 0) {
-    const LatticeBox all = part.tree->around_all(glm::ivec3(0));
-    now = {glm::min(all.min, loaded.min), glm::max(all.max, loaded.max)};
+  const Ground heights(*ground, region);
+  const FindRegionGrowth every{world, ground, region, {glm::ivec3(0), part.extent * kStepsPerVoxel}};
+  double stretch = 1;
+  bool known = true;
+  for (int x = 0; x < part.extent.x && known; ++x) {
+    double height = 0;
+    known = heights.at(x + 0.5, columns.row + 0.5, height).ok();
+    if (known) columns.most = std::max(columns.most, every.column_way(x, columns.row, height, columns.most));
   }
-  const glm::dvec3 size = glm::dvec3(now.max) - glm::dvec3(now.min);
-  const double wide = length(size) + 4.0 * kStepsPerVoxel;
+  known = known && heights.stretch({0, columns.row}, {part.extent.x, columns.row + 1}, stretch).ok();
+  if (!known) columns.most = std::numeric_limits<double>::infinity();
+  columns.stretch = std::max(columns.stretch, stretch);
+  return ++columns.row == part.extent.z;
+}
+
+RegionGrowth FindRegionGrowth::run(const ColumnsOfRegion& columns) const {
+  const WorldPart& part = world->parts()[region];
   RegionGrowth growth = ground->growth(region);
-  if (!measure(growth).ok()) growth.error = wide;
-  growth.error = std::min(growth.error, wide);
-  const double wider = length(size - (glm::dvec3(loaded.max) - glm::dvec3(loaded.min)));
-  growth.reach = std::max(growth.reach, step_up(wider / kStepsPerVoxel) * kStepsPerVoxel);
+  growth.now = now(growth);
+  const double off = surface_off({0, 0}, {part.extent.x, part.extent.z});
+  growth.now.error =
+      std::min(growth.now.error, step_up(columns.most + 1 + 0.71 * columns.stretch + off) * kStepsPerVoxel);
+  return growth;
+}
+
+RegionMeasure FindRegionGrowth::now(const RegionGrowth& growth) const {
+  if (!growth.exists()) return {};
+  const WorldPart& part = world->parts()[region];
+  std::int32_t ground_low = 0, ground_high = 0;
+  ground->heights_beneath(region, ground_low, ground_high);
+  const std::int64_t corner = std::int64_t{part.corner.y} * kStepsPerVoxel;
+  const glm::ivec3 extent = part.extent * kStepsPerVoxel;
+  glm::dvec3 low(0, static_cast<double>(std::int64_t{kVertexStep} * ground_low - corner), 0);
+  glm::dvec3 high(extent.x, static_cast<double>(std::int64_t{kVertexStep} * ground_high - corner), extent.z);
+  if (part.tree->rows() > 0) {
+    const LatticeBox surface = part.tree->around_all(glm::ivec3(0));
+    low = glm::min(low, glm::dvec3(surface.min));
+    high = glm::max(high, glm::dvec3(surface.max));
+  }
+  RegionMeasure now;
+  now.reach = step_up((length(high - low) / kStepsPerVoxel) + 2) * kStepsPerVoxel;
+  now.error = std::min(ground->error_before(region) + growth.error, now.reach);
+  return now;
+}
+
+RegionGrowth FindRegionGrowth::run() const {
+  RegionGrowth growth = ground->growth(region);
+  if (!measure(growth).ok()) {
+    growth.way = std::max(growth.way, kStepVoxels);
+    growth.error = std::numeric_limits<double>::infinity();
+  }
+  growth.now = now(growth);
   return growth;
 }
 

@@ -15,6 +15,14 @@
 #include "terrain/surface/bezier/update_surface.h"
 
 namespace karst::core {
+
+Edit from_part(const Edit& edit, const WorldPart& part) {
+  Edit own = edit;
+  own.place -= glm::dvec3(part.corner);
+  own.to -= glm::dvec3(part.corner);
+  return own;
+}
+
 namespace {
 
 constexpr double kMostVoxels = 0x1p20;  // of lengths, so that all sums are finite
@@ -29,13 +37,6 @@ bool is_within(glm::dvec3 v, double most) {
 }
 bool inside(double v, double least, double most) {
   return v >= least && v <= most;
-}
-
-Edit from_part(const Edit& edit, const WorldPart& part) {
-  Edit own = edit;
-  own.place -= glm::dvec3(part.corner);
-  own.to -= glm::dvec3(part.corner);
-  return own;
 }
 
 // Whether voxels of a region that may be changed lie in the shape's box.

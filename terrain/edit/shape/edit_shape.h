@@ -27,6 +27,8 @@ inline constexpr int kSideVoxels = 3;
 Status check_edit(const Edit& edit, const World& world);
 // How many of the world's parts have voxels that an edit may change. Precondition: check_edit().
 std::size_t regions_reached(const Edit& edit, const World& world);
+// The same from a part's corner.
+Edit from_part(const Edit& edit, const WorldPart& part);
 // The part that an edit of voxels changes, or "place". Precondition: check_edit().
 Status part_of_edit(const Edit& edit, const World& world, std::size_t& part);
 // log: null, or with a step open. Precondition: edits_voxels(edit.tool).

@@ -2,6 +2,7 @@
 // make_seeds FOLDER: what mutations of each target start from, as FOLDER/TARGET/N.
 #include "app/files/png_file.h"
 #include "boards/board_profile.h"
+#include "ig/cigi/message_writer.h"
 #include "terrain/imagery/image_tile.h"
 #include "tests/fuzz/run/seed_tile.h"
 #include "tests/fuzz/run/seed_worlds.h"
@@ -112,6 +113,32 @@ void write_texts() {
  "lights": [{"position": [1, 2, 3], "radius": 8, "color": [1, 0.5, 0.25]}]})");
 }
 
+// All packets of both sides, in each version and order of bytes.
+void write_messages() {
+  using namespace karst::cigi;
+  std::vector<std::byte> buffer(4'096);
+  for (const Version version : {Version{3, 2}, Version{3, 3}, Version{4, 0}}) {
+    for (const Order order : {Order::little, Order::big}) {
+      ComponentControl short_component;
+      short_component.short_form = true;
+      MessageWriter host(buffer, version, order);
+      const bool sent = host.write(IgControl{}) && host.write_entity({}, {}) && host.write(RateControl{}) &&
+                        host.write(ComponentControl{}) && host.write(short_component) &&
+                        host.write(CelestialSphereControl{}) && host.write(AtmosphereControl{}) &&
+                        host.write(WeatherControl{}) && host.write(ViewControl{}) &&
+                        host.write(ViewDefinition{}) && host.write(HatHotRequest{}) &&
+                        host.write(LosSegmentRequest{}) && host.write(LosVectorRequest{});
+      write("cigi", std::string("\1").append(text_of(host.bytes())));
+      MessageWriter ig(buffer, version, order);
+      const bool answered = ig.write(StartOfFrame{}) && ig.write(HatHotResponse{}) &&
+                            ig.write(HatHotExtendedResponse{}) && ig.write(LosResponse{}) &&
+                            ig.write(LosExtendedResponse{});
+      write("cigi", std::string("\2").append(text_of(ig.bytes())));
+      if (!sent || !answered) std::exit(1);
+    }
+  }
+}
+
 void write_pictures() {
   std::vector<std::uint8_t> rgba(4 * 7 * 5);
   for (std::size_t k = 0; k < rgba.size(); ++k) rgba[k] = static_cast<std::uint8_t>(37 * k);
@@ -171,6 +198,7 @@ int main(int count, char** words) {
   write_worlds();
   write_tiles();
   write_texts();
+  write_messages();
   write_pictures();
 #ifdef KARST_FUZZ_BAKE
   write_images();

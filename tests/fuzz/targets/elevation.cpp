@@ -3,7 +3,7 @@
 // first zero byte, and the raw samples beside it.
 #include "bake/elevation/elevation.h"
 #include "tests/fuzz/run/fuzz_target.h"
-#include "tests/fuzz/targets/image_place.h"
+#include "tests/fuzz/run/image_place.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Images of materials and of painted weights as karst-bake reads them: by a child with limits.
 #include "bake/materials/material_files.h"
 #include "tests/fuzz/run/fuzz_target.h"
-#include "tests/fuzz/targets/image_place.h"
+#include "tests/fuzz/run/image_place.h"
 
 #include <array>
 

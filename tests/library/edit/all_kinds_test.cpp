@@ -230,6 +230,7 @@ TEST(AllKindsOfEdits, AreWhatTheyWereAtEachStep) {
   const int edits = edits_asked();
   play.run(edits);
   EXPECT_GT(play.changed[kVoxels], edits / 12);
+  EXPECT_GT(play.changed[kRegionHeights], edits / 30);
   EXPECT_GT(play.changed[kGround], edits / 30);
   EXPECT_GT(play.changed[kPaint], edits / 15);
   EXPECT_GT(play.undone, edits / 5);

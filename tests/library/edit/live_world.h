@@ -20,8 +20,7 @@
 
 namespace karst::test {
 
-// A world that is edited, with all that a file of it holds but for thresholds of the ground's nodes, which
-// edits of regions may leave higher.
+// A world that is edited, with all that a file of it holds.
 class LiveWorld {
  public:
   LiveWorld(const Needs& needs, std::vector<std::byte> file)
@@ -68,6 +67,7 @@ class LiveWorld {
         add(height);
       }
     }
+    for (const std::byte byte : saved_by(*editor)) add(byte);
     return std::hash<std::string>()(all);
   }
 
