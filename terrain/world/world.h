@@ -135,7 +135,8 @@ class World {
   bool is_free(PatchId slot) const {
     if (!is_editable()) return false;
     const WorldPart& part = part_of(slot);
-    return part.surface.is_free(slot - part.first);
+    const PatchId own = slot - part.first;
+    return own >= part.patches() || part.surface.is_free(own);
   }
   std::uint32_t free_patches() const;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Random edits of all kinds in one world, through the public headers: voxels and heights of regions, heights
 // of the ground around them, paint over both; strokes, undo and redo. The world is always, to the bit, what
-// it was at that step, and what its file loads. KARST_EDITS: how many; default 300.
+// it was at that step, and what its file loads. KARST_EDITS: how many; default 120.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ constexpr std::size_t kRegions = 2;
 
 int edits_asked() {
   const char* const text = std::getenv("KARST_EDITS");
-  return text != nullptr ? std::atoi(text) : 300;
+  return text != nullptr ? std::atoi(text) : 120;
 }
 
 std::vector<std::byte> world_file() {
