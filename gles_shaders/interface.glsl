@@ -52,6 +52,8 @@
 // Of worlds with imagery on a curved basis, in rows behind those of all pages: for each page of a node a
 // texel more, x, y: the node's x and z, z: its size (terrain/ground/ground.h).
 //
+// The place of pages of meshes, whose vertices do not morph (kMeshPlace, terrain/resident/page_table.h).
+#define KARST_MESH_PLACE 251
 // Places from here on are those of nodes (terrain/nodes/family_row.h).
 #define KARST_FIRST_GROUND_PLACE 252
 // Vertices of a page of a node; those behind them lie below its corners, at the feet of walls.

@@ -16,7 +16,7 @@ precision highp int;
 uniform int shown_level;  // of all patches that are drawn with this call, 1..6
 
 #ifdef KARST_SHOW_LEVELS
-flat in int node_size;  // or less than 0 of a patch
+flat in int node_size;  // or a mesh's, or less than 0 of a patch
 #endif
 in vec3 normal_ws;
 in vec3 from_eye_ws;

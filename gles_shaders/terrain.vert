@@ -18,7 +18,7 @@ out float height;  // voxels above height 0: linear between vertices, where a ch
 out vec2 image_place;
 #endif
 #ifdef KARST_SHOW_LEVELS
-flat out int node_size;  // or less than 0 of a patch
+flat out int node_size;  // or a mesh's, or less than 0 of a patch
 #endif
 
 void main() {

@@ -28,7 +28,7 @@ struct TerrainVertex {
   float share;        // of the way to its morph target, 0..1
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
-  int node_size;      // of a node, or less than 0 of a patch
+  int node_size;      // of a node or a mesh, or less than 0 of a patch
 #if defined(KARST_CURVED) && defined(KARST_IMAGERY)
   vec2 image_place;  // tiles of size 0 from the corner of the one that windows lie around
 #endif
@@ -80,11 +80,12 @@ TerrainVertex read_terrain_vertex() {
   result.share = morph_share(
       apparent, threshold,
       place < KARST_FIRST_GROUND_PLACE ? KARST_MORPH_SHARE : KARST_NODE_MORPH_SHARE);
+  if (place == KARST_MESH_PLACE) result.share = 0.0;
   result.patch_voxel = origin << size;
   result.in_patch = (vec3(position_normal.xyz) + way * result.share) * reference.unit;
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;
   result.cave = int(texel.z >> KARST_CAVE_SHIFT);
-  result.node_size = place < KARST_FIRST_GROUND_PLACE ? -1 : size;
+  result.node_size = place < KARST_MESH_PLACE ? -1 : size;
   result.home = home;
   result.position = morph_position(home, way * reference.unit, target, result.share);
   int in_page = gl_VertexID & KARST_MASK(KARST_PAGE_BITS);

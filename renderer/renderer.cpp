@@ -250,6 +250,12 @@ Status Renderer::upload_node(const PageTable& pages, std::uint32_t page, const N
   return pages_.upload_node(device_, pages, page, node, vertices);
 }
 
+Status Renderer::upload_mesh(const PageTable& pages, const MeshPages& chain, const MeshPage& mesh,
+                             std::span<const GpuVertex> vertices) {
+  fences_.wait(device_.gl);
+  return pages_.upload_mesh(device_, pages, chain, mesh, vertices);
+}
+
 Status Renderer::upload_morph_rows(std::uint32_t first_row, std::span<const std::uint16_t> rows) {
   return pages_.upload_morph_rows(device_, first_row, rows);
 }

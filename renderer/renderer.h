@@ -130,6 +130,11 @@ class Renderer {
   // origin, size, quadrant, row or material; limit_reached as above. Nothing was written then.
   Status upload_node(const PageTable& pages, std::uint32_t page, const NodePage& node,
                      std::span<const GpuVertex, kNodePageVertices> vertices);
+  // Copies a mesh's vertices to the pages of its chain, counted among the settings' mesh_pages, and writes
+  // their texels, which go to pages.mesh_texels; the same rules. invalid_argument naming page, origin or
+  // size; limit_reached as above.
+  Status upload_mesh(const PageTable& pages, const MeshPages& chain, const MeshPage& mesh,
+                     std::span<const GpuVertex> vertices);
   // Rows of thresholds, kMorphRow values each as make_morph_row() fills them; those of families follow the
   // settings' morph_rows. A patch's or family's row must be there before it is drawn. invalid_argument where
   // they are not whole or not within the settings' morph_rows and family_rows.

@@ -29,6 +29,8 @@ Status RendererSettings::validate() const {
     return invalid("not 4 a family, or too many", "family_pages", family_pages);
   if (!inside(family_rows, family_pages > 0 ? 1 : 0, std::int64_t{kMostViews + 1} * (family_pages / 4 + 1)))
     return invalid("not within its range", "family_rows", family_rows);
+  if (!inside(mesh_pages, 0, kMostPages - std::int64_t{vertex_pages} - family_pages))
+    return invalid("too many", "mesh_pages", mesh_pages);
   if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
     return invalid("not within its range", "stream_indices", stream_indices);
   }

@@ -24,6 +24,7 @@ struct RendererSettings {
   // kMostPages at most. Each view, and all shadow maps together, have a row for the root and one a family.
   std::uint32_t family_pages = 0;
   std::uint32_t family_rows = 0;
+  std::uint32_t mesh_pages = 0;  // of meshes of isosurfaces, behind all others: Config::field_vertex_pages
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^20 on each axis
   bool rim = true;                   // there may be a wall around it (Renderer::upload_rim)
@@ -80,7 +81,7 @@ struct RendererSettings {
   static constexpr int kMostAnisotropy = 16;
   static constexpr int kAutomaticAnisotropy = 4;  // where a GPU renders
 
-  std::uint32_t all_pages() const { return vertex_pages + family_pages; }
+  std::uint32_t all_pages() const { return vertex_pages + family_pages + mesh_pages; }
   // Rows of the page table: of all pages, and, where imagery lies on a curved basis, of the places of nodes.
   bool has_node_places() const { return curved && image_layers > 0 && drape_width == 0; }
   std::uint32_t all_rows() const { return morph_rows + family_rows; }

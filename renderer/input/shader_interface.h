@@ -33,6 +33,7 @@ static_assert(kThresholdUnit == static_cast<float>(KARST_THRESHOLD_UNIT));
 static_assert(kMostMorphRows == 1u << KARST_ROW_BITS);
 static_assert(KARST_PLACE_BITS + KARST_ROW_BITS == KARST_MATERIAL_SHIFT);
 static_assert(kMostPlaces == 1u << KARST_PLACE_BITS && kFirstGroundPlace == KARST_FIRST_GROUND_PLACE);
+static_assert(kMeshPlace == KARST_MESH_PLACE && kMeshPlace < kFirstGroundPlace);
 static_assert(kNodeVertices == KARST_NODE_VERTICES);
 static_assert(2 * kMostPageHeight == 1 << KARST_ORIGIN_Y_BITS && kMostPageSize < 1 << KARST_SIZE_BITS);
 static_assert(KARST_ORIGIN_Y_BITS + KARST_SIZE_BITS == KARST_CAVE_SHIFT);

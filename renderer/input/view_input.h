@@ -10,6 +10,7 @@
 #include "renderer/input/frame_counts.h"
 #include "renderer/input/surroundings_block.h"
 #include "terrain/draw/draw_list.h"
+#include "terrain/draw/mesh_items.h"
 #include "terrain/imagery/image_view.h"
 #include "terrain/lod/morph.h"
 #include "terrain/resident/page_table.h"
@@ -51,6 +52,9 @@ struct ViewInput {
   std::size_t near_nodes =
       SIZE_MAX;  // of them, that may be nearer than the split of depth's ranges: the first
   std::span<const std::uint32_t> belts;  // of the region, between items and nodes (terrain/regions/belts.h)
+  // Meshes of isosurfaces, behind all others; first_vertex_page is filled in.
+  std::span<const MeshItem> meshes;
+  MeshPages mesh_pages;
   unsigned shading = kShadeBlend | kShadeCave;  // what any of the items and nodes needs, PatchShading::needs
   PixelSkips skips;
   ImagePlace images;             // of imagery, where the settings have layers
@@ -96,7 +100,8 @@ struct DrawTarget {
   bool two_ranges = false;
 };
 
-// What is drawn into a shadow map. foot, items, nodes, belts, pages, index_table, max_level: as in ViewInput.
+// What is drawn into a shadow map. foot, items, nodes, belts, meshes,
+// pages, index_table, max_level: as in ViewInput.
 struct CascadeInput {
   Cascade cascade;
   std::uint32_t first_morph_row = 0;
@@ -106,6 +111,8 @@ struct CascadeInput {
   std::span<const DrawItem> items;
   std::span<const DrawItem> nodes;
   std::span<const std::uint32_t> belts;
+  std::span<const MeshItem> meshes;
+  MeshPages mesh_pages;
   PageTable pages;
   std::span<const std::uint16_t> index_table;
   int max_level = kMaxLevel;

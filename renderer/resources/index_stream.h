@@ -13,6 +13,8 @@ namespace karst::core {
 // What a view or a shadow map draws. out is left empty.
 template <class Input>
 ExpandIndices expand_of(const RendererSettings& settings, const Input& input) {
+  MeshPages mesh_pages = input.mesh_pages;
+  mesh_pages.first_vertex_page = settings.vertex_pages + settings.family_pages;
   return {.table = input.index_table,
           .items = input.items,
           .pages = input.pages,
@@ -20,7 +22,9 @@ ExpandIndices expand_of(const RendererSettings& settings, const Input& input) {
           .nodes = input.nodes,
           .first_node_page = settings.vertex_pages,
           .node_pages = settings.family_pages,
-          .belts = input.belts};
+          .belts = input.belts,
+          .meshes = input.meshes,
+          .mesh_pages = mesh_pages};
 }
 
 // Draws the items, nodes and belts with the program in use, in as many calls as the stream is too short for;

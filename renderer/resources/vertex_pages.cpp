@@ -29,6 +29,7 @@ int page_table_rows(const RendererSettings& settings) {
 void VertexPages::create(const RendererSettings& settings) {
   vertex_pages_ = settings.vertex_pages;
   family_pages_ = settings.family_pages;
+  mesh_pages_ = settings.mesh_pages;
   has_node_places_ = settings.has_node_places();
   morph_rows_ = settings.morph_rows;
   all_rows_ = settings.all_rows();
@@ -61,7 +62,8 @@ Status VertexPages::check(const PageTable& pages, PatchId patch, std::uint32_t f
 Status VertexPages::map(const GlDevice& device) {
   device.gl.BindBuffer(GL_ARRAY_BUFFER, name_of(device, Object::vertices));
   if (mapped_ != nullptr) return {};
-  const auto bytes = static_cast<GLsizeiptr>(std::size_t{vertex_pages_ + family_pages_} * kPageBytes);
+  const auto bytes =
+      static_cast<GLsizeiptr>(std::size_t{vertex_pages_ + family_pages_ + mesh_pages_} * kPageBytes);
   mapped_ = static_cast<GpuVertex*>(device.gl.MapBufferRange(
       GL_ARRAY_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_UNSYNCHRONIZED_BIT | GL_MAP_FLUSH_EXPLICIT_BIT));
   if (mapped_ != nullptr) return {};
@@ -157,6 +159,33 @@ Status VertexPages::upload_node(const GlDevice& device, const PageTable& pages, 
   return {};
 }
 
+Status VertexPages::upload_mesh(const GlDevice& device, const PageTable& pages, const MeshPages& chain,
+                                const MeshPage& mesh, std::span<const GpuVertex> vertices) {
+  if (!is_page_height(mesh.origin.y)) return invalid("higher or lower than a page may be", "origin");
+  if (mesh.size < 0 || mesh.size > kMostPageSize) return invalid("not within 0..20", "size");
+  std::uint32_t page = mesh.first_page;
+  for (std::uint32_t n = 0; n < pages_for(vertices.size()); ++n, page = chain.next_page[page]) {
+    if (page >= mesh_pages_ || page >= chain.next_page.size() || page >= pages.mesh_texels.size())
+      return invalid("has fewer pages in the buffer than its vertices need", "page", page);
+  }
+  if (const Status status = map(device); !status.ok()) return status;
+  page = mesh.first_page;
+  for (std::size_t done = 0; done < vertices.size(); page = chain.next_page[page]) {
+    const std::size_t count = std::min<std::size_t>(vertices.size() - done, kPageVertices);
+    const std::size_t in_buffer = std::size_t{vertex_pages_} + family_pages_ + page;
+    const std::size_t to = in_buffer * kPageVertices;
+    std::memcpy(mapped_ + to, vertices.data() + done, count * sizeof(GpuVertex));
+    device.gl.FlushMappedBufferRange(GL_ARRAY_BUFFER, static_cast<GLintptr>(to * sizeof(GpuVertex)),
+                                     static_cast<GLsizeiptr>(count * sizeof(GpuVertex)));
+    pages.mesh_texels[page] = make_page_texel(mesh.origin, mesh.size, kMeshPlace, 0, 0, false);
+    changed_page_rows_.set(in_buffer >> KARST_PAGE_ROW_BITS);
+    done += count;
+  }
+  device.gl.BindBuffer(GL_ARRAY_BUFFER, 0);
+  uploaded_bytes_ += vertices.size_bytes();
+  return {};
+}
+
 Status VertexPages::upload_morph_rows(const GlDevice& device, std::uint32_t first_row,
                                       std::span<const std::uint16_t> rows) {
   const std::size_t count = rows.size() / kMorphRow;
@@ -184,11 +213,12 @@ Status VertexPages::upload_morph_rows(const GlDevice& device, std::uint32_t firs
 void VertexPages::upload_page_rows(const GlDevice& device, const PageTable& pages) {
   enter_upload(device);
   device.gl.BindTexture(GL_TEXTURE_2D, name_of(device, Object::page_table));
-  const auto rows = static_cast<std::size_t>(page_rows(vertex_pages_ + family_pages_));
+  const auto rows = static_cast<std::size_t>(page_rows(vertex_pages_ + family_pages_ + mesh_pages_));
   for (std::size_t row = 0; row < rows; ++row) {
     if (!changed_page_rows_.test(row)) continue;
     upload_texels(device, row, 0, pages.texels);
     upload_texels(device, row, vertex_pages_, pages.family_texels);
+    upload_texels(device, row, std::size_t{vertex_pages_} + family_pages_, pages.mesh_texels);
     if (has_node_places_)
       upload_texels(device, rows + row, rows * kPageRowTexels + vertex_pages_, pages.family_places);
   }

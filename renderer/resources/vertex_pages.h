@@ -14,6 +14,7 @@
 #include "karst/status.h"
 #include "renderer/gl/gl_device.h"
 #include "renderer/input/shader_interface.h"
+#include "terrain/draw/mesh_items.h"
 #include "terrain/patch/gpu_vertex.h"
 #include "terrain/resident/page_table.h"
 #include "terrain/shading/patch_shading.h"
@@ -53,12 +54,19 @@ struct NodePage {
   bool cave = false;          // it may be a cave or lit by lamps
 };
 
+// What pages of a mesh hold besides its vertices, which are where they are: nothing morphs.
+struct MeshPage {
+  std::uint32_t first_page = 0;  // of its chain, among the settings' mesh_pages
+  glm::ivec3 origin{0};          // voxels of its size; y within +-kMostPageHeight
+  int size = 0;                  // 0..kMostPageSize
+};
+
 class VertexPages {
  public:
   void create(const RendererSettings& settings);
 
-  // Renderer::upload_vertices, upload_node and upload_morph_rows; frames that may still draw the pages are
-  // complete.
+  // Renderer::upload_vertices, upload_node, upload_mesh and upload_morph_rows; frames that may still draw the
+  // pages are complete.
   Status upload(const GlDevice& device, const PageTable& pages, PatchId patch, std::uint32_t first,
                 std::span<const GpuVertex> vertices, glm::ivec3 origin, std::uint32_t row,
                 PatchShading shading);
@@ -66,6 +74,8 @@ class VertexPages {
                         std::uint32_t row, PatchShading shading);
   Status upload_node(const GlDevice& device, const PageTable& pages, std::uint32_t page, const NodePage& node,
                      std::span<const GpuVertex, kNodePageVertices> vertices);
+  Status upload_mesh(const GlDevice& device, const PageTable& pages, const MeshPages& chain,
+                     const MeshPage& mesh, std::span<const GpuVertex> vertices);
   Status upload_morph_rows(const GlDevice& device, std::uint32_t first_row,
                            std::span<const std::uint16_t> rows);
 
@@ -88,6 +98,7 @@ class VertexPages {
 
   std::uint32_t vertex_pages_ = 0;
   std::uint32_t family_pages_ = 0;
+  std::uint32_t mesh_pages_ = 0;
   bool has_node_places_ = false;
   std::uint32_t morph_rows_ = 0;                  // of patches
   std::uint32_t all_rows_ = 0;                    // and of families

@@ -191,7 +191,7 @@ Status EditorObject::follow(const EditChange& change, EditResult& result) {
   shape_version = version + 1;
   core::World& terrain = world.terrain.world;
   if (terrain.is_paintable()) static_cast<void>(mark_painted(terrain, world.span(), change.touched));
-  world.terrain.residency.follow_edit(change.touched, change.vanished);
+  world.terrain.residency.follow_edit(change.touched, change.rows, change.vanished);
   for (QueryObject& query : world.queries) {
     query.asked.forget(change.touched);
     query.asked.forget(change.vanished);

@@ -27,6 +27,9 @@ constexpr double kHazeWidths = 6.0;
 // On a curved basis, whose width says nothing: metres.
 constexpr double kCurvedHazeM = 60'000;
 constexpr double kWhiteSunDeg = 45;
+// That edits have touched and a frame with a limit of time makes; counted, so that frames of a replay are
+// alike.
+constexpr std::uint32_t kRemadePatches = 128;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
@@ -113,7 +116,8 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
   ground_.create(world.terrain, gl, inspection);
   imagery_.create(world.terrain, gl, inspection);
   ahead_.create(world.terrain, inspection);
-  shadows_.create(world.terrain, gl, work_, ground_, shadows);
+  meshes_.create(world.terrain, gl, inspection);
+  shadows_.create(world.terrain, gl, work_, ground_, meshes_, shadows);
   forget_vertices();
   return {};
 }
@@ -122,6 +126,7 @@ void RendererObject::forget_vertices() {
   world.terrain.residency.forget();
   ground_.forget();
   imagery_.forget();
+  meshes_.forget();
   shadows_.forget();
   first_frame_ = true;
 }
@@ -247,7 +252,9 @@ Status RendererObject::follow_edits(double work_ms) {
   }
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
-  if (const Status status = work_.remake(costs); !status.ok()) return status;
+  const bool at_once = first_frame_ || work_ms == 0;
+  if (const Status status = work_.remake(at_once ? 0xffffffffu : kRemadePatches, costs); !status.ok())
+    return status;
   // A region with a patch that lacks vertices would close.
   if (world.terrain.world.ground().region_count > 0) {
     if (const Status status = work_.make_bases(costs); !status.ok()) return status;
@@ -338,6 +345,8 @@ void RendererObject::count_views() {
     costs.left_out += ground.left_out;
     costs.sizes_left_out = std::max(costs.sizes_left_out, ground.sizes_left_out);
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
+    if (!meshes_.list(n).items.empty()) views_[n].shading |= kShadeBlend;
+    costs.culled_frustum += meshes_.list(n).culled;
   }
 }
 
@@ -357,10 +366,13 @@ void RendererObject::fill_result(FrameResult& result) {
     result.triangles += ground.triangles;
     if (ground_.exists()) result.triangles += ground_.belts(n).size() / 3;
     if (ground.lacks_room > 0) limits_ |= kLimitVertexMemory;
+    result.error_px[n] = std::max(result.error_px[n], double{meshes_.bound_px(n)});
+    result.triangles += meshes_.list(n).triangles;
   }
   result.lacking += imagery_.lacking();
   if (imagery_.full()) without_room += imagery_.lacking();
-  if (governor.pool_full) limits_ |= kLimitVertexMemory;
+  if (governor.pool_full || meshes_.full()) limits_ |= kLimitVertexMemory;
+  result.lacking += meshes_.lacking();
   if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
       (result.lacking > 0 || costs.patches_missing > 0)) {
@@ -369,7 +381,7 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.editor.is_settled()) limits_ |= kLimitWork;
+  if (!world.editor.is_settled() || world.terrain.residency.has_plain()) limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
@@ -424,6 +436,7 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
   ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
+  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
 
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
@@ -504,6 +517,11 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.has_long_chords = ground_.has_long_chords(n);
     input.pages.family_texels = world.terrain.ground.texels();
     input.pages.family_places = world.terrain.ground.places();
+  }
+  if (meshes_.exists()) {
+    input.meshes = meshes_.list(n).items;
+    input.mesh_pages = meshes_.pages();
+    input.pages.mesh_texels = meshes_.texels();
   }
   if (imagery_.exists()) {
     input.images = imagery_.place(n);

@@ -12,6 +12,7 @@
 #include "scene/frame/ahead_frame.h"
 #include "scene/frame/ground_frame.h"
 #include "scene/frame/imagery_frame.h"
+#include "scene/frame/meshes/mesh_frame.h"
 #include "scene/frame/shadow_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "scene/world/world_object.h"
@@ -58,6 +59,7 @@ struct RendererObject final : karst::Renderer {
   GroundFrame ground_;
   ImageryFrame imagery_;
   AheadFrame ahead_;
+  MeshFrame meshes_;
   ShadowFrame shadows_;
   std::array<View, karst::kMostViews> views_{};
   std::array<ViewRequest, karst::kMostViews> requests_{};

@@ -55,11 +55,12 @@ HostPass host_pass(const HostCasters& casters, const LightSpace& space, const Ca
 }  // namespace
 
 void ShadowFrame::create(TerrainParts& terrain, Renderer& renderer, VertexWork& work, GroundFrame& ground,
-                         const CascadeSettings& settings) {
+                         MeshFrame& meshes, const CascadeSettings& settings) {
   terrain_ = &terrain;
   renderer_ = &renderer;
   work_ = &work;
   ground_ = &ground;
+  meshes_ = &meshes;
   settings_ = settings;
   forget();
 }
@@ -107,10 +108,10 @@ Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& li
   for (int n = 0; n < count; ++n) {
     const Cascade* const smaller = n > 0 ? &cascades_[static_cast<std::size_t>(n) - 1] : nullptr;
     const Cascade& cascade = cascades_[static_cast<std::size_t>(n)];
-    const bool seen =
-        ground_->exists() || std::any_of(input.views.begin(), input.views.end(), [&](const ViewState& view) {
-          return has_receivers(terrain_->world, view.items(), cascade, smaller);
-        });
+    const bool seen = ground_->exists() || meshes_->exists() ||
+                      std::any_of(input.views.begin(), input.views.end(), [&](const ViewState& view) {
+                        return has_receivers(terrain_->world, view.items(), cascade, smaller);
+                      });
     // The host's own things may lie where no terrain is seen.
     if (input.skip && !seen && input.casters.draw == nullptr) {
       ++costs.cascades_skipped;
@@ -189,7 +190,9 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   const Cascade& cascade = cascades_[static_cast<std::size_t>(index)];
   Map& map = maps_[static_cast<std::size_t>(index)];
   const bool host_moved = input.casters.draw != nullptr && input.casters.moved;
-  if (input.skip && !host_moved && is_current(input, map, cascade)) {
+  // What casts of it is the frame's choice, whichever that is.
+  const Isosurface::List mesh_casters = meshes_->casters(cascade);
+  if (input.skip && !host_moved && map.meshes == mesh_casters.hash && is_current(input, map, cascade)) {
     ++costs.cascades_skipped;
     return {};
   }
@@ -226,7 +229,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   map.complete = casters.lacking == 0 && whole_ground;
   map.thresholds = version(input);
   map.scale = view.error_scale();
-  if (same_box && !host_moved && map.casters == casters.hash && map.ground == ground_hash) {
+  if (same_box && !host_moved && map.casters == casters.hash && map.ground == ground_hash &&
+      map.meshes == mesh_casters.hash) {
     ++costs.cascades_skipped;
     return {};
   }
@@ -251,6 +255,11 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     pass.pages.family_texels = terrain_->ground.texels();
     pass.pages.family_places = terrain_->ground.places();
   }
+  if (meshes_->exists()) {
+    pass.meshes = mesh_casters.items;
+    pass.mesh_pages = meshes_->pages();
+    pass.pages.mesh_texels = meshes_->texels();
+  }
   HostPass host = host_pass(input.casters, light_space_, cascade);
   if (input.casters.draw != nullptr) {
     pass.draw_more = [](void* user) {
@@ -261,12 +270,14 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   }
   status = renderer_->draw_cascade(index, pass);
   ++costs.cascades_drawn;
-  costs.shadow_triangles += casters.triangles + ground_->sum(ground_->shadow_view()).triangles;
+  costs.shadow_triangles +=
+      casters.triangles + ground_->sum(ground_->shadow_view()).triangles + mesh_casters.triangles;
   costs.submit_ms += ms_since(listed);
   map.drawn = status.ok();
   map.cascade = cascade;
   map.casters = casters.hash;
   map.ground = ground_hash;
+  map.meshes = mesh_casters.hash;
   return status;
 }
 

@@ -10,6 +10,7 @@
 #include "karst/renderer.h"
 #include "renderer/renderer.h"
 #include "scene/frame/ground_frame.h"
+#include "scene/frame/meshes/mesh_frame.h"
 #include "scene/frame/vertex_work.h"
 #include "terrain/lod/morph.h"
 #include "terrain/shadow/cascades.h"
@@ -31,7 +32,7 @@ class ShadowFrame {
  public:
   // Borrowed for the object's life. settings.count: maps that the renderer has.
   void create(TerrainParts& terrain, Renderer& renderer, VertexWork& work, GroundFrame& ground,
-              const CascadeSettings& settings);
+              MeshFrame& meshes, const CascadeSettings& settings);
   // All maps are drawn anew.
   void forget();
 
@@ -63,6 +64,7 @@ class ShadowFrame {
     double error_texels = 0;       // SelectCasters
     std::uint64_t casters = 0;     // ShadowCasters::Result::hash
     std::uint64_t ground = 0;      // GroundView::hash
+    std::uint64_t meshes = 0;      // Isosurface::List::hash
     std::uint32_t thresholds = 0;  // version that the casters were listed for
     ErrorScale scale;              // of those thresholds
   };
@@ -78,6 +80,7 @@ class ShadowFrame {
   Renderer* renderer_ = nullptr;
   VertexWork* work_ = nullptr;
   GroundFrame* ground_ = nullptr;
+  MeshFrame* meshes_ = nullptr;
   CascadeSettings settings_;
   std::array<Map, kMostCascades> maps_{};
   LightSpace light_space_;

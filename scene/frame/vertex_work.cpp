@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scene/frame/vertex_work.h"
 
-#include <chrono>
-
 namespace karst::core {
 namespace {
 
@@ -16,12 +14,6 @@ void lap(std::int64_t& start, double& total) {
 }
 
 }  // namespace
-
-std::int64_t clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 bool VertexWork::rests() const {
   return tolerant_ && failing_ && clock_ns() < retry_at_ns_;
@@ -62,11 +54,11 @@ bool VertexWork::generate_next(bool ahead, PatchUpload& next, Status& status) {
   return terrain_->residency.generate_next(ahead, next, status);
 }
 
-Status VertexWork::remake(FrameCosts& costs) {
+Status VertexWork::remake(std::uint32_t most, FrameCosts& costs) {
   const std::int64_t start = clock_ns();
   PatchUpload next;
   Status status;
-  while (status.ok() && terrain_->residency.remake_next(next, status)) {
+  while (status.ok() && terrain_->residency.remake_next(next, status, most)) {
     status = upload(next);
     costs.generated += next.vertices.empty() ? 0u : 1u;
   }

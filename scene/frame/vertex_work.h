@@ -7,30 +7,10 @@
 
 #include "karst/inspect.h"
 #include "renderer/renderer.h"
+#include "scene/frame/clock/own_work.h"
 #include "terrain/world/terrain_parts.h"
 
 namespace karst::core {
-
-// Nanoseconds of a clock that only goes forwards.
-std::int64_t clock_ns();
-inline double ms_since(std::int64_t start_ns) {
-  return static_cast<double>(clock_ns() - start_ns) * 1e-6;
-}
-
-// Tells the inspection that no GL is called while it lives.
-class OwnWork {
- public:
-  explicit OwnWork(const Inspection& inspection) : inspection_(inspection) { tell(true); }
-  OwnWork(const OwnWork&) = delete;
-  OwnWork& operator=(const OwnWork&) = delete;
-  ~OwnWork() { tell(false); }
-
- private:
-  void tell(bool begins) const {
-    if (inspection_.own_work != nullptr) inspection_.own_work(inspection_.user, begins);
-  }
-  const Inspection& inspection_;
-};
 
 class VertexWork {
  public:
@@ -56,8 +36,8 @@ class VertexWork {
   // What the frame's views lack, for so many milliseconds; with `ahead` also what is about to be needed.
   // made: patches.
   Status make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made);
-  // What edits have touched, all of it.
-  Status remake(FrameCosts& costs);
+  // What edits have touched: all of it, but finer than plain no more than so many patches.
+  Status remake(std::uint32_t most, FrameCosts& costs);
   // The coarsest vertices of all patches that have none.
   Status make_bases(FrameCosts& costs);
 

@@ -82,6 +82,10 @@ Status check_needs(const Needs& needs) {
     return refuse("more than 16 regions", "dig_regions", needs.dig_regions);
   if (!inside(needs.region_patches, 64, 1u << 20))
     return refuse("not within 64..2^20 patches", "region_patches", needs.region_patches);
+  if (!inside(needs.field_blocks, 0, 1u << 24))
+    return refuse("not within 0..2^24", "field_blocks", needs.field_blocks);
+  if (!inside(needs.field_sample_blocks, 0, 1u << 20))
+    return refuse("not within 0..2^20", "field_sample_blocks", needs.field_sample_blocks);
   if (needs.undo_bytes > 1u << 30) return refuse("more than 2^30 bytes", "undo_bytes", needs.undo_bytes);
   return {};
 }
@@ -137,6 +141,31 @@ void set_limits(const WorldInfo& info, const GroundInfo& ground, const Needs& ne
     config.max_draw_items = std::min(config.max_draw_items, config.gpu_vertex_pages);
     config.max_resident_patches = config.max_draw_items;
   }
+}
+
+// Of an isosurface: meshes of blocks that hold surface, at some levels, twice: those that are drawn, and
+// those that are made for the next choice. A block of smooth surface has some 400 vertices.
+constexpr std::uint32_t kLeastMeshes = 64;
+constexpr std::uint32_t kMostMeshes = 4'096;
+constexpr std::uint64_t kPagesPerBlock = 24;
+constexpr std::uint64_t kMeshBytes = 8u << 20;
+constexpr std::uint64_t kPageBytes = kPageVertices * sizeof(GpuVertex);
+// Behind the pages of patches and nodes.
+void set_field_limits(const Needs& needs, Config& config) {
+  config.field_blocks = needs.field_blocks;
+  config.field_sample_blocks = needs.field_sample_blocks;
+  if (config.field_blocks == 0) return;
+  const std::uint64_t taken = config.gpu_vertex_pages + 4 * std::uint64_t{config.ground_families};
+  const std::uint64_t left = taken < kMostPages ? kMostPages - taken : 0;
+  const std::uint64_t wanted =
+      needs.mesh_bytes > 0
+          ? needs.mesh_bytes / kPageBytes
+          : std::min(kMeshBytes / kPageBytes, kPagesPerBlock * (config.field_sample_blocks + 8));
+  const auto pages = static_cast<std::uint32_t>(std::min(wanted, left));
+  config.field_vertex_pages = pages;
+  // Six indices a vertex.
+  config.field_index_pages = pages;
+  config.field_meshes = std::clamp(4 * config.field_sample_blocks, kLeastMeshes, kMostMeshes);
 }
 
 // Behind all other limits.
@@ -209,6 +238,7 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
   renderer.vertex_pages = config.gpu_vertex_pages;
   renderer.morph_rows = config.max_resident_patches * config.max_views;
   renderer.stream_indices = config.stream_indices;
+  renderer.mesh_pages = config.field_vertex_pages;
   if (world.ground.exists()) {
     renderer.family_pages = 4 * config.ground_families;
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
@@ -310,6 +340,7 @@ Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout
   set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
   set_edit_limits(world, needs, layout.config);
+  set_field_limits(needs, layout.config);
   return lay_out_config(world, needs, layout);
 }
 

@@ -140,7 +140,7 @@ inline constexpr std::array<ConfigField, 30> kConfigFields = {{
     {"edit_tiles", &Config::edit_tiles, 0, 0, 1u << 16, "tiles of the ground that edits have changed",
      "41 KiB each, one or more a size at each place; 0: the ground is not edited"},
     {"edit_patches", &Config::edit_patches, 0, 0, 1u << 20, "patches that one edit makes anew",
-     "some 360 bytes of working memory each, 105 a patch slot; 0: nothing is edited"},
+     "some 370 bytes of working memory each, 108 a patch slot; 0: nothing is edited"},
     {"undo_bytes", &Config::undo_bytes, 0, 0, 1u << 30, "bytes that steps of edits keep to be taken back",
      "the oldest steps give way; 0: nothing is taken back"},
     {"paint_width", &Config::paint_width, 0, 0, 1'024, "texels along x of the painted map in memory",
@@ -152,15 +152,15 @@ inline constexpr std::array<ConfigField, 30> kConfigFields = {{
     {"region_patches", &Config::region_patches, 0, 0, 1u << 20, "patches of a region that is made",
      "some 700 bytes each beside heights and pages of vertices; their octets, volumes, rim and sky, too"},
     {"field_blocks", &Config::field_blocks, 0, 0, 1u << 24, "blocks of 16^3 samples of a field, of any kind",
-     "some 6 bytes each; 0: the world has no isosurface"},
+     "10 bytes each, and 1.2 MiB for making meshes; 0: the world has no isosurface"},
     {"field_sample_blocks", &Config::field_sample_blocks, 0, 0, 1u << 20,
      "blocks of a field that take samples", "4 KiB each, and two of them where samples have 16 bits"},
     {"field_meshes", &Config::field_meshes, 0, 0, 1u << 16, "meshes of blocks of an isosurface",
-     "some 60 bytes each; those that are drawn and those that are made for the next choice"},
+     "some 95 bytes each, and 16 in each view and for shadow maps; a choice takes half of them"},
     {"field_vertex_pages", &Config::field_vertex_pages, 0, 0, kMostPages, "pages of an isosurface's vertices",
      "512 bytes of GPU memory each, behind those of the ground"},
     {"field_index_pages", &Config::field_index_pages, 0, 0, kMostPages,
-     "pages of 192 indices of an isosurface", "388 bytes each; a vertex takes some six indices"},
+     "pages of 192 indices of an isosurface", "388 bytes each; a vertex takes six indices or so"},
 }};
 
 }  // namespace karst::core

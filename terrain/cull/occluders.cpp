@@ -240,19 +240,13 @@ void Occluders::clear_outside(glm::ivec3 first, glm::ivec3 last) {
   }
 }
 
-void Occluders::update(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
-                       const BoundsTree& tree, std::span<const PatchId> changed, const LatticeBox& box,
-                       bool sides) {
-  if (empty()) return;
-  if (sides) {
-    build(octree, extent_, surface, bounds);
-    return;
-  }
-  const int shift = cell_bits(cell_log2_);
-  for (const PatchId id : changed) widen(surface, bounds, id);
-  const glm::ivec3 low = glm::max(box.min >> shift, glm::ivec3(0));
-  const glm::ivec3 high = glm::min(box.max >> shift, size_ - 1);
+// Cells low..high, but for what is outside of the interior.
+void Occluders::renew(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
+                      const BoundsTree& tree, glm::ivec3 low, glm::ivec3 high) {
+  low = glm::max(low, glm::ivec3(0));
+  high = glm::min(high, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
+  const int shift = cell_bits(cell_log2_);
   fill_cells(low, high);
   clear_leaves(octree, octree.root(), glm::ivec3(0), octree.size(), low, high);
   const auto clear = [&](PatchId id) {
@@ -260,10 +254,37 @@ void Occluders::update(const Octree& octree, const Surface& surface, std::span<c
     clear_cells(glm::max(swept.min >> shift, low), glm::min(swept.max >> shift, high));
     return true;
   };
-  // Cells hold more than the box.
+  // Cells hold more than a box.
   const glm::dvec3 from(low << shift), to((high + 1) << shift);
   for_each_near(tree, surface, from, to, widest_, clear);
-  clear_outside(low, high);
+}
+
+// Where the interior grows, what was outside of it was cleared.
+void Occluders::update(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
+                       const BoundsTree& tree, std::span<const PatchId> changed, const LatticeBox& box,
+                       bool sides) {
+  if (empty()) return;
+  const int shift = cell_bits(cell_log2_);
+  for (const PatchId id : changed) widen(surface, bounds, id);
+  renew(octree, surface, bounds, tree, box.min >> shift, box.max >> shift);
+  const LatticeBox before = interior_;
+  if (sides) find_interior(surface, bounds, extent_);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 low(0), high = size_ - 1;
+    if (interior_.min[axis] < before.min[axis]) {
+      low[axis] = (interior_.min[axis] - 1) >> shift;
+      high[axis] = (before.min[axis] - 1) >> shift;
+      renew(octree, surface, bounds, tree, low, high);
+    }
+    if (interior_.max[axis] > before.max[axis]) {
+      low[axis] = (before.max[axis] + 1) >> shift;
+      high[axis] = size_[axis] - 1;
+      renew(octree, surface, bounds, tree, low, high);
+    }
+  }
+  const bool same = interior_.min == before.min && interior_.max == before.max;
+  clear_outside(same ? glm::max(box.min >> shift, glm::ivec3(0)) : glm::ivec3(0),
+                same ? glm::min(box.max >> shift, size_ - 1) : size_ - 1);
 }
 
 std::uint64_t Occluders::count(Kind kind) const {

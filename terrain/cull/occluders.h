@@ -121,6 +121,8 @@ class Occluders {
   // Of leaves in cells low..high.
   void clear_leaves(const Octree& octree, Octree::Node node, glm::ivec3 origin, int size, glm::ivec3 low,
                     glm::ivec3 high);
+  void renew(const Octree& octree, const Surface& surface, std::span<const PatchBounds> bounds,
+             const BoundsTree& tree, glm::ivec3 low, glm::ivec3 high);
   void clear_outside(glm::ivec3 first, glm::ivec3 last);
   void widen(const Surface& surface, std::span<const PatchBounds> bounds, PatchId id);
   void find_interior(const Surface& surface, std::span<const PatchBounds> bounds, glm::ivec3 extent);

@@ -140,6 +140,16 @@ class Slot {
   std::uint32_t places_[patch_vertices(kMaxLevel)];
 };
 
+// Where the pages of a mesh lie in the buffer, moved so that its vertices' numbers can be added.
+constexpr std::uint32_t kMostMeshPages = (1u << 16) / kPageVertices;
+
+std::uint32_t find_pages(const MeshPages& pages, std::uint32_t page, std::uint32_t* moved) {
+  std::uint32_t count = 0;
+  for (; page < pages.next_page.size() && count < kMostMeshPages; ++count, page = pages.next_page[page])
+    moved[count] = (pages.first_vertex_page + page - count) * kPageVertices;  // modulo 2^32
+  return count;
+}
+
 }  // namespace
 
 Status ExpandIndices::validate(int max_level) const {
@@ -152,7 +162,8 @@ Status ExpandIndices::validate(int max_level) const {
   if (!items.empty() && pages.first_page.empty()) {
     return {StatusCode::invalid_argument, "missing", "first_page"};
   }
-  const std::uint32_t room = std::max(least_room(max_level), nodes.empty() ? 0 : kLeastNodeRoom);
+  const std::uint32_t room =
+      std::max({least_room(max_level), nodes.empty() ? 0 : kLeastNodeRoom, meshes.empty() ? 0 : kIndexPage});
   if (out.size() < room) return {StatusCode::invalid_argument, "has no room for one patch", "out", room};
   return {};
 }
@@ -191,12 +202,60 @@ ExpandIndices::Chunk ExpandIndices::run(std::uint32_t first_item) const {
       to = slot.write(kWallIndices[static_cast<std::size_t>(edge)].data(), kIndicesPerWall, to);
     }
   }
-  const auto triangles = static_cast<std::uint32_t>(std::min(count() - chunk.next_item, room / 3));
+  if (chunk.next_item < first_mesh_page()) {
+    const std::uint32_t triangles = copy_belts(chunk, to, room);
+    to += 3 * triangles;
+    room -= 3 * triangles;
+  }
+  if (chunk.next_item >= first_mesh_page()) write_meshes(chunk, to, room);
+  return chunk;
+}
+
+// Returns how many triangles.
+std::uint32_t ExpandIndices::copy_belts(Chunk& chunk, std::uint32_t* to, std::size_t room) const {
+  const std::size_t first_belt = items.size() + nodes.size();
+  const auto triangles = static_cast<std::uint32_t>(std::min(first_mesh_page() - chunk.next_item, room / 3));
   const auto from = belts.begin() + static_cast<std::ptrdiff_t>(3 * (chunk.next_item - first_belt));
   std::copy(from, from + static_cast<std::ptrdiff_t>(3 * triangles), to);
   chunk.indices += 3 * triangles;
   chunk.next_item += triangles;
-  return chunk;
+  return triangles;
+}
+
+void ExpandIndices::write_meshes(Chunk& chunk, std::uint32_t* to, std::size_t room) const {
+  std::size_t at = chunk.next_item - first_mesh_page();
+  // The item that the page of indices is of.
+  auto item = std::upper_bound(meshes.begin(), meshes.end(), at,
+                               [](std::size_t n, const MeshItem& mesh) { return n < mesh.before; });
+  if (item != meshes.begin()) --item;
+  std::uint32_t moved[kMostMeshPages];
+  for (; item != meshes.end(); ++item) {
+    const std::size_t end = std::size_t{item->before} + item->index_pages();
+    if (at >= end) continue;
+    const std::uint32_t vertices = find_pages(mesh_pages, item->first_page, moved) * kPageVertices;
+    std::uint32_t page = item->first_index_page;
+    for (std::size_t n = item->before; n < at && page < mesh_pages.next_index_page.size(); ++n)
+      page = mesh_pages.next_index_page[page];
+    for (; at < end; ++at) {
+      const std::uint32_t done = static_cast<std::uint32_t>(at - item->before) * kIndexPage;
+      const std::uint32_t count = std::min(kIndexPage, item->indices - done);
+      if (count > room) return;
+      ++chunk.next_item;
+      if (page >= mesh_pages.next_index_page.size()) {
+        ++chunk.left_out;
+        continue;
+      }
+      const std::uint16_t* const from = mesh_pages.indices.data() + std::size_t{page} * kIndexPage;
+      for (std::uint32_t n = 0; n < count; ++n) {
+        KARST_ASSERT(from[n] < vertices);
+        to[n] = moved[from[n] / kPageVertices] + from[n];
+      }
+      to += count;
+      room -= count;
+      chunk.indices += count;
+      page = mesh_pages.next_index_page[page];
+    }
+  }
 }
 
 }  // namespace karst::core

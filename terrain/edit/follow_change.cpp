@@ -7,6 +7,7 @@
 
 #include "terrain/base/check.h"
 #include "terrain/measure/measure_patches.h"
+#include "terrain/patch/corner_fan.h"
 
 namespace karst::core {
 
@@ -24,11 +25,55 @@ void FollowChange::forget(PatchId slot) {
   if (!all_.overrides.empty()) all_.overrides[slot] = 0;
 }
 
-void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId> vanished, bool voxels) {
+// Rows of a patch's border in which normals may be others.
+GridRows FollowChange::border_rows(PatchId patch, bool first, bool last) const {
+  const GridRows all = GridRows::all(level_);
+  if (all_.patches[patch].collapsed != 0) return all;
+  return {last ? all.high : all.low, first ? all.low : all.high};
+}
+
+void FollowChange::join_rows(PatchId patch, GridRows rows) {
+  const auto at = std::ranges::lower_bound(change_.touched, patch) - change_.touched.begin();
+  all_.room->rows[static_cast<std::size_t>(at)].join(rows);
+}
+
+// A normal depends on places beside it. Those on the border of a patch depend on its neighbours' there.
+void FollowChange::find_rows(std::span<const PatchId> changed, std::span<const PatchExtent> extents) {
+  const std::span<GridRows> rows = all_.room->rows.first(change_.touched.size());
+  change_.rows = rows;
+  std::ranges::fill(rows, extents.empty() ? GridRows::all(level_) : GridRows{});
+  if (extents.empty()) return;
+  const std::span<const Patch> patches = all_.surface.patches;
+  for (std::size_t n = 0; n < changed.size(); ++n) {
+    const PatchId patch = changed[n];
+    PatchExtent extent = extents[n];
+    if (!extent.rows.any()) continue;
+    if (patches[patch].collapsed != 0) extent = PatchExtent::all(level_);
+    if (extent.rows.low > 0) --extent.rows.low;
+    if (extent.rows.high < patch_cells(level_)) ++extent.rows.high;
+    join_rows(patch, extent.rows);
+    for (int e = 0; e < 4; ++e) {
+      const PatchEdge other = patches[patch].neighbour[e];
+      if ((extent.around >> e & 1) == 0 || !other.exists()) continue;
+      join_rows(other.patch(), border_rows(other.patch(), other.edge() == 0, other.edge() == 2));
+    }
+    for (int corner = 0; corner < 4; ++corner) {
+      if ((extent.around >> (4 + corner) & 1) == 0) continue;
+      PatchCorner fan[kMaxCornerFan];
+      const int count = corner_fan(patches, {patch, corner}, fan);
+      for (int f = 1; f < count; ++f)
+        join_rows(fan[f].patch, border_rows(fan[f].patch, fan[f].corner < 2, fan[f].corner >= 2));
+    }
+  }
+}
+
+void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId> vanished,
+                       std::span<const PatchExtent> extents, bool voxels) {
   change_.vanished = vanished;
   const Status status = find_touched(all_.surface, changed, all_.room->touched, change_.touched);
   KARST_ASSERT(status.ok());  // counted before
   static_cast<void>(status);
+  find_rows(changed, extents);
   swept_ = change_.box;
   for (const std::span<const PatchId> list : {vanished, changed}) {
     for (const PatchId patch : list) include(patch);
@@ -64,7 +109,7 @@ void FollowChange::include(PatchId slot) {
 void FollowChange::measure(std::span<const PatchId> changed) {
   const PatchMeasures out{all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
   for (const PatchId slot : change_.vanished) all_.queue->forget(slot);
-  all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched,
+  all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched, change_.rows,
                   make_patch_scratch(all_.room->scratch), out);
 }
 

@@ -21,6 +21,8 @@ struct EditChange {
   // Valid until the next edit.
   std::span<const PatchId> touched;
   std::span<const PatchId> vanished;
+  // By touched: rows of its grid that hold all vertices that may be others; none: only measures may be.
+  std::span<const GridRows> rows;
 };
 
 // Larger by another; by one of free slots not.
@@ -41,11 +43,15 @@ class FollowChange {
   // changed: patches that are others now, in any order, none of them free; with those that share a corner
   // with them no more than EditRoom::touched has room for. vanished: slots that are free now, ascending, at
   // the front of EditRoom::changed. All of them are the part's own; in the change they are the world's.
-  // voxels: whether those changed, too.
-  void run(std::span<const PatchId> changed, std::span<const PatchId> vanished, bool voxels);
+  // extents: by changed, what moved of each; none: all of them. voxels: whether those changed, too.
+  void run(std::span<const PatchId> changed, std::span<const PatchId> vanished,
+           std::span<const PatchExtent> extents, bool voxels);
 
  private:
   void include(PatchId slot);
+  void find_rows(std::span<const PatchId> changed, std::span<const PatchExtent> extents);
+  void join_rows(PatchId patch, GridRows rows);
+  GridRows border_rows(PatchId patch, bool first, bool last) const;
   void measure(std::span<const PatchId> changed);
   void derive(std::span<const PatchId> changed);
   void name_for_world();

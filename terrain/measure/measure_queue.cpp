@@ -40,7 +40,8 @@ void MeasureQueue::forget(PatchId slot) {
 }
 
 void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
-                       std::span<const PatchId> touched, PatchScratch* scratch, const PatchMeasures& out) {
+                       std::span<const PatchId> touched, std::span<const GridRows> rows,
+                       PatchScratch* scratch, const PatchMeasures& out) {
   GenerateVertices generate;
   generate.surface = surface;
   generate.heights = heights;
@@ -54,9 +55,10 @@ void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span
     storage_.states[patch] &= static_cast<std::uint8_t>(~kKnown);
     wait(patch, kErrors | kCone | kBounded);
   }
-  for (const PatchId patch : touched) {
-    out.shading_cones[patch] = {};
-    wait(patch, 0);
+  for (std::size_t n = 0; n < touched.size(); ++n) {
+    if (!rows[n].any()) continue;
+    out.shading_cones[touched[n]] = {};
+    wait(touched[n], 0);
   }
   for (const PatchId patch : changed) join_bounds(surface, heights, patch, out);
   // Neighbours that are what they were: their borders' other side is not.

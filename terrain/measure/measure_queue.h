@@ -36,10 +36,12 @@ class MeasureQueue {
   // All patches of a world are measured, nothing is known of how.
   void reset();
 
-  // changed: patches whose volume, edges or heights are others; touched: of find_touched(). None is free,
-  // each is there once. Gives them measures for the time being.
+  // changed: patches whose volume, edges or heights are others; touched: of find_touched(), and rows of each
+  // that hold what may be other vertices. None is free, each is there once. Gives them measures for the time
+  // being.
   void add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
-           std::span<const PatchId> touched, PatchScratch* scratch, const PatchMeasures& out);
+           std::span<const PatchId> touched, std::span<const GridRows> rows, PatchScratch* scratch,
+           const PatchMeasures& out);
   // A slot that is free now.
   void forget(PatchId slot);
 

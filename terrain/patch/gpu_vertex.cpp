@@ -47,6 +47,24 @@ int vertex_order(int level, int i, int j) {
   return patch_vertices(m - 1) + row_pair + in_pair;
 }
 
+// A vertex of an odd row goes between its parents in the rows beside it, one of an even row between those in
+// its own.
+SlotRange vertices_of_rows(int level, int m, GridRows rows) {
+  if (!rows.any()) return {};
+  const int stride = 1 << (level - m);
+  int low = (rows.low + stride - 1) / stride;
+  int high = rows.high / stride;
+  if (low > high) return {};
+  if (m == 1) return {patch_side(1) * low, patch_side(1) * (high + 1)};
+  if (low > 0 && low % 2 == 0) --low;
+  if (high < patch_cells(m) && high % 2 == 0) ++high;
+  const int h = patch_cells(m - 1);
+  const auto begin = [&](int row) {
+    return patch_vertices(m - 1) + (row >> 1) * (3 * h + 1) + ((row & 1) != 0 ? h : 0);
+  };
+  return {begin(low), begin(high + 1)};
+}
+
 Status build_vertex_order(int level, std::span<std::uint16_t> out) {
   if (const Status status = check(level, out); !status.ok()) return status;
   visit_in_order(level, [&](int index, int grid) {

@@ -7,6 +7,7 @@
 
 #include "karst/status.h"
 #include "terrain/base/lattice.h"
+#include "terrain/surface/patch_extent.h"
 
 namespace karst::core {
 
@@ -29,6 +30,14 @@ static_assert(sizeof(GpuVertex) == 16);
 // (i, j) are in 0..2^level, at the grid of that level. Returns the index in the slot.
 // (i, j) at one level and (2i, 2j) at the next are the same vertex and have the same index.
 int vertex_order(int level, int i, int j);
+
+// Of the vertices that level m adds to a slot, first .. last - 1: those that may be others where places or
+// normals in these rows are. Rows are of the full level `level`; 1 <= m <= level.
+struct SlotRange {
+  int first = 0;
+  int last = 0;
+};
+SlotRange vertices_of_rows(int level, int m, GridRows rows);
 
 // The same for a whole level (1..kMaxLevel) at once: out[j * patch_side(level) + i] = vertex_order(level, i,
 // j). out holds at least patch_vertices(level) values; what lies beyond is untouched.

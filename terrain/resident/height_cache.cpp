@@ -90,10 +90,4 @@ void HeightCache::hold_rest() {
   }
 }
 
-std::span<std::int16_t> HeightCache::block(std::uint32_t index) {
-  const auto count = static_cast<std::size_t>(patch_vertices(level_));
-  const std::size_t place = storage_.slot_of_group[index / kHeightGroup];
-  return storage_.samples.subspan((place * kHeightGroup + index % kHeightGroup) * count, count);
-}
-
 }  // namespace karst::core

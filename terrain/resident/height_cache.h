@@ -67,7 +67,11 @@ class HeightCache {
   // Precondition: has_room_for_all().
   void hold_rest();
   // To be written. Precondition: its group is held.
-  std::span<std::int16_t> block(std::uint32_t index);
+  std::span<std::int16_t> block(std::uint32_t index) {
+    const auto count = static_cast<std::size_t>(patch_vertices(level_));
+    const std::size_t place = storage_.slot_of_group[index / kHeightGroup];
+    return storage_.samples.subspan((place * kHeightGroup + index % kHeightGroup) * count, count);
+  }
 
   std::uint64_t groups_read() const { return groups_read_; }  // since create()
 

@@ -45,11 +45,13 @@ struct PageTexel {
   friend bool operator==(const PageTexel&, const PageTexel&) = default;
 };
 inline constexpr std::uint32_t kMostMorphRows = 1u << 20;
-inline constexpr std::uint32_t kMostPlaces = 256;         // of pages in a chain, and what nodes have instead
+inline constexpr std::uint32_t kMostPlaces = 256;  // of pages in a chain, and what nodes have instead
+// The place of pages of meshes, in which nothing morphs (terrain/blocks).
+inline constexpr std::uint32_t kMeshPlace = 251;
 inline constexpr int kMostPageSize = 20;                  // shaders' positions are exact up to it
 inline constexpr std::int32_t kMostPageHeight = 1 << 25;  // y of an origin is within [-this, this)
 static_assert(sizeof(PageTexel) == 16);
-static_assert(kMostSlotPages <= kMostPlaces, "what a texel has bits for");
+static_assert(kMostSlotPages <= kMeshPlace, "what a texel has bits for");
 
 // Precondition: origin.y within +-kMostPageHeight, size within 0..kMostPageSize, place below kMostPlaces, row
 // below kMostMorphRows, material below 16.
@@ -73,6 +75,8 @@ struct PageTable {
   std::span<PageTexel> family_texels = {};
   // Where those pages lie among images: x, z: the node's, y_size: its size. By the same number, or empty.
   std::span<PageTexel> family_places = {};
+  // The same of the pages of meshes, behind all others.
+  std::span<PageTexel> mesh_texels = {};
 };
 
 }  // namespace karst::core

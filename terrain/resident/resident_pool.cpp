@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "terrain/base/check.h"
+
 namespace karst::core {
 namespace {
 
@@ -175,6 +177,19 @@ void ResidentPool::lower(PatchId patch, int level) {
   for (std::uint32_t i = 1; i < taken.count; ++i) taken.last = storage_.next_page[taken.last];
   storage_.levels[patch] = static_cast<std::uint8_t>(level);
   give_back(patch, storage_.row_of_patch[patch], taken);
+}
+
+void ResidentPool::replace(PatchId patch, std::uint32_t first, std::uint32_t count) {
+  KARST_ASSERT(count > 0 && count <= free_count_ && first + count <= pages_at(storage_.levels[patch]));
+  std::uint32_t before = kNoPage;
+  std::uint32_t* link = &storage_.first_page[patch];
+  for (std::uint32_t i = 0; i < first; ++i) before = *link, link = &storage_.next_page[*link];
+  List old = {*link, *link, count};
+  for (std::uint32_t i = 1; i < count; ++i) old.last = storage_.next_page[old.last];
+  const List made = take_free(count, before);
+  storage_.next_page[made.last] = storage_.next_page[old.last];
+  *link = made.first;
+  give_back(patch, storage_.row_of_patch[patch], old);
 }
 
 int ResidentPool::yields_to(std::uint32_t index, const Claim& claim) const {

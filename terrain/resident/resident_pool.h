@@ -134,6 +134,10 @@ class ResidentPool {
   // Takes what is above a level (0: all) from a patch.
   void lower(PatchId patch, int level);
 
+  // Gives a patch other pages for those at places first .. first + count - 1 of its chain, which are given up
+  // as by lower(). Precondition: it has them, and as many are free.
+  void replace(PatchId patch, std::uint32_t first, std::uint32_t count);
+
   // Makes room for raising a patch to a level: takes from patches that the frame does not see, longest unseen
   // first by and large, then from those that are finer than the frame needs; for the base level of a patch
   // that is not resident, which is a hole, even from those that the frame needs finer; not where it is not

@@ -56,13 +56,26 @@ void Residency::forget() {
   pool_.reset(world_->patch_count(), world_->base_level());
   for (ViewState& view : views_) view.clear_lacking();
   turns_.ahead_left = 0;
-  turns_.stale = blocks_.stale.size();
+  turns_.stale = turns_.plain = blocks_.stale.size();
+  remade_ = {};
   std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
   std::fill(blocks_.reshaded.begin(), blocks_.reshaded.end(), std::uint64_t{0});
+  std::fill(blocks_.plain.begin(), blocks_.plain.end(), std::uint64_t{0});
   thresholds_.forget_rows();
 }
 
-void Residency::follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished) {
+void Residency::outdate(PatchId patch, GridRows rows) {
+  std::uint64_t& word = blocks_.stale[patch / 64];
+  const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+  if ((word & bit) == 0) blocks_.stale_rows[patch] = {};
+  word |= bit;
+  blocks_.stale_rows[patch].join(rows);
+  turns_.stale = std::min<std::size_t>(turns_.stale, patch / 64);
+}
+
+void Residency::follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
+                            std::span<const PatchId> vanished) {
+  KARST_ASSERT(rows.size() == touched.size());
   KARST_ASSERT(!blocks_.stale.empty());
   if (touched.empty() && vanished.empty()) return;
   const WorldPart& part = world_->part_of(touched.empty() ? vanished[0] : touched[0]);
@@ -71,11 +84,10 @@ void Residency::follow_edit(std::span<const PatchId> touched, std::span<const Pa
     pool_.lower(patch, 0);
     find.run(patch - part.first);
   }
-  for (const PatchId patch : touched) {
-    find.run(patch - part.first);
-    if (pool_.level(patch) > 0) blocks_.stale[patch / 64] |= std::uint64_t{1} << patch % 64;
+  for (std::size_t n = 0; n < touched.size(); ++n) {
+    shade(part, find, touched[n] - part.first);
+    if (pool_.level(touched[n]) > 0 && rows[n].any()) outdate(touched[n], rows[n]);
   }
-  turns_.stale = 0;
   update_thresholds(part, touched, vanished);
   for (ViewState& view : views_) view.clear_lacking();
 }
@@ -127,32 +139,144 @@ void Residency::update_thresholds(const WorldPart& part, std::span<const PatchId
   thresholds_.update(job, list, count, part.first, pool_);
 }
 
-bool Residency::remake_next(PatchUpload& upload, Status& status) {
+// Lists pages of a patch that hold what may be other vertices; how many those are.
+std::uint32_t Residency::find_pages(PatchId patch) {
+  remade_ = {};
+  remade_.patch = patch;
+  std::uint32_t pages = 0;
+  for (int m = 1; m <= pool_.level(patch); ++m) {
+    const SlotRange range = vertices_of_rows(world_->info().level, m, blocks_.stale_rows[patch]);
+    if (range.first == range.last) continue;
+    const auto first = static_cast<std::uint32_t>(range.first) / kPageVertices;
+    const std::uint32_t end = pages_for(static_cast<std::size_t>(range.last));
+    if (remade_.count > 0 && first <= remade_.stretches[remade_.count - 1].end) {
+      pages += end - std::min(end, remade_.stretches[remade_.count - 1].end);
+      remade_.stretches[remade_.count - 1].end = end;
+    } else {
+      pages += end - first;
+      remade_.stretches[remade_.count++] = {first, end};
+    }
+  }
+  return pages;
+}
+
+// Where most pages of a patch change, or there is no room for others beside them, all of it is made anew.
+bool Residency::remake(PatchId patch, PatchUpload& upload, Status& status) {
+  const int held = pool_.level(patch);
+  if (held == 0) return false;
+  const std::uint32_t pages = find_pages(patch);
+  if (pages == 0) return false;
+  if (4 * pages <= 3 * pages_at(held) && pages <= pool_.free_pages()) {
+    for (const Remade::Stretch& s : std::span(remade_.stretches).first(remade_.count))
+      pool_.replace(patch, s.first, s.end - s.first);
+    return next_stretch(upload, status);
+  }
+  return make_anew(patch, held, upload, status);
+}
+
+bool Residency::make_anew(PatchId patch, int level, PatchUpload& upload, Status& status) {
+  remade_ = {};
+  blocks_.reshaded[patch / 64] &= ~(std::uint64_t{1} << patch % 64);
+  pool_.lower(patch, 0);
+  for (; level > 0; --level) {
+    if (make_resident(patch, level, upload, status)) return true;
+    if (!status.ok()) return false;
+  }
+  return false;
+}
+
+// Places of a level's vertices are the same bits whatever level they are taken of, so borders still match.
+bool Residency::make_plain(PatchId patch, PatchUpload& upload, Status& status) {
+  const int held = pool_.level(patch);
+  if (held == 0) return false;
+  const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+  if ((blocks_.plain[patch / 64] & bit) == 0) blocks_.held[patch] = 0;
+  blocks_.held[patch] = std::max(blocks_.held[patch], static_cast<std::uint8_t>(held));
+  blocks_.plain[patch / 64] |= bit;
+  turns_.plain = std::min<std::size_t>(turns_.plain, patch / 64);
+  blocks_.reshaded[patch / 64] &= ~bit;
+  remade_ = {};
+  pool_.lower(patch, 0);
+  for (int level = std::min(held, world_->base_level()); level > 0; --level) {
+    if (make_resident(patch, level, level, upload, status)) return true;
+    if (!status.ok()) return false;
+  }
+  return false;
+}
+
+bool Residency::has_plain() const {
+  return std::any_of(blocks_.plain.begin() + static_cast<std::ptrdiff_t>(turns_.plain), blocks_.plain.end(),
+                     [](std::uint64_t word) { return word != 0; });
+}
+
+bool Residency::next_stretch(PatchUpload& upload, Status& status) {
+  if (remade_.next == remade_.count) return false;
+  const int held = pool_.level(remade_.patch);
+  if (remade_.stretches[remade_.count - 1].end > pages_at(held)) {  // it was lowered since
+    remade_ = {};
+    return false;
+  }
+  if (!remade_.in_room) {
+    status = generate(remade_.patch, world_->info().level, held, blocks_.vertices);
+    if (!status.ok()) return false;
+    remade_.in_room = true;
+  }
+  const Remade::Stretch& stretch = remade_.stretches[remade_.next++];
+  const std::size_t first = std::size_t{stretch.first} * kPageVertices;
+  const auto all = static_cast<std::size_t>(patch_vertices(held));
+  upload = upload_of(remade_.patch);
+  upload.first_vertex = static_cast<int>(first);
+  upload.vertices =
+      blocks_.vertices.subspan(first, std::min(std::size_t{stretch.end} * kPageVertices, all) - first);
+  return true;
+}
+
+bool Residency::remake_next(PatchUpload& upload, Status& status, std::uint32_t& most) {
   status = {};
-  const auto take = [&](std::uint64_t& word) {
-    const int bit = std::countr_zero(word);
-    word &= word - 1;
-    return static_cast<PatchId>(turns_.stale * 64 + static_cast<std::size_t>(bit));
+  if (next_stretch(upload, status)) return true;
+  if (!status.ok()) return false;
+  const auto take = [](std::span<std::uint64_t> words, std::size_t at) {
+    const int bit = std::countr_zero(words[at]);
+    words[at] &= words[at] - 1;
+    return static_cast<PatchId>(at * 64 + static_cast<std::size_t>(bit));
   };
   for (; turns_.stale < blocks_.stale.size(); ++turns_.stale) {
-    std::uint64_t& reshaded = blocks_.reshaded[turns_.stale];
-    reshaded &= ~blocks_.stale[turns_.stale];
     while (blocks_.stale[turns_.stale] != 0) {
-      const PatchId patch = take(blocks_.stale[turns_.stale]);
-      const int held = pool_.level(patch);
-      pool_.lower(patch, 0);
-      for (int level = held; level > 0; --level) {
-        if (make_resident(patch, level, upload, status)) return true;
-        if (!status.ok()) return false;
+      const PatchId patch = take(blocks_.stale, turns_.stale);
+      const std::uint64_t bit = std::uint64_t{1} << patch % 64;
+      const bool was_plain = (blocks_.plain[patch / 64] & bit) != 0;
+      bool made = false;
+      if (most == 0) {
+        made = make_plain(patch, upload, status);
+      } else if (was_plain) {
+        blocks_.plain[patch / 64] &= ~bit;
+        const int level = std::max<int>(pool_.level(patch), blocks_.held[patch]);
+        made = pool_.level(patch) > 0 && make_anew(patch, level, upload, status);
+      } else {
+        made = remake(patch, upload, status);
       }
+      if (made && most > 0) --most;
+      if (made) return true;
+      if (!status.ok()) return false;
     }
-    while (reshaded != 0) {
-      const PatchId patch = take(reshaded);
+    while (blocks_.reshaded[turns_.stale] != 0) {
+      const PatchId patch = take(blocks_.reshaded, turns_.stale);
       if (pool_.level(patch) == 0) continue;
       upload = upload_of(patch);
       upload.first_vertex = patch_vertices(pool_.level(patch));
       return true;
     }
+  }
+  for (; turns_.plain < blocks_.plain.size(); ++turns_.plain) {
+    while (blocks_.plain[turns_.plain] != 0 && most > 0) {
+      const PatchId patch = take(blocks_.plain, turns_.plain);
+      const int held = pool_.level(patch);
+      if (held == 0) continue;
+      --most;
+      if (make_anew(patch, std::max<int>(held, blocks_.held[patch]), upload, status)) return true;
+      if (!status.ok()) return false;
+    }
+    if (blocks_.plain[turns_.plain] != 0) return false;
   }
   return false;
 }
@@ -217,6 +341,7 @@ Status Residency::hold_heights(PatchId patch, int level) {
 }
 
 Status Residency::generate(PatchId patch, int level, int emit_level, std::span<GpuVertex> out) {
+  if (out.data() == blocks_.vertices.data()) remade_.in_room = false;
   KARST_ASSERT(patch < world_->patch_count());
   KARST_ASSERT(1 <= emit_level && emit_level <= level && level <= world_->info().level);
   if (const Status status = hold_heights(patch, level); !status.ok()) return status;
@@ -231,10 +356,10 @@ Status Residency::generate(PatchId patch, int level, int emit_level, std::span<G
   return {};
 }
 
-bool Residency::make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
+bool Residency::make_resident(PatchId patch, int level, int of, PatchUpload& upload, Status& status) {
   const int old_level = pool_.level(patch);
   if (!pool_.raise(patch, level)) return false;
-  status = generate(patch, world_->info().level, level, blocks_.vertices);
+  status = generate(patch, of, level, blocks_.vertices);
   if (!status.ok()) {
     pool_.lower(patch, old_level);
     return false;

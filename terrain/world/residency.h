@@ -55,18 +55,29 @@ class Residency {
   // Forgets what is on the GPU: after its buffers were lost or made anew.
   void forget();
 
-  // The world was edited. touched: patches that are to be made anew where they are resident, which
-  // remake_next() does; vanished: slots that are free now. Both ascending, and of one part.
-  void follow_edit(std::span<const PatchId> touched, std::span<const PatchId> vanished);
+  // The world was edited. touched: patches whose measures may be others, and rows of each that hold all
+  // vertices that may be, which remake_next() makes anew where they are resident; vanished: slots that are
+  // free now. Both ascending, and of one part.
+  void follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
+                   std::span<const PatchId> vanished);
   // A part is new: none of its patches is resident.
   void follow_region(std::size_t part);
   // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
   void follow_sky(std::size_t part);
   // Before a frame's select(): makes vertices of what edits have touched, in other pages than those that may
-  // be drawn still; where there is no room at coarser levels, or not at all. Then what has other shading
-  // alone: an upload without vertices. False: nothing is left. status: errors of reading heights.
-  bool remake_next(PatchUpload& upload, Status& status);
+  // be drawn still, and no other pages than they lie in; where there is no room at coarser levels, or not at
+  // all. Then what has other shading alone: an upload without vertices. A patch may take several uploads.
+  // False: nothing is left. status: errors of reading heights.
+  // most: patches that are made so, counted down; with 0 left a patch gets plain vertices: those of the
+  // coarsest levels, at their places, with normals of a coarse surface. It waits for a call with more.
+  bool remake_next(PatchUpload& upload, Status& status, std::uint32_t& most);
+  bool remake_next(PatchUpload& upload, Status& status) {
+    std::uint32_t all = 0xffffffffu;
+    return remake_next(upload, status, all);
+  }
+  // Whether patches have plain vertices, whoever sees them.
+  bool has_plain() const;
   // Working memory between frames, one value a patch.
   std::span<std::uint32_t> lend_list() { return blocks_.list_scratch.first(world_->patch_count()); }
 
@@ -109,7 +120,9 @@ class Residency {
   bool generate_base(PatchUpload& upload, Status& status);
   // Makes vertices of a patch up to a level, where there are free pages for them: pool().make_room() first.
   // False: there are not, or status has an error of reading heights; then nothing changed.
-  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status);
+  bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
+    return make_resident(patch, level, world_->info().level, upload, status);
+  }
 
   // What is resident takes effect in the next select().
   PageTable pages() const { return pool_.pages(); }
@@ -137,6 +150,9 @@ class Residency {
     // A bit a patch, where worlds are edited: whose vertices are to be made anew, whose shading is another.
     std::span<std::uint64_t> stale;
     std::span<std::uint64_t> reshaded;
+    std::span<std::uint64_t> plain;  // a bit a patch: that has plain vertices
+    std::span<GridRows> stale_rows;  // by patch that is stale
+    std::span<std::uint8_t> held;    // by patch that is plain: the level that it had
 
     static bool is_edited(const Config& config) { return config.edit_patches > 0 || config.paint_width > 0; }
     template <class Visit>
@@ -149,6 +165,9 @@ class Residency {
       const std::size_t words = is_edited(config) ? (std::size_t{config.max_patches} + 63) / 64 : 0;
       visit(Consumer::edits, words, stale);
       visit(Consumer::edits, words, reshaded);
+      visit(Consumer::edits, words, plain);
+      visit(Consumer::edits, is_edited(config) ? config.max_patches : 0, stale_rows);
+      visit(Consumer::edits, is_edited(config) ? config.max_patches : 0, held);
     }
   };
   // Where looking for patches goes on.
@@ -156,7 +175,21 @@ class Residency {
     PatchId ahead = 0;
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
-    std::size_t stale = 0;         // words of both before it are 0
+    std::size_t stale = 0;         // words of stale and reshaded before it are 0
+    std::size_t plain = 0;         // words of plain before it are 0
+  };
+  // Pages of a patch, by place in its chain, that have yet to be uploaded.
+  struct Remade {
+    struct Stretch {
+      std::uint32_t first = 0;
+      std::uint32_t end = 0;
+    };
+
+    PatchId patch = 0;
+    std::array<Stretch, kMaxLevel> stretches{};
+    std::size_t count = 0;
+    std::size_t next = 0;
+    bool in_room = false;  // its vertices are in working memory
   };
   // What the last select() of all views looked at, to tell whether anything moved.
   struct Seen {
@@ -180,7 +213,15 @@ class Residency {
   int kept_level(const ViewState& view, PatchId patch) const;
   void govern();
   void fill_curve(DemandCurve& curve) const;
+  void outdate(PatchId patch, GridRows rows);
+  std::uint32_t find_pages(PatchId patch);
+  bool remake(PatchId patch, PatchUpload& upload, Status& status);
+  bool make_anew(PatchId patch, int level, PatchUpload& upload, Status& status);
+  bool make_plain(PatchId patch, PatchUpload& upload, Status& status);
+  bool next_stretch(PatchUpload& upload, Status& status);
   Status hold_heights(PatchId patch, int level);
+  // of: the level of the surface that vertices are taken of.
+  bool make_resident(PatchId patch, int level, int of, PatchUpload& upload, Status& status);
   PatchUpload upload_of(PatchId patch) const;
   ViewState* most_urgent_view();
   bool generate_ahead(PatchUpload& upload, Status& status);
@@ -200,6 +241,7 @@ class Residency {
   std::array<Seen, kMostViews> seen_{};
   double least_weight_ = 1;
   Turns turns_;
+  Remade remade_;
 };
 
 }  // namespace karst::core

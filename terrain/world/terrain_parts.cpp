@@ -9,6 +9,7 @@ Budget terrain_budget(const Config& config) {
   Residency::add_to(budget, config);
   Ground::add_to(budget, config);
   Imagery::add_to(budget, config);
+  Isosurface::add_to(budget, config);
   ShadowCasters::add_to(budget, config);
   for (std::uint32_t v = 0; v < config.max_views; ++v) ViewState::add_to(budget, config);
   return budget;
@@ -27,6 +28,7 @@ Status TerrainParts::create(const Config& config, std::span<std::byte> memory) {
   if (status.ok()) status = residency.create(config, arena);
   if (status.ok()) status = ground.create(config, arena);
   if (status.ok()) status = imagery.create(config, arena);
+  if (status.ok()) status = isosurface.create(config, arena);
   if (status.ok()) status = casters.create(config, arena);
   for (std::size_t v = 0; v < config.max_views && status.ok(); ++v) status = views[v].create(config, arena);
   KARST_ASSERT(!status.ok() || arena.used() == needed);
@@ -45,6 +47,7 @@ Status TerrainParts::load(const WorldReader& opened) {
 Status TerrainParts::attach(const Status& loaded) {
   ground.detach();
   imagery.detach();
+  isosurface.attach(world.field());
   const Status attached = residency.attach(world);
   for (ViewState& view : views_of(world.config().max_views)) view.attach(world);
   return loaded.ok() ? attached : loaded;

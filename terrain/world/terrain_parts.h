@@ -18,6 +18,7 @@
 #include "terrain/base/budget.h"
 #include "terrain/base/check.h"
 #include "terrain/base/config.h"
+#include "terrain/blocks/isosurface.h"
 #include "terrain/imagery/imagery.h"
 #include "terrain/world/ground.h"
 #include "terrain/world/residency.h"
@@ -52,8 +53,9 @@ struct TerrainParts {
 
   World world;
   Residency residency;
-  Ground ground;    // nothing is attached to it by load(): whoever reads tiles does
-  Imagery imagery;  // the same
+  Ground ground;          // nothing is attached to it by load(): whoever reads tiles does
+  Imagery imagery;        // the same
+  Isosurface isosurface;  // of world.field(), to be attached when its samples are there
   ShadowCasters casters;
   std::array<ViewState, kMostViews> views;  // those beyond Config::max_views have no memory
   Arena arena{{}};

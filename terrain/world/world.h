@@ -40,6 +40,7 @@
 #include "terrain/surface/bezier/extract_surface.h"
 #include "terrain/surface/bezier/update_surface.h"
 #include "terrain/surface/patch.h"
+#include "terrain/surface/patch_extent.h"
 #include "terrain/surface/patch_table.h"
 #include "terrain/view/camera.h"
 
@@ -231,6 +232,8 @@ class World {
     std::span<PatchChange> changes;
     std::span<PatchId> changed;
     std::span<PatchId> touched;
+    std::span<PatchExtent> extents;  // by changed
+    std::span<GridRows> rows;        // by touched
     std::span<GpuVertex> vertices;
     std::span<std::byte> scratch;
     // New heights: of kWhole patches and one more, and of the borders of all.
@@ -250,6 +253,8 @@ class World {
       visit(Consumer::edits, 2 * most, changes);
       visit(Consumer::edits, 2 * most, changed);
       visit(Consumer::edits, kTouched * most, touched);
+      visit(Consumer::edits, 2 * most, extents);
+      visit(Consumer::edits, kTouched * most, rows);
       const auto of_patch = static_cast<std::size_t>(patch_vertices(static_cast<int>(config.max_level)));
       visit(Consumer::edits, most > 0 ? of_patch : 0, vertices);
       visit(Consumer::edits, most > 0 ? patch_scratch_bytes() : 0, scratch);

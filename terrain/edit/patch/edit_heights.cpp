@@ -53,6 +53,23 @@ void keep_heights(const World::Editable& all, PatchId patch, std::uint64_t key, 
   std::ranges::copy(heights, room.begin() + sizeof head);
 }
 
+// Where two blocks of heights differ.
+PatchExtent extent_of(std::span<const std::byte> kept, std::span<const std::int16_t> now, int level) {
+  const auto side = static_cast<std::size_t>(patch_side(level));
+  const std::span<const std::byte> bytes = std::as_bytes(now);
+  PatchExtent extent;
+  for (std::size_t j = 0; j < side; ++j) {
+    const std::size_t row = j * side * sizeof(std::int16_t);
+    if (std::memcmp(kept.data() + row, bytes.data() + row, side * sizeof(std::int16_t)) == 0) continue;
+    for (std::size_t i = 0; i < side; ++i) {
+      const std::size_t at = row + i * sizeof(std::int16_t);
+      if (std::memcmp(kept.data() + at, bytes.data() + at, sizeof(std::int16_t)) != 0)
+        extent.add(level, static_cast<int>(i), static_cast<int>(j));
+    }
+  }
+  return extent;
+}
+
 class HeightsEdit {
  public:
   // edit: from the part's corner.
@@ -74,7 +91,7 @@ class HeightsEdit {
     const std::uint64_t reached = count();
     if (reached > room_.patches.size()) return too_small(reached);
     for_each_reached([&](PatchId patch) {
-      if (!make(patch, fresh(made))) return;
+      if (!make(patch, fresh(made), room_.extents[made])) return;
       for_each_border([&](std::size_t vertex, std::size_t n) { border(made)[n] = fresh(made)[vertex]; });
       room_.changed[made++] = patch;
     });
@@ -95,12 +112,13 @@ class HeightsEdit {
     change.box = follow.box_before(changed[0]);
     for (std::size_t n = made; n-- > 0;) {
       if (n >= World::EditRoom::kWhole) {
-        make(changed[n], fresh(n));
+        PatchExtent again;
+        make(changed[n], fresh(n), again);
         for_each_border([&](std::size_t vertex, std::size_t k) { fresh(n)[vertex] = border(n)[k]; });
       }
       put_heights(all_, changed[n], fresh(n));
     }
-    follow.run(changed, {}, false);
+    follow.run(changed, {}, room_.extents.first(made), false);
     return {};
   }
 
@@ -153,13 +171,13 @@ class HeightsEdit {
   }
 
   // A patch's heights after the edit. False: they are as before.
-  bool make(PatchId patch, std::span<std::int16_t> out) const {
+  bool make(PatchId patch, std::span<std::int16_t> out, PatchExtent& extent) const {
     const int side = patch_side(level_);
     const PatchShape shape = PatchShape::make(all_.surface, heights_, level_, patch);
     const glm::dvec3 origin(patch_origin(all_.surface.volume_of(patch)));
     constexpr int kMostSide = (1 << kMaxLevel) + 1;
     float x[kMostSide + 3], y[kMostSide + 3], z[kMostSide + 3];
-    bool changed = false;
+    extent = {};
     for (int j = 0; j < side; ++j) {
       displace_line(shape, {0, j, 1, 0}, glm::vec3(0), x, y, z);
       for (int i = 0; i < side; ++i) {
@@ -171,10 +189,10 @@ class HeightsEdit {
             after = rounded(before + weight * move(shape, patch, origin, i, j, before, place));
         }
         out[static_cast<std::size_t>(j * side + i)] = static_cast<std::int16_t>(after);
-        changed = changed || after != before;
+        if (after != before) extent.add(level_, i, j);
       }
     }
-    return changed;
+    return extent.rows.any();
   }
 
   bool is_within(const glm::dvec3& place) const {
@@ -293,9 +311,12 @@ bool ExchangeHeights::next(EditChange& change) {
   const std::span<PatchId> changed = all.room->changed;
   std::size_t count = 0;
   for (UndoPart::Iterator end = at_; end != part_.end() && count < changed.size(); ++end) {
+    const UndoCell cell = *end;
     std::size_t of = 0;
-    const PatchId patch = find(*end, of);
+    const PatchId patch = find(cell, of);
     if (of != change.part) break;
+    all.room->extents[count] = extent_of(cell.bytes.subspan(sizeof(PatchCell)),
+                                         all.heights->block(all.first + patch), world_.info().level);
     changed[count++] = patch;
   }
   // One alone finds room: the edit did.
@@ -306,7 +327,7 @@ bool ExchangeHeights::next(EditChange& change) {
   change.changed = true;
   FollowChange follow(all, world_.info().level, change);
   change.box = follow.box_before(changed[0]);
-  follow.run(changed.first(count), {}, false);
+  follow.run(changed.first(count), {}, all.room->extents.first(count), false);
   return true;
 }
 

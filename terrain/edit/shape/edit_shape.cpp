@@ -195,7 +195,7 @@ class ShapeEdit {
     if (part != nullptr) restore_patches(all_, level_, *part);
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
     follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
-               room_.changed.first(vanished), true);
+               room_.changed.first(vanished), {}, true);
   }
 
   World::Editable all_;

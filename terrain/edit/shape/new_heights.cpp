@@ -3,8 +3,10 @@
 #include "terrain/edit/shape/new_heights.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "terrain/base/check.h"
+#include "terrain/base/simd.h"
 #include "terrain/patch/corner_fan.h"
 #include "terrain/patch/displacement.h"
 
@@ -28,6 +30,19 @@ GridPlace corner_place(int corner, int n) {
 std::int32_t divide(std::int64_t sum, std::int64_t count) {
   const std::int64_t half = count / 2;
   return static_cast<std::int32_t>((sum < 0 ? sum - half : sum + half) / count);
+}
+
+// A sum over n^2, to the nearest, halves away from 0, within kMaxHeight.
+std::int16_t blended(std::int32_t sum, int level) {
+  const std::int32_t size = ((sum < 0 ? -sum : sum) + (1 << (2 * level - 1))) >> (2 * level);
+  return static_cast<std::int16_t>(std::clamp(sum < 0 ? -size : size, -kMaxHeight, kMaxHeight));
+}
+
+simd::Short4 blended(simd::Int4 sum, int level) {
+  const simd::Int4 sign = sum >> 31;
+  const simd::Int4 size = ((sum ^ sign) - sign + (1 << (2 * level - 1))) >> (2 * level);
+  const simd::Int4 most = simd::select(size > kMaxHeight, simd::splat(kMaxHeight), size);
+  return __builtin_convertvector((most ^ sign) - sign, simd::Short4);
 }
 
 }  // namespace
@@ -131,25 +146,38 @@ void NewHeights::fill_borders(PatchId patch) const {
 }
 
 // n^2 times the sum of both ruled surfaces less the bilinear one; n is a power of two, and all of it less
-// than 2^31.
+// than 2^31. Along a row the surface between the left and the right border and the bilinear one are linear,
+// so one sum has both; the one between bottom and top is linear along each column.
 void NewHeights::fill_inside(PatchId patch) const {
-  static_assert(std::int64_t{3} * kMaxHeight * patch_cells(kMaxLevel) * patch_cells(kMaxLevel) < INT32_MAX);
+  static_assert(std::int64_t{6} * kMaxHeight * patch_cells(kMaxLevel) * patch_cells(kMaxLevel) < INT32_MAX);
   const std::int32_t n = patch_cells(level);
   const int side = patch_side(level);
   const std::span<std::int16_t> own = block(patch);
   const std::int16_t* const bottom = own.data();
   const std::int16_t* const top = bottom + n * side;
+  // Of row 1 and from row to row; columns before n in fours.
+  std::int32_t along[patch_cells(kMaxLevel)], rise[patch_cells(kMaxLevel)];
+  for (std::int32_t i = 0; i < n; ++i) {
+    rise[i] = n * (top[i] - bottom[i]);
+    along[i] = n * n * bottom[i] + rise[i];
+  }
   for (std::int32_t j = 1; j < n; ++j) {
     std::int16_t* const row = own.data() + j * side;
     const std::int32_t left = row[0], right = row[n];
     const std::int32_t low = bottom[0] * (n - j) + top[0] * j, high = bottom[n] * (n - j) + top[n] * j;
-    for (std::int32_t i = 1; i < n; ++i) {
-      const std::int32_t across = n * (left * (n - i) + right * i);
-      const std::int32_t along = n * (bottom[i] * (n - j) + top[i] * j);
-      const std::int32_t sum = across + along - (low * (n - i) + high * i);
-      const std::int32_t size = (sum < 0 ? -sum : sum) + n * n / 2;
-      const std::int32_t height = size >> (2 * level);
-      row[i] = static_cast<std::int16_t>(std::clamp(sum < 0 ? -height : height, -kMaxHeight, kMaxHeight));
+    const std::int32_t first = n * (n * left - low);
+    const std::int32_t step = n * (right - left) - (high - low);
+    if (n < simd::kLanes) {
+      row[1] = blended(first + step + along[1], level);
+      along[1] += rise[1];
+      continue;
+    }
+    simd::Int4 across = first + step * simd::Int4{0, 1, 2, 3};
+    for (std::int32_t i = 0; i < n; i += simd::kLanes, across += simd::kLanes * step) {
+      const simd::Int4 up = simd::load(along + i);
+      const simd::Short4 four = blended(across + up, level);
+      std::memcpy(row + i, &four, sizeof four);  // column 0 gets what it has
+      simd::store(along + i, up + simd::load(rise + i));
     }
   }
 }

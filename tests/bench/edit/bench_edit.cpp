@@ -20,6 +20,7 @@ namespace karst::core {
 namespace {
 
 constexpr int kLevel = 5;
+constexpr std::uint32_t kFramePatches = 128;  // as frames with a limit of time have
 
 class EditBench {
  public:
@@ -56,9 +57,9 @@ class EditBench {
     edit.octree_level = static_cast<std::uint8_t>(world_.octree().depth());
     edit.place = glm::dvec3(top_) + 0.5;
     edit.radius = radius;
-    std::vector<double> made, followed, vertices, settled, longest;
+    std::vector<double> made, followed, vertices, settled, longest, later;
     std::size_t touched = 0, bytes = 0, rows = 0;
-    int levels[kMaxLevel + 1] = {};
+    int levels[kMaxLevel + 1] = {}, later_frames = 0;
     for (int n = 0; n < 2 * repeats; ++n) {
       edit.tool = n % 2 == 0 ? EditTool::clear : EditTool::fill;
       live_.residency.begin_frame();
@@ -68,13 +69,22 @@ class EditBench {
       made.push_back(bench::cpu_ms() - start);
       touched = std::max(touched, change.touched.size());
       start = bench::cpu_ms();
-      live_.residency.follow_edit(change.touched, change.vanished);
+      live_.residency.follow_edit(change.touched, change.rows, change.vanished);
       followed.push_back(bench::cpu_ms() - start);
       bytes = 0;
       for (int& level : levels) level = 0;
       start = bench::cpu_ms();
       remake(bytes, levels);
       vertices.push_back(bench::cpu_ms() - start);
+      start = bench::cpu_ms();
+      std::size_t more = 0;
+      int frames = 0;
+      for (; live_.residency.has_plain(); ++frames) {
+        live_.residency.begin_frame();
+        remake(more, levels);
+      }
+      later.push_back(frames > 0 ? (bench::cpu_ms() - start) / frames : 0);
+      later_frames = std::max(later_frames, frames);
       rows = 0;
       for (MorphRows made_rows; !(made_rows = live_.residency.take_morph_rows()).halves.empty();)
         rows += made_rows.halves.size_bytes();
@@ -92,10 +102,11 @@ class EditBench {
     const double all = us(made) + us(followed) + us(vertices);
     std::printf(
         "  %-14s %4zu patches, %6.1f KiB of vertices, %5.1f of rows; links %6.1f; world %7.1f; follow "
-        "%6.1f; vertices %7.1f; at once %7.1f; writing %6.1f (%.0f times); later %8.1f (a step %.0f at "
-        "most)\n",
+        "%6.1f; vertices %7.1f; at once %7.1f; writing %6.1f (%.0f times); vertices of %d frames "
+        "more %6.1f each; later %8.1f (a step %.0f at most)\n",
         name, touched, static_cast<double>(bytes) / 1024, static_cast<double>(rows) / 1024, links, us(made),
-        us(followed), us(vertices), all, written, all / std::max(written, 0.01), us(settled), us(longest));
+        us(followed), us(vertices), all, written, all / std::max(written, 0.01), later_frames, us(later),
+        us(settled), us(longest));
     return true;
   }
 
@@ -104,7 +115,8 @@ class EditBench {
     PatchUpload upload;
     Status status;
     std::size_t at = 0;
-    while (live_.residency.remake_next(upload, status)) {
+    std::uint32_t most = kFramePatches;
+    while (live_.residency.remake_next(upload, status, most)) {
       // As the renderer does, into memory that the GPU reads.
       std::memcpy(vertices_.data() + at, upload.vertices.data(), upload.vertices.size_bytes());
       at += upload.vertices.size();
