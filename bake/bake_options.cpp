@@ -375,6 +375,115 @@ constexpr OptionRow kImageryRows[] = {
      .store = store_image_format},
 };
 
+Error store_field_shape(void* options, const OptionValue& value) {
+  bake_of(options).field.shape = value.text;
+  std::string known = "sphere, torus, gyroid, noise";
+  for (const std::string_view name : {"sphere", "torus", "gyroid", "noise"}) {
+    if (name == value.text) return {};
+  }
+  for (const SampleName& sample : sample_names()) {
+    if (sample.name == value.text) return {};
+    known.append(", ").append(sample.name);
+  }
+  return wrong(value, quote(value.text) + " is not one of " + known);
+}
+
+Error store_field_size(void* options, const OptionValue& value) {
+  double numbers[3];
+  if (Error error = parse_numbers(value.text, value.what, ',', numbers); !error.ok()) return error;
+  double samples = 1;
+  for (int k = 0; k < 3; ++k) {
+    const double v = numbers[k];
+    samples *= v;
+    if (!(v >= 2 && v <= FieldGrid::kMostSide) || v != static_cast<int>(v))
+      return wrong(value, "not three whole numbers X,Y,Z within 2 to 4080");
+    bake_of(options).field.size[k] = static_cast<int>(v);
+  }
+  if (samples > double{FieldGrid::kMostSamples}) return wrong(value, "more than 67108864 samples");
+  return {};
+}
+
+Error store_field_solid(void* options, const OptionValue& value) {
+  bake_of(options).field.solid_above = value.integer == 1;
+  return {};
+}
+
+Error store_field_bits(void* options, const OptionValue& value) {
+  bake_of(options).field.sample_bits = static_cast<int>(value.integer);
+  return value.integer == 8 || value.integer == 16 ? std::string() : wrong(value, "neither 8 nor 16");
+}
+
+constexpr OptionRow kFieldRows[] = {
+    {.name = "field",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help =
+         "makes an isosurface of values on a grid in space: NRRD (raw or gzip, also with a detached header), "
+         "or with --field-type raw numbers; x to the east is fastest, then y up, then z to the south",
+     .store = put<&BakeOptions::field, &BakeField::path>},
+    {.name = "field-shape",
+     .kind = Kind::other,
+     .value = "NAME",
+     .words = "sphere torus gyroid noise canyon caves arches hills",
+     .help = "the same of distances to a shape: sphere, torus, gyroid, noise, or a --sample's",
+     .store = store_field_shape},
+    {.name = "field-size",
+     .kind = Kind::other,
+     .value = "X,Y,Z",
+     .initial = "of shapes 129,129,129",
+     .unit = "samples",
+     .help = "samples each way, of a shape or of raw numbers",
+     .store = store_field_size},
+    {.name = "field-type",
+     .kind = Kind::word,
+     .value = "T",
+     .words = "int8 uint8 int16 uint16 int32 uint32 float double",
+     .help = "the file is raw numbers: int8, uint8, int16, uint16, int32, uint32, float or double, "
+             "little-endian",
+     .store = put<&BakeOptions::field, &BakeField::type>},
+    {.name = "field-iso",
+     .kind = Kind::number,
+     .value = "V",
+     .initial = "0",
+     .min = -1e30,
+     .max = 1e30,
+     .help = "the value of the surface",
+     .store = put<&BakeOptions::field, &BakeField::iso>},
+    {.name = "field-solid",
+     .kind = Kind::word,
+     .value = "W",
+     .initial = "below",
+     .words = "below above",
+     .help = "what is solid: values below --field-iso, as of distances, or above, as of densities",
+     .store = store_field_solid},
+    {.name = "field-spacing",
+     .kind = Kind::number,
+     .value = "M",
+     .initial = "as the file says, or 1",
+     .unit = "metres",
+     .min = 1e-6,
+     .max = 1e6,
+     .help = "between samples, of shapes, and of files that do not say",
+     .store = put<&BakeOptions::field, &BakeField::spacing_m>},
+    {.name = "field-bits",
+     .kind = Kind::integer,
+     .value = "N",
+     .initial = "8",
+     .min = 8,
+     .max = 16,
+     .help = "of a sample in the world: 8 or 16",
+     .store = store_field_bits},
+    {.name = "field-reach",
+     .kind = Kind::number,
+     .value = "N",
+     .initial = "2",
+     .unit = "cells",
+     .min = 1,
+     .max = 64,
+     .help = "how far from the surface samples tell distances; farther is coarser",
+     .store = put<&BakeOptions::field, &BakeField::reach_cells>},
+};
+
 constexpr OptionRow kRunRows[] = {
     {.name = "threads",
      .kind = Kind::integer,
@@ -394,11 +503,9 @@ constexpr OptionRow kRunRows[] = {
     {.name = "version", .help = "prints the version"},
 };
 
-constexpr OptionGroup kGroups[] = {{"world", kWorldRows},
-                                   {"of a DEM", kDemRows},
-                                   {"materials", kMaterialRows},
-                                   {"imagery", kImageryRows},
-                                   {"run", kRunRows}};
+constexpr OptionGroup kGroups[] = {{"world", kWorldRows},        {"of a DEM", kDemRows},
+                                   {"materials", kMaterialRows}, {"imagery", kImageryRows},
+                                   {"isosurface", kFieldRows},   {"run", kRunRows}};
 constexpr OptionPart kParts[] = {kGroups};
 
 // A ground is asked for by what there is on one alone, too.
@@ -414,7 +521,30 @@ bool means_voxels(const CommandLine& line, bool leaves_holes) {
   return !line.has("carve") && (line.has("voxel") || line.has("levels"));
 }
 
+// Of an isosurface, which takes nothing of a ground or of voxels.
+Error check_field(const CommandLine& line) {
+  const bool shape = line.has("field-shape");
+  if (shape && line.has("field")) return "both --field and --field-shape are given";
+  if (line.has("sample") || !line.positional().empty())
+    return "--field and --field-shape: a DEM or --sample is given, too";
+  for (const OptionGroup& group : {kGroups[0], kGroups[1], kGroups[2], kGroups[3]}) {
+    for (const OptionRow& row : group.rows) {
+      if (line.has(row.name) && std::string_view(row.name) != "output")
+        return std::string("--") + row.name + ": not for an isosurface; leave it or --field away";
+    }
+  }
+  if (shape && line.has("field-type")) return "--field-type: only for --field, not for --field-shape";
+  if (line.has("field") && line.has("field-size") != line.has("field-type"))
+    return "--field-size and --field-type: for raw numbers both are needed";
+  if (!line.has("output")) return "-o WORLD.karst is needed; see --help";
+  return {};
+}
+
 Error check_source(const CommandLine& line) {
+  if (line.has("field") || line.has("field-shape")) return check_field(line);
+  for (const OptionRow& row : kFieldRows) {
+    if (line.has(row.name)) return std::string("--") + row.name + ": without --field or --field-shape";
+  }
   const bool sample = line.has("sample");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
   if (!sample && line.positional().empty()) return "a DEM or --sample NAME is needed; see --help";
@@ -453,7 +583,9 @@ Error check_source(const CommandLine& line) {
 constinit const CommandSpec kBakeSpec = {
     .name = "karst-bake",
     .brief = "makes a .karst world from an elevation image or a procedural sample",
-    .usage = "DEM... -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]",
+    .usage =
+        "DEM... -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]\n"
+        "--field FILE -o WORLD.karst [options]",
     .about =
         "DEM is a raster that GDAL reads as GeoTIFF, PNG, ESRI's and ENVI's raw files with a .hdr beside "
         "them, Arc/Info ASCII grid, SRTM's .hgt, DTED, USGS DEM, Erdas Imagine, JPEG 2000 or VRT, or an "
@@ -468,19 +600,27 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake dem.tif -o world.karst --imagery region.tif,city.tif\n"
-        "karst-bake --sample canyon -o canyon.karst --json\n"};
+        "karst-bake --sample canyon -o canyon.karst --json\n"
+        "karst-bake --field scan.nrrd -o scan.karst --field-iso 300 --field-solid above\n"
+        "karst-bake --field sdf.raw -o rock.karst --field-size 256,128,256 --field-type float "
+        "--field-spacing 0.5\n"
+        "karst-bake --field-shape caves -o caves.karst --field-size 257,65,257\n"};
 
 Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
   if (Error error = line.parse(words, kBakeSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
   if (Error error = check_source(line); !error.ok()) return error;
-  if (!line.has("sample")) {
+  const bool field = line.has("field") || line.has("field-shape");
+  if (!line.has("sample") && !field) {
     options.job.read.path = line.positional()[0];
     options.job.read.more.assign(line.positional().begin() + 1, line.positional().end());
   }
   options.job.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   void* const targets[] = {&options};
   if (Error error = line.store(targets); !error.ok()) return error;
+  options.field.threads = options.job.threads;
+  if (options.field.size.x == 0) options.field.size = glm::ivec3(129);
+  if (field) return {};
   options.ground = line.has("sample") ? !options.no_ground : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)
     return "--nodata hole: only for a world of voxels; leave --ground, --basis and --imagery away, or fill "

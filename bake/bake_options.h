@@ -3,6 +3,7 @@
 #pragma once
 
 #include "app/command_line/command_line.h"
+#include "bake/fields/bake_field.h"
 #include "bake/imagery/bake_imagery.h"
 #include "bake/pipeline/bake.h"
 #include "platform/base/error.h"
@@ -18,7 +19,10 @@ struct BakeOptions {
   std::string stats;    // empty: none
   bool ground = false;  // a ground of tiles, voxels at most in it
   bool no_ground = false;
+
+  bool is_field() const { return !field.path.empty() || !field.shape.empty(); }
   ImageryOptions imagery;
+  BakeField field;
   bool json = false;
   bool quiet = false;
 };

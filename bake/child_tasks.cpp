@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/child_tasks.h"
 
+#include "bake/fields/field_file.h"
 #include "bake/imagery/image_file.h"
 #include "bake/materials/material_files.h"
 #include "bake/rasters/elevation_file.h"
@@ -8,8 +9,9 @@
 namespace karst::bake {
 
 std::span<const ChildTask> child_tasks() {
-  static const ChildTask kTasks[] = {kReadMaterialImage, kReadBlendMap, kDescribeRaster, kReadRaster,
-                                     kDescribeExr,       kReadExr,      kDescribeImage,  kReadImage};
+  static const ChildTask kTasks[] = {kReadMaterialImage, kReadBlendMap, kDescribeRaster,
+                                     kReadRaster,        kDescribeExr,  kReadExr,
+                                     kDescribeImage,     kReadImage,    kReadField};
   return kTasks;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// karst-bake: elevation images and procedural samples to world files.
+// karst-bake: elevation images, samples and fields to world files.
 #include "app/command_line/help.h"
 #include "app/command_line/manual.h"
 #include "app/common/arguments.h"
@@ -36,6 +36,7 @@ std::vector<app::NamedFile> files_read(const BakeOptions& options) {
   for (std::string& image : material_images(job.materials)) {
     files.push_back({"an image of --materials", std::move(image)});
   }
+  files.push_back({"--field", options.field.path});
   for (const std::string& image : options.imagery.files) files.push_back({"--imagery", image});
   return files;
 }
@@ -81,6 +82,16 @@ Error run(const BakeOptions& options) {
     for (const std::string& warning : warnings) app::print_error("karst-bake", "warning: " + warning);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
+  if (options.is_field()) {
+    BakeField::Report report;
+    std::vector<std::byte> world;
+    Error failed = options.field.run(report, world);
+    if (failed.ok()) failed = app::write_file_atomic(options.output, world);
+    const double seconds = ended(failed, report.warnings);
+    if (!failed.ok()) return failed;
+    return tell(options, field_report_json(options.field, report, world.size(), seconds),
+                field_report_text(options.field, report, world.size(), seconds));
+  }
   if (options.ground) {
     const BakeGround ground{options.job, options.output, options.imagery};
     BakeGround::Report report;

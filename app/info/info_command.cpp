@@ -72,6 +72,14 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
   } else {
     json.key("ground").null();
   }
+  if (info.field_samples[0] > 0) {
+    json.key("field").begin_object().key("samples").begin_array();
+    for (const std::int32_t samples : info.field_samples) json.value(samples);
+    json.end_array().field("cell_m", info.field_cell_m).field("sample_bits", info.field_sample_bits);
+    json.field("blocks", info.field_blocks).end_object();
+  } else {
+    json.key("field").null();
+  }
   json.end_object();
   std::fputs(json.text().c_str(), stdout);
 }
@@ -115,6 +123,12 @@ void print_ground(const WorldInfo& info) {
   }
 }
 
+void print_field(const WorldInfo& info) {
+  std::printf("field          %d x %d x %d samples of %d bits, %.10g m apart\n", info.field_samples[0],
+              info.field_samples[1], info.field_samples[2], info.field_sample_bits, info.field_cell_m);
+  std::printf("blocks         %u of 16^3 samples that hold surface\n", info.field_blocks);
+}
+
 void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   const double size = info.voxel_size_m;
   const Vec3& low = info.origin_m;
@@ -125,7 +139,8 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
   if (info.name[0] != '\0') std::printf("name           %s\n", info.name);
   std::printf("file           %llu bytes\n", static_cast<unsigned long long>(file_bytes));
   if (info.ground_samples[0] > 0) print_ground(info);
-  if (info.patches == 0 && info.ground_samples[0] > 0) {
+  if (info.field_samples[0] > 0) print_field(info);
+  if (info.patches == 0 && (info.ground_samples[0] > 0 || info.field_samples[0] > 0)) {
     print_materials(info);
     if (info.has_water) std::printf("water          up to %.10g m\n", info.water_m);
     return;

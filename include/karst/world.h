@@ -37,6 +37,10 @@ struct WorldInfo {
   std::int32_t ground_sizes = 0;        // of nodes, each of twice the side of the one before
   std::uint64_t tile_bytes = 0;         // of all its tiles in the file, those of imagery too
   double image_texel_m = 0;             // the finest texel of its imagery, along x; 0: there is none
+  std::int32_t field_samples[3] = {};   // of the field of an isosurface, each way; 0: there is none
+  std::int32_t field_sample_bits = 0;   // 8 or 16
+  std::uint32_t field_blocks = 0;       // of 16^3 samples, that are neither all solid nor all air
+  double field_cell_m = 0;              // between samples
   // Of its regions, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
   // the south.
   std::uint32_t regions = 0;  // ..kMostRegions

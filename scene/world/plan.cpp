@@ -151,9 +151,13 @@ constexpr std::uint64_t kPagesPerBlock = 24;
 constexpr std::uint64_t kMeshBytes = 8u << 20;
 constexpr std::uint64_t kPageBytes = kPageVertices * sizeof(GpuVertex);
 // Behind the pages of patches and nodes.
-void set_field_limits(const Needs& needs, Config& config) {
+void set_field_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   config.field_blocks = needs.field_blocks;
   config.field_sample_blocks = needs.field_sample_blocks;
+  if (world.field.exists()) {
+    config.field_blocks = static_cast<std::uint32_t>(world.field.table_blocks());
+    config.field_sample_blocks = world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
+  }
   if (config.field_blocks == 0) return;
   const std::uint64_t taken = config.gpu_vertex_pages + 4 * std::uint64_t{config.ground_families};
   const std::uint64_t left = taken < kMostPages ? kMostPages - taken : 0;
@@ -340,7 +344,7 @@ Status lay_out(const PlannedWorld& world, const Needs& needs, PlanLayout& layout
   set_limits(world.info, world.ground, needs, layout.config);
   set_ground_limits(world, needs, layout.config);
   set_edit_limits(world, needs, layout.config);
-  set_field_limits(needs, layout.config);
+  set_field_limits(world, needs, layout.config);
   return lay_out_config(world, needs, layout);
 }
 
@@ -366,6 +370,12 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.blend_map[0] = materials.blend_map.width;
   out.blend_map[1] = materials.blend_map.depth;
   out.lights = static_cast<std::uint32_t>(reader.lights().size());
+  if (const FieldInfo& field = reader.field(); field.exists()) {
+    for (int axis = 0; axis < 3; ++axis) out.field_samples[axis] = 16 * field.blocks[axis];
+    out.field_sample_bits = field.sample_bits;
+    out.field_blocks = field.stored;
+    out.field_cell_m = info.voxel_size_m / (1 << (kMostCellLog2 - field.cell_log2));
+  }
   const GroundInfo& ground = reader.ground();
   if (ground.exists()) {
     out.ground_sizes = ground.top_size() + 1;

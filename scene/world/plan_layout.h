@@ -48,9 +48,10 @@ struct PlannedWorld {
   MaterialSet materials;  // count 0: none
   GroundInfo ground;      // does not exist: none
   ImageryInfo imagery;    // the same
+  FieldInfo field;        // the same
 
   static PlannedWorld of(const WorldReader& reader) {
-    return {reader.info(), reader.materials(), reader.ground(), reader.imagery()};
+    return {reader.info(), reader.materials(), reader.ground(), reader.imagery(), reader.field()};
   }
 };
 // invalid_argument naming the field of needs.

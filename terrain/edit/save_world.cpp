@@ -9,6 +9,7 @@
 #include <glm/common.hpp>
 
 #include "terrain/base/checksum.h"
+#include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
@@ -159,6 +160,7 @@ class Saver {
     if (reader_.has_section(section)) return true;
     if (section == WorldSection::overrides) return has_overrides_;
     if (section == WorldSection::region) return ground_.info.region_count > 0;
+    if (section == WorldSection::field) return world_.field().exists();
     if (section != WorldSection::blend_map || !world_.is_paintable()) return false;
     return std::ranges::any_of(map().materials, [](std::uint8_t material) { return material != 0; });
   }
@@ -169,6 +171,8 @@ class Saver {
     if (section == WorldSection::tiles) return ground_.tile_bytes;
     if (section == WorldSection::region)
       return ground_section::region_bytes(info_.regions, ground_.info.can_be_dug);
+    if (section == WorldSection::field)
+      return field_section::section_bytes(field_section::info_of(world_.field()));
     if (section == WorldSection::blend_map) return material_section::blend_section_bytes(map());
     return reader_.section_bytes(section);
   }
@@ -361,6 +365,8 @@ class Saver {
         return put_regions(sink);
       case WorldSection::tiles:
         return put_tiles(sink);
+      case WorldSection::field:
+        return field_section::encode(world_.field(), sink);
       default:
         return reader_.copy_section(section, sink);
     }

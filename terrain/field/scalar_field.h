@@ -97,6 +97,16 @@ class ScalarField {
     ++free_count_;
   }
 
+  // Makes a block all kAir, or all kSolid; its samples are given back.
+  void fill(glm::ivec3 block, Sample all) {
+    std::uint32_t& entry = table_[index(block)];
+    if (entry < kAllAir) {
+      link(entry);
+      ++free_count_;
+    }
+    entry = all == kAir ? kAllAir : kAllSolid;
+  }
+
   static constexpr std::size_t offset(glm::ivec3 inside) {
     return static_cast<std::size_t>(inside.x + kBlock * (inside.y + kBlock * inside.z));
   }

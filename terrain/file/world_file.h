@@ -69,10 +69,11 @@ enum class WorldSection : std::uint8_t {
   ground,
   tiles,
   region,
-  imagery
+  imagery,
+  field
 };
 inline constexpr std::size_t kWorldSections = 9;  // that every world has
-inline constexpr std::size_t kWorldSectionKinds = 19;
+inline constexpr std::size_t kWorldSectionKinds = 20;
 
 // Groups of height blocks (heights.h): each has a checksum of its own, so that it can be read alone. The last
 // one may be shorter.

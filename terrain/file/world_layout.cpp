@@ -4,6 +4,7 @@
 #include "terrain/base/checksum.h"
 #include "terrain/base/config.h"
 #include "terrain/base/lattice.h"
+#include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
@@ -200,6 +201,7 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
            bytes == ground_section::region_bytes(info.regions, true);
   }
   if (section == WorldSection::tiles) return bytes > 0;
+  if (section == WorldSection::field) return bytes > field_section::kHeaderBytes;
   if (section == WorldSection::imagery) return bytes == ground_section::kImageryBytes;
   if (section == WorldSection::blend_map) {
     const BlendMap most{kMostBlendSide, kMostBlendSide, {}};
@@ -433,6 +435,7 @@ const std::array<SectionKind, kWorldSectionKinds> kSectionKinds = {{
     {four_letters("TILE"), "tiles", false, true, nullptr},
     {four_letters("REGN"), "region", false, true, nullptr},
     {four_letters("IMAG"), "imagery", false, false, nullptr},
+    {four_letters("FELD"), "field", false, true, nullptr},
 }};
 
 std::array<WorldSection, kWorldSectionKinds> writing_order() {
@@ -446,7 +449,7 @@ std::array<WorldSection, kWorldSectionKinds> writing_order() {
 }
 
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
-                      SectionPlaces& places) {
+                      std::uint64_t field_bytes, SectionPlaces& places) {
   places = {};
   const auto of = [&](WorldSection s) -> SectionPlace& { return places[static_cast<std::size_t>(s)]; };
   if (materials.set.count > 0) {
@@ -466,6 +469,7 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
                               .present = ground.info.region_count > 0};
   of(WorldSection::imagery) = {.bytes = ground_section::kImageryBytes,
                                .present = ground.info.exists() && ground.imagery.exists()};
+  of(WorldSection::field) = {.bytes = field_bytes, .present = field_bytes > 0};
   std::uint64_t end = kHeaderBytes;
   for (const WorldSection section : writing_order()) {
     SectionPlace& place = of(section);

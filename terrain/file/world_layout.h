@@ -164,9 +164,9 @@ using SectionPlaces = std::array<SectionPlace, kWorldSectionKinds>;
 // sections there are.
 std::array<WorldSection, kWorldSectionKinds> writing_order();
 
-// Where the writer puts the sections. Returns the file's length.
+// Where the writer puts the sections. field_bytes: of its section, 0: none. Returns the file's length.
 std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, const WorldGround& ground,
-                      SectionPlaces& places);
+                      std::uint64_t field_bytes, SectionPlaces& places);
 
 // The header and the table over sections whose places and checksums are known; returns their length. out:
 // kMostHead bytes.

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "terrain/base/check.h"
 #include "terrain/base/checksum.h"
+#include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/octree_section.h"
 #include "terrain/file/world_layout.h"
@@ -85,6 +87,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_surroundings(info.extent);
   if (status.ok()) status = read_ground(info.voxel_size_m);
   if (status.ok()) status = read_regions(info);
+  if (status.ok()) status = read_field_header();
   if (!status.ok()) {
     *this = {};
     return status;
@@ -219,6 +222,44 @@ Status WorldReader::read_regions(const WorldInfo& info) {
   return fault.what == nullptr ? Status() : corrupt_section(WorldSection::region, fault.what, fault.offset);
 }
 
+// Without its checksum, which is of all of it.
+Status WorldReader::read_field_header() {
+  const SectionPlace& section = place_of(WorldSection::field);
+  if (!section.present) return {};
+  std::array<std::byte, field_section::kHeaderBytes> header;
+  if (const Status status = read_bytes(section.offset, header); !status.ok()) return status;
+  const auto fault = field_section::decode_header(header, field_);
+  if (fault.what != nullptr) return corrupt_section(WorldSection::field, fault.what, fault.offset);
+  if (section.bytes == field_section::section_bytes(field_)) return {};
+  return corrupt_section(WorldSection::field, "the section's length does not fit its blocks", 0);
+}
+
+Status WorldReader::decode_field(FieldBlocks* out) const {
+  const SectionPlace& section = place_of(WorldSection::field);
+  field_section::Decode decode(field_, out);
+  field_section::Fault fault;
+  std::uint32_t crc = 0;
+  std::size_t skip = field_section::kHeaderBytes;
+  const Status status = for_each_piece(section.offset, section.bytes, [&](std::span<const std::byte> piece) {
+    crc = crc32c(piece, crc);
+    fault = decode.feed(piece.subspan(std::exchange(skip, 0)));
+    return fault.what == nullptr;
+  });
+  if (!status.ok()) return status;
+  if (fault.what == nullptr) fault = decode.finish();
+  if (fault.what != nullptr) return corrupt_section(WorldSection::field, fault.what, fault.offset);
+  if (crc == section.crc) return {};
+  return corrupt("a section does not match its checksum", {"section crc", section.entry + kEntryCrc});
+}
+
+Status WorldReader::read_field(FieldBlocks& out) const {
+  KARST_ASSERT(field_.exists());
+  Status status = out.reset(field_);
+  if (status.ok()) status = decode_field(&out);
+  if (!status.ok()) out.clear();
+  return status;
+}
+
 Status WorldReader::read_tile(const TilePlace& place, std::span<std::byte> out) const {
   const SectionPlace& tiles = place_of(WorldSection::tiles);
   if (place.offset > tiles.bytes || place.bytes > tiles.bytes - place.offset)
@@ -262,6 +303,9 @@ Status WorldReader::verify() const {
   }
   if (const Status status = verify_groups(); !status.ok()) return status;
   if (const Status status = verify_rim(); !status.ok()) return status;
+  if (field_.exists()) {
+    if (const Status status = decode_field(nullptr); !status.ok()) return status;
+  }
   if (const Status status = verify_blend_rows(); !status.ok()) return status;
   return verify_images();
 }

@@ -18,6 +18,7 @@
 #include "terrain/file/materials/material_section.h"
 #include "terrain/file/world_file.h"
 #include "terrain/file/world_layout.h"
+#include "terrain/isosurface/field_blocks.h"
 
 namespace karst::core {
 
@@ -99,6 +100,12 @@ class WorldReader {
   // where the place is not in the section. out: place.bytes.
   Status read_tile(const TilePlace& place, std::span<std::byte> out) const;
 
+  // Does not exist where the world has none.
+  const FieldInfo& field() const { return field_; }
+  // Resets out and fills it. limit_reached naming the Config field; nothing is in it on failure.
+  // Precondition: field().exists().
+  Status read_field(FieldBlocks& out) const;
+
   // A section as it lies in the file, checked against its checksum: what does not match was written by then.
   // Precondition: it is there. limit_reached ("sink") where the sink does not take it.
   bool has_section(WorldSection section) const { return place_of(section).present; }
@@ -135,6 +142,8 @@ class WorldReader {
   Status verify_images() const;
   Status verify_blend_rows() const;
   Status verify_rim() const;
+  Status read_field_header();
+  Status decode_field(FieldBlocks* out) const;
 
   ByteSource source_;
   std::uint32_t head_crc_ = 0;
@@ -146,6 +155,7 @@ class WorldReader {
   std::size_t light_count_ = 0;
   Surroundings surroundings_;
   WorldGround ground_;
+  FieldInfo field_;
 };
 
 }  // namespace karst::core

@@ -2,6 +2,7 @@
 #include "terrain/file/world_writer.h"
 
 #include "terrain/base/checksum.h"
+#include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
 #include "terrain/file/materials/material_section.h"
 #include "terrain/file/octree_section.h"
@@ -158,6 +159,8 @@ Status put_section(const WorldWriter& world, WorldSection section, const ByteSin
       return put_region(sink, world.ground);
     case WorldSection::imagery:
       return put_imagery(sink, world.ground);
+    case WorldSection::field:
+      return field_section::encode(*world.field, sink);
     default:
       break;
   }
@@ -263,14 +266,19 @@ Status WorldWriter::check_octrees() const {
   return {};
 }
 
+std::uint64_t WorldWriter::field_bytes() const {
+  if (field == nullptr || !field->exists()) return 0;
+  return field_section::section_bytes(field_section::info_of(*field));
+}
+
 std::uint64_t WorldWriter::file_bytes() const {
   SectionPlaces places;
-  return lay_out(info, materials, ground, places);
+  return lay_out(info, materials, ground, field_bytes(), places);
 }
 
 std::uint64_t WorldWriter::tiles_begin() const {
   SectionPlaces places;
-  lay_out(info, materials, ground, places);
+  lay_out(info, materials, ground, field_bytes(), places);
   return places[static_cast<std::size_t>(WorldSection::tiles)].offset;
 }
 
@@ -287,7 +295,7 @@ Status WorldWriter::run_around(const ByteSink& head, const ByteSink& tail) const
 Status WorldWriter::put_all(const ByteSink& head, const ByteSink& tail) const {
   if (const Status status = validate(); !status.ok()) return status;
   SectionPlaces places;
-  const std::uint64_t bytes = lay_out(info, materials, ground, places);
+  const std::uint64_t bytes = lay_out(info, materials, ground, field_bytes(), places);
   const auto place_of = [&](WorldSection s) -> SectionPlace& { return places[static_cast<std::size_t>(s)]; };
   for (const WorldSection section : writing_order()) {
     if (!place_of(section).present) continue;

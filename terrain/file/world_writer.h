@@ -13,6 +13,7 @@
 #include "terrain/field/octree.h"
 #include "terrain/file/byte_source.h"
 #include "terrain/file/world_file.h"
+#include "terrain/isosurface/field_blocks.h"
 
 namespace karst::core {
 
@@ -25,6 +26,7 @@ struct WorldWriter {
   WorldGround ground = WorldGround();
   // Of the ground's regions, in their order; empty: octree alone.
   std::span<const Octree* const> octrees = {};
+  const FieldBlocks* field = nullptr;  // null, or nothing in it: the world has none
 
   // invalid_argument: a field is out of range or contradicts another (the rules of reading). The octree's
   // nodes are checked by run() alone.
@@ -48,6 +50,7 @@ struct WorldWriter {
  private:
   Status check_octrees() const;
   Status put_all(const ByteSink& head, const ByteSink& tail) const;
+  std::uint64_t field_bytes() const;
 };
 
 }  // namespace karst::core

@@ -31,6 +31,9 @@ inline constexpr int kMostCellLog2 = 13;
 // A field is at most as wide as an octree of voxels.
 inline constexpr std::int32_t kMostFieldVoxels = 1 << kMaxDepth;
 
+inline constexpr float kLeastReach = 0.5f;
+inline constexpr float kMostReach = 1024;
+
 struct FieldInfo {
   // Of sample (0, 0, 0), voxels from the world's minimum corner; sample s lies s cells from there, axes as
   // the world's (y up).
@@ -39,6 +42,8 @@ struct FieldInfo {
   glm::ivec3 blocks{0};      // of 16^3 samples, each way
   int sample_bits = 8;       // or 16
   std::uint32_t stored = 0;  // blocks that take samples
+  // What the largest sample stands for: so many cells from the surface, kLeastReach..kMostReach.
+  float reach_cells = 2;
 
   bool exists() const { return blocks.x > 0; }
   std::size_t table_blocks() const {
@@ -51,7 +56,8 @@ struct FieldInfo {
 };
 
 // invalid_argument naming the first field outside its range ("corner": not 0..kMostFieldVoxels; "cell_log2",
-// "sample_bits"; "blocks": none, or wider than kMostFieldVoxels; "stored": more than there are).
+// "sample_bits"; "blocks": none, or wider than kMostFieldVoxels; "stored": more than there are;
+// "reach_cells").
 inline Status validate(const FieldInfo& info) {
   const auto invalid = [](const char* what, const char* field) {
     return Status{StatusCode::invalid_argument, what, field};
@@ -66,6 +72,9 @@ inline Status validate(const FieldInfo& info) {
       return invalid("not within the world", "corner");
   }
   if (info.stored > info.table_blocks()) return invalid("more than there are", "stored");
+  // Written so that NaN fails.
+  if (!(info.reach_cells >= kLeastReach && info.reach_cells <= kMostReach))
+    return invalid("not within 0.5..1024", "reach_cells");
   return {};
 }
 

@@ -279,6 +279,7 @@ Status World::load(const WorldReader& opened) {
     info_ = reader_.info();
     status = load_parts();
   }
+  if (status.ok() && reader_.field().exists()) status = reader_.read_field(field_);
   if (!status.ok()) unload();
   return status;
 }
