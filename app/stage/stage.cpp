@@ -56,6 +56,20 @@ Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
     return static_cast<std::uint32_t>(taken == 0 ? kSome
                                                  : std::clamp<std::uint64_t>(share / each, kSome / 8, most));
   };
+  if (info_of(head).can_be_dug) {
+    // A quarter for regions that are made.
+    constexpr std::uint32_t kDigRegions = 4;
+    bytes = bytes / 4 * 3;
+    trial.needs.dig_regions = kDigRegions;
+    trial.needs.region_patches = kSome;
+    std::uint64_t regions = 0;
+    status = cost(kSome, kSome, regions);
+    if (!status.ok()) return status;
+    plan.needs.dig_regions = kDigRegions;
+    const std::uint64_t each = std::max<std::uint64_t>((regions - tiles) / kSome, 1);
+    plan.needs.region_patches =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(bytes / 3 / each, kSome, 1u << 20));
+  }
   plan.needs.undo_bytes = bytes / 4;
   plan.needs.edit_patches = count(patches - none, 1u << 20);
   plan.needs.edit_tiles = count(tiles - patches, 65'536);
@@ -159,7 +173,8 @@ Error Stage::make_plan_for(const Head& head) {
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
   // Of a ground a voxel is four samples, however fine those of its region are.
-  const double voxel_m = info.regions > 0 ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
+  const bool finer = info.regions > 0 || info.can_be_dug;
+  const double voxel_m = finer ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
   needs.shadow_reach_m = scene_.shadow_reach_voxels * voxel_m;
   const bool sampled = samples_of(scene_.antialias) > 1;
   if (scene_.shading != ShadingChoice::forward && scene_.drape.empty() && !sampled) {
