@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# cmake -D ANALYZE=systemd-analyze -D UNIT=FILE.service -D PROGRAM=karst -D INSTALLED=/usr/bin/karst -D WORK=DIR
-#   -P verify_unit.cmake
+# cmake -D ANALYZE=systemd-analyze -D UNIT=FILE.service -D PROGRAM=karst -D INSTALLED=/usr/bin/karst
+#   -D WORK=DIR -P verify_unit.cmake
 #
 # systemd finds nothing wrong with the unit, when the program is where it was built, and calls what it may do
 # little: an exposure of 2.0 at most.

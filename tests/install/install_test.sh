@@ -283,7 +283,8 @@ packages() {
   [[ $(field karst Depends) != *libopenimageio* ]] || fail "karst depends on OpenImageIO"
   [[ $(field karst Depends) != *libgdal* ]] || fail "karst depends on GDAL"
   lists karst-ig '/usr/share/doc/karst-ig/examples/karst-ig\.service$'
-  (($(dpkg-deb -c "$work"/debs/karst-ig_*.deb | grep -c /man1/karst) == 1)) || fail "karst-ig has other manuals"
+  (($(dpkg-deb -c "$work"/debs/karst-ig_*.deb | grep -c /man1/karst) == 1)) ||
+    fail "karst-ig has other manuals"
   [[ $(field karst-ig Depends) == *libegl1* && $(field karst-ig Depends) == *libdrm2* ]] ||
     fail "karst-ig: no libegl1"
   [[ $(field karst-ig Depends) != *libgdal* ]] || fail "karst-ig depends on GDAL"
@@ -297,7 +298,8 @@ packages() {
   quiet "$work/root/usr/bin/karst-bake" --sample canyon -o "$work/canyon.karst"
   quiet "$work/root/usr/bin/karst" info "$work/canyon.karst"
   [[ $("$work/root/usr/bin/karst" --version) == "karst $version" ]] || fail "karst tells another version"
-  [[ $("$work/root/usr/bin/karst-ig" --version) == "karst-ig $version" ]] || fail "karst-ig tells another version"
+  [[ $("$work/root/usr/bin/karst-ig" --version) == "karst-ig $version" ]] ||
+    fail "karst-ig tells another version"
   say "$names"
 }
 
