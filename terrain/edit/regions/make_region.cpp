@@ -116,8 +116,15 @@ void MakeRegion::measure(const World::Spare& spare, const GroundRegion& region) 
   // Numbers of all patches.
   std::span<std::uint32_t> all = spare.scratch.first(region.patches);
   std::iota(all.begin(), all.end(), 0u);
-  spare.queue->add({spare.volumes, spare.patches}, spare.heights->heights(), all, all,
-                   make_patch_scratch(spare.room->scratch), spare.measures);
+  PatchScratch* const scratch = make_patch_scratch(spare.room->scratch);
+  // As many at a time as there is room for.
+  const std::span<GridRows> rows = spare.room->rows;
+  std::ranges::fill(rows, GridRows::all(world->info().level));
+  for (std::size_t first = 0; first < all.size(); first += rows.size()) {
+    const auto some = all.subspan(first, std::min(rows.size(), all.size() - first));
+    spare.queue->add({spare.volumes, spare.patches}, spare.heights->heights(), some, some,
+                     rows.first(some.size()), scratch, spare.measures);
+  }
 }
 
 Status MakeRegion::run() {
