@@ -216,7 +216,8 @@ constexpr OptionRow kWorldRows[] = {
     {.name = "voxel",
      .kind = Kind::number,
      .value = "M",
-     .initial = "half of a shape's radius; samples: 8 or 10; without a ground about 128 voxels across",
+     .initial = "half of a shape's radius, of --dig the distance of samples; samples: 8 or 10; without a "
+                "ground about 128 voxels across",
      .unit = "metres",
      .min = 1e-6,
      .max = 1e9,
@@ -245,6 +246,10 @@ constexpr OptionRow kWorldRows[] = {
      .value = "FILE",
      .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
      .store = put<&BakeOptions::job, &Bake::carve_path>},
+    {.name = "dig",
+     .help = "makes a ground that edits can dig anywhere, with voxels of --voxel; tunnels and caves are made "
+             "where somebody digs them (docs/editing.md)",
+     .store = put<&BakeOptions::job, &Bake::can_be_dug>},
     {.name = "max-carve",
      .kind = Kind::integer,
      .value = "N",
@@ -505,7 +510,7 @@ constexpr OptionPart kParts[] = {kGroups};
 
 // A ground is asked for by what there is on one alone, too.
 bool asks_for_ground(const CommandLine& line) {
-  return line.has("ground") || line.has("basis") || line.has("imagery");
+  return line.has("ground") || line.has("basis") || line.has("imagery") || line.has("dig");
 }
 
 // A DEM is a ground, unless something is said that voxels alone have. Carved shapes have voxels in a ground.
@@ -551,8 +556,10 @@ Error check_source(const CommandLine& line) {
   if (asks_for_ground(line)) {
     if (line.has("accept-fit")) return "--accept-fit: only for a world of voxels; leave --ground away";
     for (const char* name : {"voxel", "levels", "max-carve"}) {
-      if (line.has(name) && !line.has("carve") && !sample)
-        return std::string("--") + name + ": a ground has voxels only with --carve; or leave --ground away";
+      if (line.has(name) && !line.has("carve") && !line.has("dig") && !sample) {
+        return std::string("--") + name +
+               ": a ground has voxels only with --carve or --dig; or leave --ground away";
+      }
     }
   }
   if (line.has("basis") && line.has("no-ground"))
@@ -560,6 +567,10 @@ Error check_source(const CommandLine& line) {
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && line.has("carve"))
     return "--basis: carved shapes lie on a plane alone; leave --basis away";
+  if (line.has("basis") && line.has("dig"))
+    return "--basis: a ground is dug on a plane alone; leave --basis or --dig away";
+  if (line.has("dig") && line.has("no-ground"))
+    return "--dig: a world of voxels alone can be dug anyway; leave --dig or --no-ground away";
   if (line.has("imagery") && line.has("no-ground"))
     return "--imagery: only over a ground of tiles; leave --no-ground away";
   if (line.has("image-format") && !line.has("imagery")) return "--image-format: without --imagery";

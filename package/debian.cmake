@@ -51,6 +51,13 @@ pictures of them without one.")
   set(CPACK_DEBIAN_KARST_PACKAGE_RECOMMENDS "libgl1-mesa-dri")
   set(CPACK_DEBIAN_KARST_PACKAGE_SUGGESTS "karst-bake")
 endif()
+if(TARGET karst-ig)
+  karst_deb(karst-ig karst-ig graphics "terrain with caves for embedded GPUs: image generator"
+    "This package holds the program that draws worlds for a simulator, which drives it
+by the Common Image Generator Interface (CIGI) 3.3 or 4.0.")
+  set(CPACK_DEBIAN_KARST-IG_PACKAGE_RECOMMENDS "libgl1-mesa-dri")
+  set(CPACK_DEBIAN_KARST-IG_PACKAGE_SUGGESTS "karst, karst-bake")
+endif()
 if(TARGET karst-bake)
   karst_deb(karst-bake karst-bake graphics "terrain with caves for embedded GPUs: makes worlds"
     "This package holds the program that makes worlds from elevation models and

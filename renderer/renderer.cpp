@@ -223,6 +223,11 @@ Status Renderer::upload_image_table(std::uint32_t view, int size, std::span<cons
   return core::upload_image_table(device_, settings_, view, size, part);
 }
 
+void Renderer::set_sky(const SkyAtlas& sky) {
+  KARST_ASSERT(sky.cells == settings_.sky.cells && sky.count == settings_.sky.count);
+  settings_.sky = sky;
+}
+
 Status Renderer::upload_sky(const SkyVisibility& sky, std::size_t place) {
   return core::upload_sky(device_, settings_, sky, place);
 }

@@ -107,6 +107,8 @@ class Renderer {
   // invalid_argument where the settings have no room for it.
   Status upload_rim(std::span<const glm::ivec3> rim, std::int32_t plain_steps);
 
+  // Where octrees lie, another than the settings say: within the same cells. Precondition: of as many.
+  void set_sky(const SkyAtlas& sky);
   // How much of the sky is seen from where; its grid is the settings'. Without it, all of it is everywhere.
   // invalid_argument where the grid is another one.
   Status upload_sky(const SkyVisibility& sky, std::size_t place = 0);

@@ -73,7 +73,8 @@ class EditedWorld {
     WorldInfo info;
     if (const Status status = read_world_info(source, info); !status.ok()) return {path, status};
     if (info.ground_samples[0] == 0) plan.needs.edit_tiles = 0;
-    if (info.patches == 0) plan.needs.edit_patches = 0;
+    if (info.patches == 0 && !info.can_be_dug) plan.needs.edit_patches = 0;
+    if (!info.can_be_dug) plan.needs.dig_regions = 0;
     if (info.materials == 0) plan.needs.paint_width = plan.needs.paint_depth = 0;
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
@@ -162,6 +163,15 @@ bool raise(const Status& full, Needs& needs) {
     needs.undo_bytes = std::min(16 * needs.undo_bytes, kMostUndoBytes);
     return true;
   }
+  if (field == "dig_regions" && full.value() <= kMostRegions) {
+    needs.dig_regions = std::min(2 * needs.dig_regions, kMostRegions);
+    return true;
+  }
+  if (field == "region_patches" && needs.region_patches < kMostEditPatches) {
+    needs.region_patches = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        2 * full.value(), 2 * std::uint64_t{needs.region_patches}, kMostEditPatches));
+    return true;
+  }
   if (field == "edit_tiles" && full.value() <= kMostEditTiles) {
     // Later edits take more.
     needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(2 * full.value(), kMostEditTiles));
@@ -186,6 +196,7 @@ Error run_script(const EditOptions& options, const std::string& path) {
   needs.shadow_maps = 0;
   needs.max_cpu_bytes = needs.max_gpu_bytes = UINT64_MAX;
   needs.edit_patches = kFirstEditPatches;
+  needs.dig_regions = 2;
   if (std::ranges::any_of(steps, [](const ScriptStep& one) { return one.kind == ScriptStep::undo; }))
     needs.undo_bytes = kFirstUndoBytes;
   needs.edit_tiles = kFirstEditTiles;

@@ -25,7 +25,7 @@ constexpr Rgba kBrushColour{255, 226, 84, 255}, kFaintColour{255, 226, 84, 110},
 constexpr Rgba kTextColour{238, 238, 230, 255}, kErrorColour{255, 128, 112, 255}, kBack{0, 0, 0, 150};
 
 bool has_voxels(const WorldInfo& info) {
-  return info.ground_samples[0] == 0 || info.regions > 0;
+  return info.ground_samples[0] == 0 || info.regions > 0 || info.can_be_dug;
 }
 
 double unit_m(const WorldInfo& info) {

@@ -59,6 +59,7 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.field("basis", kBases[static_cast<int>(info.basis)]).field("epsg", info.epsg);
     json.field("geodetic", info.is_geodetic);
     json.field("image_texel_m", info.image_texel_m);
+    json.field("can_be_dug", info.can_be_dug);
     json.key("regions").begin_array();
     for (std::uint32_t n = 0; n < info.regions; ++n) {
       json.begin_object().key("first_node").begin_array();
@@ -114,6 +115,7 @@ void print_ground(const WorldInfo& info) {
     std::printf("tiles          %llu bytes, %d sizes, %.3g bits a sample\n", tile_bytes, info.ground_sizes,
                 8 * static_cast<double>(info.tile_bytes) / (wide * deep));
   }
+  if (info.can_be_dug) std::printf("digging        anywhere, voxels of %.10g m\n", info.voxel_size_m);
   for (std::uint32_t n = 0; n < info.regions; ++n) {
     std::printf("region         %d x %d nodes of 4 x 4 samples, from node %d, %d: of voxels\n",
                 info.region_nodes[n][0], info.region_nodes[n][1], info.region_first[n][0],
@@ -147,7 +149,8 @@ void print_text(const WorldInfo& info, std::uint64_t file_bytes) {
               info.extent[2], size, info.regions > 1 ? " at most" : "", info.octree_depth);
   std::printf("from           %.10g, %.10g, %.10g m\n", low.x, low.y, low.z);
   // Of several regions it is where the first begin.
-  if (info.regions <= 1) std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
+  if (info.regions <= 1 && !info.can_be_dug)
+    std::printf("to             %.10g, %.10g, %.10g m\n", far_m[0], far_m[1], far_m[2]);
   print_materials(info);
   if (info.blend_map[0] > 0)
     std::printf("blend map      %u x %u texels\n", info.blend_map[0], info.blend_map[1]);

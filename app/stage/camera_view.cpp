@@ -70,8 +70,13 @@ void set_rotation(double yaw_deg, double pitch_deg, const LocalAxes* axes, ViewS
   }
 }
 
-// The picture turned counter-clockwise in its target.
-void turn(int quarter_turns, ViewState& view) {
+Status refuse(const char* what, const char* field) {
+  return {StatusCode::invalid_argument, what, field};
+}
+
+}  // namespace
+
+void turn_view(int quarter_turns, ViewState& view) {
   double* const m = view.clip_from_view;
   for (int n = 0; n < (quarter_turns & 3); ++n) {
     for (int column = 0; column < 4; ++column) {
@@ -81,12 +86,6 @@ void turn(int quarter_turns, ViewState& view) {
     }
   }
 }
-
-Status refuse(const char* what, const char* field) {
-  return {StatusCode::invalid_argument, what, field};
-}
-
-}  // namespace
 
 Status check_place(const CameraPlace& place, const WorldInfo& world) {
   const glm::dvec3 position = (place.position_m - vec(world.origin_m)) / double{world.voxel_size_m};
@@ -134,7 +133,7 @@ Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalA
   view.width_px = static_cast<std::uint32_t>(upright_width);
   view.height_px = static_cast<std::uint32_t>(upright_height);
   set_perspective(view, shape.fov_y_deg, near * size, far * size);
-  turn(shape.quarter_turns, view);
+  turn_view(shape.quarter_turns, view);
   view.width_px = static_cast<std::uint32_t>(shape.width);
   view.height_px = static_cast<std::uint32_t>(shape.height);
   return {};

@@ -30,6 +30,9 @@ inline constexpr double kClearance = 0.25;
 Status place_view(const CameraPlace& place, const WorldInfo& world, const LocalAxes& axes,
                   const PictureShape& shape, double clearance_m, ViewState& view);
 
+// Turns the picture of a view counter-clockwise in its target; its width and height are the caller's to swap.
+void turn_view(int quarter_turns, ViewState& view);
+
 // What place_view() says of the place itself, whatever the picture's shape: for paths and poses, checked
 // before they are shown.
 Status check_place(const CameraPlace& place, const WorldInfo& world);

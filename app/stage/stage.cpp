@@ -56,6 +56,20 @@ Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
     return static_cast<std::uint32_t>(taken == 0 ? kSome
                                                  : std::clamp<std::uint64_t>(share / each, kSome / 8, most));
   };
+  if (info_of(head).can_be_dug) {
+    // A quarter for regions that are made.
+    constexpr std::uint32_t kDigRegions = 4;
+    bytes = bytes / 4 * 3;
+    trial.needs.dig_regions = kDigRegions;
+    trial.needs.region_patches = kSome;
+    std::uint64_t regions = 0;
+    status = cost(kSome, kSome, regions);
+    if (!status.ok()) return status;
+    plan.needs.dig_regions = kDigRegions;
+    const std::uint64_t each = std::max<std::uint64_t>((regions - tiles) / kSome, 1);
+    plan.needs.region_patches =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(bytes / 3 / each, kSome, 1u << 20));
+  }
   plan.needs.undo_bytes = bytes / 4;
   plan.needs.edit_patches = count(patches - none, 1u << 20);
   plan.needs.edit_tiles = count(tiles - patches, 65'536);
@@ -90,6 +104,7 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   scene_ = scene;
   width_ = scene.width;
   height_ = scene.height;
+  plan_.needs.views = needs.views;
   plan_.needs.queries = needs.queries;
   plan_.needs.query_patches = needs.query_patches;
   overlay_bytes_ = needs.overlay_bytes;
@@ -139,9 +154,10 @@ std::uint64_t Stage::target_bytes() const {
   return picture.bytes() + overlay_bytes_;
 }
 
-// Pictures that go by the G-buffer need no depth of their own; larger ones do not go by it.
+// Pictures that go by the G-buffer need no depth of their own; larger ones do not go by it, and of several
+// views each begins elsewhere in it.
 bool Stage::may_share_depth() const {
-  return static_cast<std::uint32_t>(width_) <= plan_.needs.deferred_width &&
+  return plan_.needs.views == 1 && static_cast<std::uint32_t>(width_) <= plan_.needs.deferred_width &&
          static_cast<std::uint32_t>(height_) <= plan_.needs.deferred_height;
 }
 
@@ -157,7 +173,8 @@ Error Stage::make_plan_for(const Head& head) {
   needs.shadow_maps = scene_.drape.empty() ? static_cast<std::uint32_t>(scene_.shadows) : 0;
   needs.shadow_size = static_cast<std::uint32_t>(scene_.shadow_size);
   // Of a ground a voxel is four samples, however fine those of its region are.
-  const double voxel_m = info.regions > 0 ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
+  const bool finer = info.regions > 0 || info.can_be_dug;
+  const double voxel_m = finer ? 4 * info.ground_spacing_m[0] : info.voxel_size_m;
   needs.shadow_reach_m = scene_.shadow_reach_voxels * voxel_m;
   const bool sampled = samples_of(scene_.antialias) > 1;
   if (scene_.shading != ShadingChoice::forward && scene_.drape.empty() && !sampled) {
@@ -258,7 +275,8 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
   inspection.user = &own;
   set_inspection(*renderer_, inspection);
   FrameInput input;
-  input.views = {&view.view, 1};
+  const std::span<const ViewState> views = view.views.empty() ? std::span(&view.view, 1) : view.views;
+  input.views = views;
   input.sun = view.sun;
   input.work_ms = view.work_ms;
   Status status = renderer_->begin_frame(input, record.result);
@@ -269,7 +287,7 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
   }
   if (status.ok()) {
     // The sky is one colour with a drape; its own shading would cost as much a pixel as the terrain's.
-    const float farthest = view.view.reversed_depth ? 0.0f : 1.0f;
+    const float farthest = views[0].reversed_depth ? 0.0f : 1.0f;
     const bool counts = inspection.show == Show::lookups && !has_drape();
     if (counts) {
       target_.begin({0, 0, 0}, farthest);
@@ -279,13 +297,15 @@ Error Stage::draw(const StageView& view, FrameRecord& record) {
       target_.begin(farthest);
     }
     Target target;
-    target.depth_zero_to_one = view.view.reversed_depth;
+    target.depth_zero_to_one = views[0].reversed_depth;
     target.two_ranges = !target.depth_zero_to_one && !keep_depth;  // read_depth() has one
-    target.viewport = target_.viewport();
     target.framebuffer = target_.framebuffer();
     target.sky = !has_drape() && !counts;
-    status = renderer_->draw(0, target);
-    if (status.ok() && view.draw_over != nullptr) view.draw_over(view.user, view.view, target.two_ranges);
+    for (std::size_t n = 0; n < views.size() && status.ok(); ++n) {
+      target.viewport = view.views.empty() ? target_.viewport() : view.parts[n];
+      status = renderer_->draw(static_cast<std::uint32_t>(n), target);
+      if (status.ok() && view.draw_over != nullptr) view.draw_over(view.user, views[n], target.two_ranges);
+    }
     target_.end();
   }
   if (status.ok()) status = renderer_->end_frame();

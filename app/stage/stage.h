@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "app/common/picture_target.h"
@@ -32,15 +33,19 @@ struct LoadTimes {
   double upload = 0;
 };
 
-// One view, as programs draw it.
+// What programs draw in a frame: one view, or several side by side.
 struct StageView {
   ViewState view;
+  // Several, where not empty, of at most StageNeeds::views: `view` is not looked at, and each is drawn into
+  // its part of the picture.
+  std::span<const ViewState> views{};
+  std::span<const Rect> parts{};
   Sun sun;
   Inspection inspection;
   double work_ms = 0;  // FrameInput: 0: the frame is complete
   bool wait = true;    // until the GPU is done, so that frame_ms holds its work
-  // Called when the terrain is drawn, with its framebuffer bound, to draw over it; may be null. two_ranges:
-  // as karst::Target had it.
+  // Called when the terrain of a view is drawn, with its framebuffer bound, to draw over it; may be null.
+  // two_ranges: as karst::Target had it.
   void (*draw_over)(void* user, const ViewState& view, bool two_ranges) = nullptr;
   void* user = nullptr;
 };
@@ -53,8 +58,9 @@ struct FrameRecord {
   std::uint64_t gl_objects = 0;  // made since the stage was ready
 };
 
-// What a program does with a world beside drawing it.
+// What a program does with a world beside drawing one view of it.
 struct StageNeeds {
+  std::uint32_t views = 1;
   std::uint32_t queries = 0;  // Query objects that it takes
   std::uint32_t query_patches = kGroundPatches;
   std::uint64_t edit_bytes = 0;     // of memory for edits, about; 0: nothing is edited

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // karst view: a world on a screen, until told to stop. Everything happens in one thread: it sleeps until a
 // device, a signal or a time limit wakes it, and draws when the picture would be another one.
-#include <signal.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -15,30 +12,26 @@
 #include "app/command_line/help.h"
 #include "app/commands.h"
 #include "app/common/arguments.h"
-#include "app/common/json_writer.h"
 #include "app/common/messages.h"
 #include "app/editor/stage_editor.h"
 #include "app/files/atomic_file.h"
 #include "app/files/file_source.h"
 #include "app/files/output_place.h"
+#include "app/screen/screen.h"
+#include "app/screen/signals.h"
 #include "app/stage/camera_view.h"
 #include "app/stage/stage_view.h"
 #include "app/view/camera_source.h"
-#include "app/view/end_watch.h"
 #include "app/view/frame_scheduler.h"
 #include "app/view/view_options.h"
 #include "app/view/view_statistics.h"
 #include "platform/base/clock.h"
-#include "platform/headless/headless_display.h"
-#include "platform/kms/card/kms_outputs.h"
 #include "platform/seat/seat_input.h"
-#include "platform/window/window_display.h"
 
 namespace karst::app {
 namespace {
 
 constexpr int kMostPollFds = 16;
-constexpr unsigned kNoReset = 0;                      // GL_NO_ERROR
 constexpr std::int64_t kStatistics_ns = 200'000'000;  // between two writings that SIGHUP asks for
 constexpr std::int64_t kRetry_ns = 250'000'000;       // between two frames that hope for a file
 constexpr double kGenerateMs = 4;  // time a frame to make vertices, where the options say nothing
@@ -55,49 +48,6 @@ Messages& messages() {
 void say(const std::string& line) {
   messages().say(line, now_ns());
 }
-
-// SIGTERM, SIGINT and SIGHUP as a descriptor. They are blocked from the first line on, so that none ends the
-// program before the console is given back.
-class Signals {
- public:
-  // may_exit: as EndWatch has it.
-  explicit Signals(bool may_exit) {
-    sigset_t awaited;
-    sigemptyset(&awaited);
-    for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&awaited, number);
-    sigprocmask(SIG_BLOCK, &awaited, nullptr);
-    fd_ = signalfd(-1, &awaited, SFD_CLOEXEC | SFD_NONBLOCK);
-    signal(SIGPIPE, SIG_IGN);
-    watch_.emplace(fd_, may_exit);
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  ~Signals() {
-    watch_.reset();
-    if (fd_ >= 0) close(fd_);
-  }
-  int fd() const { return fd_; }
-  struct Taken {
-    bool end = false;         // SIGTERM or SIGINT
-    bool statistics = false;  // SIGHUP
-  };
-  // What came since the last call. Each signal is there once at most, however often it was sent, and one read
-  // takes them all: whoever sends without end is not waited for.
-  Taken take() {
-    std::array<signalfd_siginfo, 4> infos{};
-    const ssize_t got = read(fd_, infos.data(), sizeof infos);
-    Taken taken;
-    for (std::size_t n = 0; got > 0 && n < static_cast<std::size_t>(got) / sizeof infos[0]; ++n) {
-      (infos[n].ssi_signo == SIGHUP ? taken.statistics : taken.end) = true;
-    }
-    if (taken.end) watch_->told();
-    return taken;
-  }
-
- private:
-  int fd_ = -1;
-  std::optional<EndWatch> watch_;
-};
 
 class View {
  public:
@@ -139,7 +89,6 @@ class View {
   void take_inputs();
   Error draw();
   Error draw_scene();
-  bool context_is_lost();
   bool over() const;
   Error write_statistics();
 
@@ -166,7 +115,7 @@ class View {
     std::int64_t at = 0;  // not before
   } asked_statistics_;
   std::int64_t began_ = 0;
-  unsigned (*reset_status_)() = nullptr;
+  ContextWatch context_;
 };
 
 Error View::check_output() const {
@@ -209,20 +158,8 @@ Error View::load_world() {
 }
 
 Error View::open_display() {
-  Error error;
-  switch (options_.output) {
-    case ViewOptions::Output::headless:
-      display_ = open_headless_display({}, error);
-      break;
-    case ViewOptions::Output::window:
-      display_ = open_window_display({options_.scene.width, options_.scene.height}, "karst", error);
-      break;
-    case ViewOptions::Output::kms:
-      seat_ = open_seat(options_.seat, &console_, say, error);
-      if (seat_ != nullptr) display_ = open_kms_display(options_.kms, *seat_, console_, say, error);
-      break;
-  }
-  return error;
+  return open_screen(options_, {options_.scene.width, options_.scene.height}, "karst", console_, say, seat_,
+                     display_);
 }
 
 Error View::open_inputs() {
@@ -329,12 +266,7 @@ Error View::attach() {
   if (Error error = stage_.attach(*display_, size.width, size.height); !error.ok()) return error;
   if (Error error = editor_.attach(*display_); !error.ok()) return error;
   lost_ = false;
-  // GL_KHR_robustness: where the driver tells of lost contexts. The address alone says nothing; a driver
-  // without the extension gives none or one that always says that all is well.
-  reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusKHR"));
-  if (reset_status_ == nullptr) {
-    reset_status_ = reinterpret_cast<unsigned (*)()>(display_->gl_function("glGetGraphicsResetStatusEXT"));
-  }
+  context_.attach(*display_);
   scheduler_.changed();
   return camera_.has_begun() ? Error() : camera_.begin(stage_.world());
 }
@@ -365,7 +297,7 @@ Error View::draw() {
   }
   stage_.target().present();
   const std::int64_t drawn = now_ns();
-  if (context_is_lost()) {
+  if (context_.is_lost()) {
     lost_ = true;
     display_->context_lost();
     return {};
@@ -395,10 +327,6 @@ Error View::draw_scene() {
   return error;
 }
 
-bool View::context_is_lost() {
-  return reset_status_ != nullptr && reset_status_() != kNoReset;
-}
-
 Error View::write_statistics() {
   if (options_.stats.empty()) return {};
   const std::string text = statistics_.json(*display_, stage_, camera_.poses(), editor_.edit_ms());
@@ -407,39 +335,6 @@ Error View::write_statistics() {
     return flush_output();
   }
   return write_file_atomic(options_.stats, std::as_bytes(std::span(text)));
-}
-
-// --- listing
-
-int print_outputs(const ViewOptions& options) {
-  // Listing takes no terminal: whoever holds the screen keeps it.
-  std::unique_ptr<Seat> seat = open_device_access();
-  std::vector<std::string> reasons;
-  const std::vector<KmsOutputInfo> outputs = list_outputs(*seat, options.kms.card, reasons);
-  for (const std::string& reason : reasons) say(reason);
-  JsonWriter json;
-  json.begin_array();
-  for (const KmsOutputInfo& output : outputs) {
-    json.begin_object()
-        .field("card", std::string_view(output.card))
-        .field("driver", std::string_view(output.driver));
-    json.field("connector", std::string_view(output.connector)).field("connected", output.connected);
-    json.field("width_mm", output.width_mm).field("height_mm", output.height_mm).key("modes").begin_array();
-    if (!options.json) {
-      std::printf("%s %s %s %s\n", output.card.c_str(), output.driver.c_str(), output.connector.c_str(),
-                  output.connected ? "connected" : "disconnected");
-    }
-    for (const drmModeModeInfo& mode : output.modes) {
-      const bool preferred = (mode.type & DRM_MODE_TYPE_PREFERRED) != 0;
-      json.begin_object().field("width", int{mode.hdisplay}).field("height", int{mode.vdisplay});
-      json.field("refresh_hz", refresh_hz(mode)).field("preferred", preferred).end_object();
-      if (!options.json) std::printf("  %s%s\n", mode_text(mode).c_str(), preferred ? " preferred" : "");
-    }
-    json.end_array().end_object();
-  }
-  json.end_array();
-  if (options.json) std::fputs(json.text().c_str(), stdout);
-  return outputs.empty() ? kExitFailure : kExitOk;
 }
 
 }  // namespace
@@ -455,13 +350,10 @@ int run_view(std::span<const char* const> words) {
     std::fputs(help_text(kViewSpec).c_str(), stdout);
     return kExitOk;
   }
-  if (options.list_outputs) return print_outputs(options);
+  if (options.list_outputs) return print_outputs(options, say);
   ConsoleState own;
   ConsoleState* console = &own;
-  if (options.output == ViewOptions::Output::kms && options.supervise) {
-    if (ConsoleState* shared = share_console_state(); shared != nullptr) console = shared;
-    if (const int code = supervise(*console, say); code >= 0) return code;
-  }
+  if (const int code = supervise_screen(options, say, console); code >= 0) return code;
   Error error = View(std::move(options), *console).run();
   if (!error.ok()) {
     print_error("karst view", error.text());

@@ -10,113 +10,10 @@ using Kind = ValueKind;
 
 constexpr double kLongest_s = 1e9;  // more than a machine's life
 
-Error store_mode(void* options, const OptionValue& value) {
-  return parse_mode(value.text, value.what, static_cast<ViewOptions*>(options)->kms.mode);
-}
-
-Error store_kms(void* options, const OptionValue& value) {
-  KmsOptions& kms = static_cast<ViewOptions*>(options)->kms;
-  kms.atomic = value.text != "legacy";
-  kms.legacy = value.text != "atomic";
-  return {};
-}
-
-Error store_window(void* options, const OptionValue&) {
-  static_cast<ViewOptions*>(options)->output = ViewOptions::Output::window;
-  return {};
-}
-
-Error store_headless(void* options, const OptionValue&) {
-  auto& view = *static_cast<ViewOptions*>(options);
-  if (view.output == ViewOptions::Output::window) return "--window and --headless exclude each other";
-  view.output = ViewOptions::Output::headless;
-  return {};
-}
-
 Error store_poses(void* options, const OptionValue& value) {
   static_cast<ViewOptions*>(options)->poses = value.text;
   return check_pose_source(value.text);
 }
-
-constexpr OptionRow kDisplayRows[] = {
-    {.name = "card",
-     .kind = Kind::file,
-     .value = "PATH",
-     .initial = "the first card with a monitor",
-     .help = "/dev/dri/card1 or /dev/dri/by-path/...",
-     .store = put<&ViewOptions::kms, &KmsOptions::card>},
-    {.name = "connector",
-     .kind = Kind::text,
-     .value = "NAME",
-     .initial = "the first with a monitor",
-     .help = "HDMI-A-1, ...",
-     .store = put<&ViewOptions::kms, &KmsOptions::connector>},
-    {.name = "mode",
-     .kind = Kind::other,
-     .value = "MODE",
-     .initial = "preferred",
-     .help = "preferred, highest or WxH[@HZ]",
-     .store = store_mode},
-    {.name = "mode-fallback",
-     .help = "takes another connector or mode where the wanted one is not there",
-     .store = put<&ViewOptions::kms, &KmsOptions::mode_fallback>},
-    {.name = "rotate",
-     .kind = Kind::word,
-     .value = "DEG",
-     .initial = "0",
-     .words = "0 90 180 270",
-     .help = "turns the picture counter-clockwise by 0, 90, 180 or 270 degrees",
-     .store = put<&ViewOptions::kms, &KmsOptions::quarter_turns>},
-    {.name = "format",
-     .kind = Kind::word,
-     .value = "NAME",
-     .initial = "the board's, or xrgb8888",
-     .words = "xrgb8888 rgb565",
-     .help = "xrgb8888, or rgb565: 16 bits a pixel",
-     .store = put<&ViewOptions::kms, &KmsOptions::format>},
-    {.name = "buffers",
-     .kind = Kind::integer,
-     .value = "N",
-     .initial = "the board's, or 2",
-     .min = 2,
-     .max = 3,
-     .help = "3 is smoother where frames are now and then late",
-     .store = put<&ViewOptions::kms, &KmsOptions::buffers>},
-    {.name = "kms",
-     .kind = Kind::word,
-     .value = "NAME",
-     .initial = "auto",
-     .words = "auto atomic legacy",
-     .help = "auto, atomic, or legacy calls only",
-     .store = store_kms},
-    {.name = "no-modifiers",
-     .help = "plain buffer layouts only",
-     .store = put_false<&ViewOptions::kms, &KmsOptions::modifiers>},
-    {.name = "seat",
-     .kind = Kind::word,
-     .value = "NAME",
-     .initial = "auto",
-     .words = "auto libseat direct",
-     .help = "auto, libseat (seatd or logind), direct",
-     .store = put<&ViewOptions::seat>},
-    {.name = "no-supervisor",
-     .help = "nobody gives the console back when this program is killed",
-     .store = put_false<&ViewOptions::supervise>},
-    {.name = "wait",
-     .kind = Kind::number,
-     .value = "SECONDS",
-     .initial = "for ever",
-     .unit = "s",
-     .max = kLongest_s,
-     .help = "gives up when no display comes in this time",
-     .store = put<&ViewOptions::wait_s>},
-    {.name = "window",
-     .help = "in a window of the desktop, where the program was built with it",
-     .store = store_window},
-    {.name = "headless", .help = "without any display", .store = store_headless},
-    {.name = "list-outputs", .help = "prints connectors and modes", .store = put<&ViewOptions::list_outputs>},
-    {.name = "json", .help = "prints them for programs", .store = put<&ViewOptions::json>},
-};
 
 constexpr OptionRow kMotionRows[] = {
     {.name = "path-hz",
@@ -205,9 +102,8 @@ constexpr OptionRow kRunRows[] = {
      .store = put<&ViewOptions::stats>},
 };
 
-constexpr OptionGroup kDisplayGroups[] = {{"display", kDisplayRows}};
 constexpr OptionGroup kRunGroups[] = {{"motion", kMotionRows}, {"editing", kEditRows}, {"run", kRunRows}};
-constexpr OptionPart kParts[] = {kDisplayGroups, kCameraGroups, kRunGroups, kSceneGroups};
+constexpr OptionPart kParts[] = {kScreenGroups, kCameraGroups, kRunGroups, kSceneGroups};
 
 }  // namespace
 
@@ -241,7 +137,8 @@ Error parse_view_options(std::span<const char* const> words, CommandLine& line, 
   for (const char* name : {"edit-out", "discard-edits", "edit-memory"}) {
     if (line.has(name) && !line.has("edit")) return std::string("--") + name + " goes with --edit";
   }
-  void* const targets[] = {&options, &options.camera, &options, &options.scene};
+  void* const targets[] = {static_cast<ScreenArguments*>(&options), &options.camera, &options,
+                           &options.scene};
   if (Error error = line.store(targets); !error.ok()) return error;
   if (!line.has("format") && options.scene.rgb565) options.kms.format = ColourFormat::rgb565;
   if (!line.has("buffers")) options.kms.buffers = options.scene.buffers;

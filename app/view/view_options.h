@@ -10,25 +10,15 @@
 #include "app/editor/edit_session.h"
 #include "app/motion/navigator.h"
 #include "app/options/scene_options.h"
+#include "app/screen/screen_options.h"
 #include "platform/base/error.h"
-#include "platform/kms/kms_display.h"
 
 namespace karst::app {
 
-struct ViewOptions {
-  enum class Output { kms, headless, window };
-
+struct ViewOptions : ScreenArguments {
   std::string world;
   SceneArguments scene;  // size: of a headless picture or of the window
   CameraArguments camera;
-
-  Output output = Output::kms;
-  KmsOptions kms;
-  SeatKind seat = SeatKind::automatic;
-  bool supervise = true;
-  bool list_outputs = false;
-  bool json = false;
-  double wait_s = -1;  // for a display; below 0: for ever
 
   double path_hz = 60;  // lines of the path a second of the world's time
   bool loop = false;

@@ -158,7 +158,7 @@ class GroundBaker {
       if (Error error = try_tiles(base_m, outcome, offending_m); !error.ok()) return error;
       if (outcome == Outcome::done) return {};
       ++report_.attempts;
-      if (regions_.exists()) {
+      if (regions_.exists() || (regions_.has_lattice() && outcome == Outcome::finer_is_too_steep)) {
         return input() +
                ": too steep, or heights that differ too much, for voxels so fine; try a larger --voxel";
       }
@@ -194,8 +194,9 @@ class GroundBaker {
     report_.spacing_z_m = spacing_m[1];
     const double longer = std::max(spacing_m[0], spacing_m[1]);
     const double step_m =
-        regions_.exists() ? regions_.regions()[0].grid.voxel_m / kStepsPerVoxel
-                          : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
+        regions_.has_lattice()
+            ? regions_.voxel_m() / kStepsPerVoxel
+            : longer / std::ldexp(is_curved() ? kMostCurvedSteps : kMostSampleSteps, -halvings);
     ground.steps[0] = spacing_m[0] / step_m;
     ground.steps[1] = spacing_m[1] / step_m;
     if (is_curved()) {
@@ -231,9 +232,10 @@ class GroundBaker {
     world.extent = {2, 1, 2};
     world.depth = 1;
     world.level = 1;
-    if (regions_.exists()) {
+    if (regions_.has_lattice()) {
       ground.steps[0] = ground.steps[1] = regions_.sample_steps();
-      regions_.tell(world, ground);
+      if (regions_.exists()) regions_.tell(world, ground);
+      if (!regions_.exists()) regions_.tell_lattice(base_m, world, ground);
       if (!place_regions(ground))
         return input() + ": too many samples for voxels so fine; try a larger --voxel";
       if (Error error = check_rims(); !error.ok()) return error;

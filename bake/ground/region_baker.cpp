@@ -219,6 +219,10 @@ double RegionBaker::node_m() const {
 double RegionBaker::voxel_m() const {
   return std::ldexp(node_m(), -node_voxels_log2_);
 }
+// Of a node's side: no larger than wanted where that can be.
+int RegionBaker::voxels_log2(double wanted_m) const {
+  return std::clamp(static_cast<int>(std::ceil(std::log2(node_m() / wanted_m) - 1e-6)), 0, kMostLatticeSize);
+}
 
 Error RegionBaker::find_nodes(const GroundRows& rows, Group& group) const {
   const int count[2] = {rows.width(), rows.height()};
@@ -314,6 +318,17 @@ Error RegionBaker::choose_sample() {
   return {};
 }
 
+// Without regions: voxels as wide as asked, or as samples are apart.
+void RegionBaker::choose_lattice(const GroundRows& rows) {
+  const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : spacing_m_;
+  node_voxels_log2_ = voxels_log2(wanted_m);
+  sample_steps_ = std::ldexp(kMostSampleSteps, node_voxels_log2_);
+  const int count[2] = {rows.width(), rows.height()};
+  origin_m_ = glm::dvec3(0);
+  for (int axis = 0; axis < 2; ++axis)
+    origin_m_[2 * axis] = -0.5 * (count[axis] - 1) * spacing_m_ - 0.5 * voxel_m();
+}
+
 // Where they stand: each as deep as its shapes and its ground are.
 Error RegionBaker::make_grids(GroundRows& rows) {
   const int count[2] = {rows.width(), rows.height()};
@@ -327,6 +342,7 @@ Error RegionBaker::make_grids(GroundRows& rows) {
       samples.high[axis] = std::min(group.nodes.high[axis] * kNodeQuads + kMarginSamples, count[axis] - 1);
       side_m[axis] = (group.nodes.low[axis] * kNodeQuads - 0.5 * (count[axis] - 1)) * spacing_m_;
       low_m[2 * axis] = std::min(low_m[2 * axis], side_m[axis]);
+      if (job_.can_be_dug) low_m[2 * axis] = -0.5 * (count[axis] - 1) * spacing_m_;
     }
     Elevation piece;
     if (Error error = take_elevation(rows, samples, piece); !error.ok()) return error;
@@ -425,8 +441,7 @@ Error RegionBaker::make(GroundRows& rows, Region& region, const Rect& nodes, int
   if (!is_given && sample_ != nullptr) {
     level = sample_->level;
   } else if (!is_given) {
-    const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m());
-    level = std::clamp(static_cast<int>(std::lround(std::log2(voxel_m() / vertex_m))), 1, kMaxLevel);
+    level = default_level();
   }
   if (Error error = region.surface.extract(level, !is_given); !error.ok()) return error;
   level = region.surface.heights().level;
@@ -490,12 +505,26 @@ std::uint64_t RegionBaker::Region::bytes() const {
          (own.patches + kHeightGroup - 1) / kHeightGroup * sizeof(std::uint32_t);
 }
 
+int RegionBaker::default_level() const {
+  const double vertex_m = std::min(kSamplesPerVertex * spacing_m_, 0.25 * voxel_m());
+  return std::clamp(static_cast<int>(std::lround(std::log2(voxel_m() / vertex_m))), 1, kMaxLevel);
+}
+
+void RegionBaker::tell_lattice(double base_m, WorldInfo& world, GroundInfo& ground) const {
+  world.level = job_.level > 0 ? job_.level : default_level();
+  world.voxel_size_m = voxel_m();
+  for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = origin_m_[axis];
+  world.origin_m[1] = base_m;
+  ground.can_be_dug = true;
+}
+
 void RegionBaker::tell(WorldInfo& world, GroundInfo& ground) const {
   world.regions = static_cast<std::uint32_t>(regions_.size());
   world.octets = world.volumes = world.patches = world.height_blocks = 0;
   world.extent = glm::ivec3(0);
   world.depth = 0;
   ground.region_count = static_cast<std::int32_t>(regions_.size());
+  ground.can_be_dug = job_.can_be_dug;
   for (std::size_t n = 0; n < regions_.size(); ++n) {
     const Region& from = regions_[n];
     WorldInfo own;
@@ -526,9 +555,9 @@ Error RegionBaker::run(GroundRows& rows) {
   if (!is_wanted()) return {};
   const Elevation& facts = rows.facts();
   if (facts.spacing_x_m != facts.spacing_z_m) {
-    return job_.read.path + ": --carve needs samples that are as wide as long; they are " +
-           number(facts.spacing_x_m) + " x " + number(facts.spacing_z_m) +
-           " m: gdalwarp -tr makes others, or --pixel-size";
+    return job_.read.path + (job_.can_be_dug ? ": --dig" : ": --carve") +
+           " needs samples that are as wide as long; they are " + number(facts.spacing_x_m) + " x " +
+           number(facts.spacing_z_m) + " m: gdalwarp -tr makes others, or --pixel-size";
   }
   spacing_m_ = facts.spacing_x_m;
   Error error;
@@ -537,10 +566,10 @@ Error RegionBaker::run(GroundRows& rows) {
   } else {
     double radius_m = 0;
     const std::vector<Group> met = meeting(rows, radius_m, error);
+    if (error.ok() && met.empty() && job_.can_be_dug) choose_lattice(rows);
     if (!error.ok() || met.empty()) return error;
     const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius_m / kVoxelsARadius;
-    node_voxels_log2_ =
-        std::clamp(static_cast<int>(std::ceil(std::log2(node_m() / wanted_m) - 1e-6)), 0, kMostLatticeSize);
+    node_voxels_log2_ = voxels_log2(wanted_m);
     if (error = choose(rows, met); !error.ok()) return error;
   }
   if (error = make_grids(rows); !error.ok()) return error;

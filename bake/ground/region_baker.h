@@ -28,7 +28,7 @@ class RegionBaker {
 
   // Reads the shapes. An error names --carve and the shape.
   Error load();
-  bool is_wanted() const { return !job_.carve_path.empty() || sample_ != nullptr; }
+  bool is_wanted() const { return !job_.carve_path.empty() || job_.can_be_dug || sample_ != nullptr; }
   // Instead of places where shapes meet the ground: a sample's, where its grid has them. Both outlive this.
   // rows are of its ground.
   void stand_on(const Sample& sample, const SampleGrid& grid) {
@@ -52,13 +52,18 @@ class RegionBaker {
     // Of the world file: what it would be shorter without it, but for gaps between sections.
     std::uint64_t bytes() const;
   };
-  // After run(). exists(): some shape meets the ground, or there is a sample.
+  // After run(). Whether the ground has a lattice of voxels, with regions or without.
+  bool has_lattice() const { return sample_steps_ > 0; }
+  double voxel_m() const;
+  // exists(): some shape meets the ground, or there is a sample.
   bool exists() const { return !regions_.empty(); }
   const std::vector<Region>& regions() const { return regions_; }
-  // Where the grids begin, in the world.
+  // Where the grids begin, in the world; without regions y is 0.
   const glm::dvec3& origin_m() const { return origin_m_; }
   // Lattice steps between samples.
   double sample_steps() const { return sample_steps_; }
+  // Of a world without regions. base_m: what heights count from.
+  void tell_lattice(double base_m, WorldInfo& world, GroundInfo& ground) const;
   // The regions' fields of a world, and of its ground.
   void tell(WorldInfo& world, GroundInfo& ground) const;
 
@@ -79,6 +84,7 @@ class RegionBaker {
   Error take_elevation(GroundRows& rows, const Rect& samples, Elevation& out) const;
   Error choose(const GroundRows& rows, std::vector<Group> groups);
   Error choose_sample();
+  void choose_lattice(const GroundRows& rows);
   Error find_nodes(const GroundRows& rows, Group& group) const;
   Error group_up(const GroundRows& rows, std::vector<Group>& groups) const;
   std::vector<Group> meeting(GroundRows& rows, double& radius_m, Error& error);
@@ -87,7 +93,8 @@ class RegionBaker {
   Error make(GroundRows& rows, Region& region, const Rect& nodes, int& level) const;
   void measure(const ElevationSurface& ground, const glm::dvec3& centre_m, Region& region) const;
   double node_m() const;
-  double voxel_m() const;
+  int voxels_log2(double wanted_m) const;
+  int default_level() const;
 
   const Bake& job_;
   const ReportProgress& progress_;

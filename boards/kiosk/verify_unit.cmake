@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-# cmake -D ANALYZE=systemd-analyze -D UNIT=FILE.service -D PROGRAM=karst -D WORK=DIR -P verify_unit.cmake
+# cmake -D ANALYZE=systemd-analyze -D UNIT=FILE.service -D PROGRAM=karst -D INSTALLED=/usr/bin/karst
+#   -D WORK=DIR -P verify_unit.cmake
 #
 # systemd finds nothing wrong with the unit, when the program is where it was built, and calls what it may do
 # little: an exposure of 2.0 at most.
 file(READ ${UNIT} text)
-string(REPLACE "/usr/bin/karst" "${PROGRAM}" text "${text}")
+string(REPLACE "${INSTALLED}" "${PROGRAM}" text "${text}")
 cmake_path(GET UNIT FILENAME name)
 file(WRITE ${WORK}/${name} "${text}")
 execute_process(COMMAND ${ANALYZE} verify ${WORK}/${name} RESULT_VARIABLE failed ERROR_VARIABLE said)

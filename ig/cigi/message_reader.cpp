@@ -92,7 +92,7 @@ bool MessageReader::next(Packet& packet) {
       size = column == kColumn3 ? load(at + 1, 1, order_) : load(at, 2, order_);
     }
     if (size == 0 || size % 8 != 0 ||
-        size > rest_.size()) {  // 8: ICD 3.3, 4.1; no way to find the next packet
+        size > rest_.size()) {  // packets are multiples of 8; the next is not found
       ++counts_.cut;
       rest_ = {};
       return false;

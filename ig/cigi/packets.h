@@ -2,8 +2,8 @@
 // What packets of the Common Image Generator Interface say, the same for CIGI 3.3 and 4.0: message_reader.h
 // makes these of bytes, message_writer.h bytes of these, by the tables of tables.cpp.
 //
-// Sources: the CIGI Interface Control Document 3.3; for 4.0 (SISO-STD-013-2014) the CIGI Class Library 4.0
-// and the CIGI Host Emulator 4.0, which agree.
+// Sources: for 3.3 (the CIGI Interface Control Document) what Wireshark's dissector says of it; for 4.0
+// (SISO-STD-013-2014) the CIGI Class Library 4.0 and the CIGI Host Emulator 4.0, which agree.
 //
 // Angles are degrees. Places are geodetic (latitude and longitude in degrees, positive north and east, on
 // WGS 84, and altitude in metres above the ellipsoid) or offsets in metres in a body's system: x forward, y
@@ -125,7 +125,7 @@ struct CelestialSphereControl {
   bool moon = false;                 //
   bool stars = false;                //
   bool date_time_valid = false;      // else hour, minute, second and date are 0
-  std::uint8_t hour = 0;             // UTC
+  std::uint8_t hour = 0;             // taken as UTC, of which the sources say nothing
   std::uint8_t minute = 0;           //
   float second = 0;                  // 4.0
   std::uint32_t date_mmddyyyy = 0;   // month * 1,000,000 + day * 10,000 + year

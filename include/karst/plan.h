@@ -47,6 +47,11 @@ struct Needs {
   // Patches that edits may add to those of the file, in each region, and that one edit may make anew,
   // 0..2^20; 0: no voxels are edited. All heights are held in memory then.
   std::uint32_t edit_patches = 0;
+  // Regions that may be made where a ground that can be dug is dug (karst/edit.h), up to 16 with those of the
+  // file, and patches that each may have when it is made, 64..2^20: one or more a column of voxels. Both only
+  // where edit_patches is not 0.
+  std::uint32_t dig_regions = 0;
+  std::uint32_t region_patches = 4096;
   // Texels along x and z of the painted map (EditTool::paint), both 0 or both 1..1024; of a world that has
   // one, its own count. 4 bytes of memory each, and 5.3 of GPU memory. 0: nothing is painted.
   std::uint32_t paint_width = 0;

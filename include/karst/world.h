@@ -44,6 +44,7 @@ struct WorldInfo {
   // Of its regions, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
   // the south.
   std::uint32_t regions = 0;  // ..kMostRegions
+  bool can_be_dug = false;    // edits may make regions anywhere in it (karst/edit.h)
   std::int32_t region_first[kMostRegions][2] = {}, region_nodes[kMostRegions][2] = {};
   double ground_low_m = 0, ground_high_m = 0;  // heights of its samples, in the world's own metres
   // What it lies on. Of a cube samples are those of its grid, which holds six faces; of all that are not

@@ -5,6 +5,7 @@
 
 #include <glm/common.hpp>
 
+#include "scene/edit/dig_ground.h"
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/base/check.h"
@@ -72,16 +73,32 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
+  MakeRegion made;
+  const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
+  if (digs) {
+    const Status status = make_region_for(world, edit, made);
+    if (!status.ok() || made.world == nullptr) return status;
+  }
   if (terrain.ground().exists()) {
-    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
+    if (const Status status = reserve_region(world, edit); !status.ok()) {
+      if (digs) made.take_back();
+      return status;
+    }
   }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  if (const Status status = edit_shape(terrain, edit, kept, change); !status.ok()) return status;
-  const Status status = follow(change, result);
+  Status status = edit_shape(terrain, edit, kept, change);
+  if (digs && !change.changed) made.take_back();
+  if (!status.ok()) return status;
+  if (digs && change.changed) {
+    show_region(world);
+    ground_changed = true;
+    ++sky_version;
+  }
+  status = follow(change, result);
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
   return status;

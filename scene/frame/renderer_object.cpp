@@ -96,10 +96,7 @@ Status RendererObject::open(const karst::GlLoader& loader, const GlOptions& opti
     return created;
   }
   if (const Status status = upload_materials(world, gl); !status.ok()) return status;
-  for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
-    const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n);
-    if (!status.ok()) return status;
-  }
+  if (const Status status = upload_skies(); !status.ok()) return status;
   if (const Status status = surround(); !status.ok()) return status;
   CascadeSettings shadows;
   shadows.count = settings.cascades;
@@ -228,6 +225,17 @@ Status RendererObject::take_light(const Sun& sun, std::uint32_t shadow_view) {
   return {};
 }
 
+Status RendererObject::upload_skies() {
+  const core::World& terrain = world.terrain.world;
+  gl.set_sky(terrain.sky_atlas());
+  for (std::size_t n = 0; n < terrain.parts().size(); ++n) {
+    // Of a ground that was not dug yet there are no voxels.
+    if (terrain.ground().can_be_dug && n >= terrain.ground().regions().size()) continue;
+    if (const Status status = gl.upload_sky(*terrain.parts()[n].sky, n); !status.ok()) return status;
+  }
+  return {};
+}
+
 // What edits have changed since the last frame, all of it: no frame shows a part of an edit. What they left
 // for later takes half the time of frames without one; without a limit it is done at once.
 Status RendererObject::follow_edits(double work_ms) {
@@ -239,10 +247,7 @@ Status RendererObject::follow_edits(double work_ms) {
     editor.settle(work_ms / 2);
   }
   if (sky_version_ != editor.sky_version) {
-    for (std::size_t n = 0; n < world.terrain.world.parts().size(); ++n) {
-      if (const Status status = gl.upload_sky(*world.terrain.world.parts()[n].sky, n); !status.ok())
-        return status;
-    }
+    if (const Status status = upload_skies(); !status.ok()) return status;
     sky_version_ = editor.sky_version;
   }
   if (const Status status = show_paint(world, gl); !status.ok()) return status;

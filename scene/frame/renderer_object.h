@@ -46,6 +46,7 @@ struct RendererObject final : karst::Renderer {
   Status surround();
   Status take_views(const FrameInput& input);
   Status take_light(const Sun& sun, std::uint32_t shadow_view);
+  Status upload_skies();
   Status follow_edits(double work_ms);
   Status select(bool cuts);
   Status complete(bool cuts);

@@ -78,6 +78,10 @@ Status check_needs(const Needs& needs) {
     if (!inside(needs.paint_depth, 1, kMostBlendSide))
       return refuse("not within 1..1024 texels", "paint_depth", needs.paint_depth);
   }
+  if (needs.dig_regions > kMostRegions)
+    return refuse("more than 16 regions", "dig_regions", needs.dig_regions);
+  if (!inside(needs.region_patches, 64, 1u << 20))
+    return refuse("not within 64..2^20 patches", "region_patches", needs.region_patches);
   if (!inside(needs.field_blocks, 0, 1u << 24))
     return refuse("not within 0..2^24", "field_blocks", needs.field_blocks);
   if (!inside(needs.field_sample_blocks, 0, 1u << 20))
@@ -171,7 +175,11 @@ void set_field_limits(const PlannedWorld& world, const Needs& needs, Config& con
 
 // Behind all other limits.
 void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
-  if (needs.edit_patches > 0 && world.info.patches > 0) World::add_edit_room(needs.edit_patches, config);
+  const bool digs = world.ground.can_be_dug && needs.dig_regions > 0;
+  if (needs.edit_patches > 0 && digs)
+    World::add_dig_room(world.info, world.ground, needs.dig_regions, needs.region_patches, config);
+  if (needs.edit_patches > 0 && (world.info.patches > 0 || digs))
+    World::add_edit_room(needs.edit_patches, config);
   // A map of the file's is as large as that says.
   const MaterialSet& materials = world.materials;
   if (needs.paint_width > 0 && materials.count > 0) {
@@ -224,9 +232,7 @@ glm::ivec3 extent_of(const PlannedWorld& world) {
 }
 
 SkyAtlas sky_of(const PlannedWorld& world, const Config& config) {
-  std::array<SkyBox, kMostRegions> boxes;
-  const std::size_t count = World::sky_boxes(world.info, world.ground, boxes);
-  return SkyAtlas::of(std::span(boxes).first(count), config.sky_words);
+  return World::sky_atlas_for(world.info, world.ground, config);
 }
 
 void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& config,
@@ -381,6 +387,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
       out.ground_spacing_m[axis] = ground.steps[axis] * step_m;
     }
     out.regions = static_cast<std::uint32_t>(ground.region_count);
+    out.can_be_dug = ground.can_be_dug;
     for (std::size_t n = 0; n < ground.regions().size(); ++n) {
       const GroundRegion& region = ground.regions()[n];
       for (int axis = 0; axis < 2; ++axis) {

@@ -20,13 +20,15 @@ QueryObject& self(karst::Query* query) {
 
 QueryObject::QueryObject() = default;
 
-Status QueryObject::create(const core::Query::Limits& limits, const QueryWorld& world,
-                           const PlacementFrame& frame, std::span<const WorldPart> octrees,
+Status QueryObject::create(const core::Query::Limits& limits, const PlacementFrame& frame,
                            std::span<std::byte> memory) {
   arena = Arena(memory);
   placement = &frame;
+  return asked.create(limits, arena);
+}
+
+Status QueryObject::show(const QueryWorld& world, std::span<const WorldPart> octrees) {
   voxels_of = octrees;
-  if (const Status status = asked.create(limits, arena); !status.ok()) return status;
   QueryWorld all = world;
   const std::size_t others = octrees.size() - 1;
   for (std::size_t n = 0; n < others; ++n) {

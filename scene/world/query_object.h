@@ -19,9 +19,10 @@ struct QueryObject final : karst::Query {
   QueryObject();
   ~QueryObject() = default;
 
-  // memory: Query::bytes(limits). frame and octree are borrowed.
-  Status create(const core::Query::Limits& limits, const QueryWorld& world, const PlacementFrame& frame,
-                std::span<const WorldPart> octrees, std::span<std::byte> memory);
+  // memory: Query::bytes(limits). frame is borrowed.
+  Status create(const core::Query::Limits& limits, const PlacementFrame& frame, std::span<std::byte> memory);
+  // What is asked of from now on; borrowed.
+  Status show(const QueryWorld& world, std::span<const WorldPart> octrees);
 
   glm::dvec3 voxels(Vec3 place) const { return placement->voxels(place); }
   Hit hit_of(const QueryHit& hit) const;

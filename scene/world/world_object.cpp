@@ -44,6 +44,7 @@ QueryWorld query_world(const World& world) {
   out.surface = world.surface();
   out.bounds = world.bounds();
   out.tree = &world.tree();
+  out.corner = world.parts()[0].corner;
   out.heights.level = world.info().level;
   if (world.holds_all_heights()) out.heights = world.heights();
   out.height_blocks = world.info().height_blocks;
@@ -130,14 +131,19 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
   for (std::uint32_t n = 0; n < plan.needs.queries; ++n) {
     auto* const query = new (first + n) QueryObject;
     queries = {first, n + 1};
-    const Status status = query->create(layout.query_limits, query_world(world), placement, world.parts(),
-                                        pieces.take(layout.query_bytes));
+    Status status = query->create(layout.query_limits, placement, pieces.take(layout.query_bytes));
+    if (status.ok()) status = show_world(*query);
     if (!status.ok()) return status;
-    if (world.ground().exists()) {
-      query->asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());
-    }
   }
   return {};
+}
+
+Status WorldObject::show_world(QueryObject& query) const {
+  const core::World& world = terrain.world;
+  const Status status = query.show(query_world(world), world.parts());
+  if (status.ok() && world.ground().exists())
+    query.asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());
+  return status;
 }
 
 void WorldObject::show_box() {

@@ -78,7 +78,9 @@ struct WorldObject final : karst::World {
     return ground_edits != nullptr ? ground_edits->overlay().reading() : tiles.reading();
   }
   BlendSpan span() const { return layout.renderer.blend_span; }  // of the painted map
-  void show_box();                                               // in `shown`, that of the surface
+  // To queries: the world's parts and ground as they are.
+  Status show_world(QueryObject& query) const;
+  void show_box();  // in `shown`, that of the surface
   void say(Severity severity, const char* text) const {
     if (log.line != nullptr) log.line(log.user, severity, text);
   }

@@ -51,6 +51,8 @@ struct Config {
   std::uint32_t undo_bytes = 0;
   std::uint32_t paint_width = 0;
   std::uint32_t paint_depth = 0;
+  std::uint32_t spare_regions = 0;
+  std::uint32_t region_patches = 0;
   std::uint32_t field_blocks = 0;
   std::uint32_t field_sample_blocks = 0;
   std::uint32_t field_meshes = 0;
@@ -89,7 +91,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 28> kConfigFields = {{
+inline constexpr std::array<ConfigField, 30> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -145,6 +147,10 @@ inline constexpr std::array<ConfigField, 28> kConfigFields = {{
      "4 bytes a texel; 0: nothing is painted"},
     {"paint_depth", &Config::paint_depth, 0, 0, 1'024, "texels along z of the painted map in memory",
      "as paint_width"},
+    {"spare_regions", &Config::spare_regions, 0, 0, kMostRegions, "regions that are made where edits dig",
+     "each has room for region_patches; 0: a ground is dug in its file's regions alone"},
+    {"region_patches", &Config::region_patches, 0, 0, 1u << 20, "patches of a region that is made",
+     "some 700 bytes each beside heights and pages of vertices; their octets, volumes, rim and sky, too"},
     {"field_blocks", &Config::field_blocks, 0, 0, 1u << 24, "blocks of 16^3 samples of a field, of any kind",
      "10 bytes each, and 1.2 MiB for making meshes; 0: the world has no isosurface"},
     {"field_sample_blocks", &Config::field_sample_blocks, 0, 0, 1u << 20,

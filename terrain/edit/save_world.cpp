@@ -6,6 +6,8 @@
 #include <array>
 #include <cstring>
 
+#include <glm/common.hpp>
+
 #include "terrain/base/checksum.h"
 #include "terrain/file/fields/field_section.h"
 #include "terrain/file/ground_section.h"
@@ -74,6 +76,7 @@ class Saver {
       ground_.info.low = tiles_->low;
       ground_.info.high = tiles_->high;
     }
+    take_regions();
     info_.octets = info_.volumes = info_.patches = info_.height_blocks = 0;
     for (std::size_t n = 0; n < world_.parts().size(); ++n) count_part(n);
     order_ = order_.first(info_.patches);
@@ -115,6 +118,21 @@ class Saver {
     return key_of(surface(n), id - world_.parts()[n].first, static_cast<std::uint32_t>(n));
   }
 
+  // Those that edits have made, too.
+  void take_regions() {
+    const GroundInfo& now = world_.ground();
+    if (!now.can_be_dug || now.region_count == 0) return;
+    ground_.info.region_count = now.region_count;
+    ground_.info.region_list = now.region_list;
+    info_.regions = static_cast<std::uint32_t>(now.region_count);
+    info_.extent = glm::ivec3(0);
+    info_.depth = 0;
+    for (const GroundRegion& region : now.regions()) {
+      info_.extent = glm::max(info_.extent, region.extent);
+      info_.depth = std::max(info_.depth, region.depth);
+    }
+  }
+
   void count_part(std::size_t n) {
     const WorldPart& part = world_.parts()[n];
     const auto octets = part.octree == nullptr ? 0 : part.octree->octets_used();
@@ -141,6 +159,7 @@ class Saver {
   bool has_section(WorldSection section) const {
     if (reader_.has_section(section)) return true;
     if (section == WorldSection::overrides) return has_overrides_;
+    if (section == WorldSection::region) return ground_.info.region_count > 0;
     if (section == WorldSection::field) return world_.field().exists();
     if (section != WorldSection::blend_map || !world_.is_paintable()) return false;
     return std::ranges::any_of(map().materials, [](std::uint8_t material) { return material != 0; });
@@ -150,6 +169,8 @@ class Saver {
   std::uint64_t bytes_of(WorldSection section) const {
     if (kind_of(section).bytes != nullptr) return kind_of(section).bytes(info_);
     if (section == WorldSection::tiles) return ground_.tile_bytes;
+    if (section == WorldSection::region)
+      return ground_section::region_bytes(info_.regions, ground_.info.can_be_dug);
     if (section == WorldSection::field)
       return field_section::section_bytes(field_section::info_of(world_.field()));
     if (section == WorldSection::blend_map) return material_section::blend_section_bytes(map());
@@ -281,7 +302,8 @@ class Saver {
 
   Status put_regions(const ByteSink& sink) const {
     std::array<std::byte, ground_section::kMostRegionBytes> room;
-    const auto bytes = std::span(room).first(ground_section::region_bytes(info_.regions));
+    const auto bytes =
+        std::span(room).first(ground_section::region_bytes(info_.regions, ground_.info.can_be_dug));
     ground_section::encode_regions(ground_.info, bytes);
     return put(sink, bytes);
   }

@@ -58,6 +58,18 @@ SkyAtlas SkyAtlas::of(std::span<const SkyBox> boxes, std::size_t words) {
   return atlas;
 }
 
+void SkyAtlas::Place::take(const SkyBox& other) {
+  const glm::ivec3 room = grid.cells;
+  box = other;
+  for (int least = 0;; ++least) {
+    grid = SkyVisibility::grid_for(box.extent, words, least);
+    const glm::ivec3 cells = grid.cells;
+    if ((cells.x <= room.x && cells.y <= room.y && cells.z <= room.z) || least >= kMaxDepth) break;
+  }
+  // What has no room at all is open sky.
+  if (grid.cells.x > room.x || grid.cells.y > room.y || grid.cells.z > room.z) grid = SkyGrid();
+}
+
 std::size_t SkyAtlas::word_count(std::span<const SkyBox> boxes) {
   std::size_t words = 0;
   for (const SkyBox& box : boxes) words += SkyVisibility::word_count(box.extent);

@@ -28,6 +28,9 @@ struct SkyAtlas {
     int first = 0;          // of its layers of cells, from below
     std::size_t words = 0;  // of storage that its SkyVisibility has
 
+    // For another box, in cells so large that it finds room where this one has it.
+    void take(const SkyBox& other);
+
     friend bool operator==(const Place& a, const Place& b) {
       return a.grid == b.grid && a.first == b.first && a.box.corner == b.box.corner;
     }

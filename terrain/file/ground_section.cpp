@@ -22,7 +22,8 @@ constexpr std::size_t kHigh = 36;
 constexpr std::size_t kRootOffset = 40;
 constexpr std::size_t kRootBytes = 48;
 constexpr std::size_t kRootCrc = 52;
-constexpr std::size_t kReserved = 56;
+constexpr std::size_t kCanBeDug = 56;
+constexpr std::size_t kReserved = 60;
 // Of the second part, from its start.
 constexpr std::size_t kKind = 0;
 constexpr std::size_t kFlags = 4;
@@ -201,6 +202,9 @@ Fault decode(std::span<const std::byte> section, std::uint64_t tile_bytes, doubl
   read.root.crc = load<std::uint32_t>(section, kRootCrc);
   read.tile_bytes = tile_bytes;
   read.tile_crc = ground.tile_crc;
+  const auto can_be_dug = load<std::uint32_t>(section, kCanBeDug);
+  if (can_be_dug > 1) return {"is neither 0 nor 1", kCanBeDug};
+  read.info.can_be_dug = can_be_dug == 1;
   if (!world_layout::all_zero(section.subspan(kReserved, kBytes - kReserved)))
     return {"a reserved field is not 0", kReserved};
   read.info.basis.height_unit_m = voxel_m / kStepsPerVoxel * kVertexStep;
@@ -232,10 +236,15 @@ void encode(const WorldGround& ground, std::span<std::byte> out) {
   store(out, kRootOffset, ground.root.offset);
   store(out, kRootBytes, ground.root.bytes);
   store(out, kRootCrc, ground.root.crc);
+  store(out, kCanBeDug, std::uint32_t{ground.info.can_be_dug ? 1u : 0u});
   if (has_earth(ground)) store_earth(ground, out.subspan(kBytes));
 }
 
 namespace {
+
+bool only_region_is_told(const GroundInfo& ground) {
+  return ground.region_count == 1 && !ground.can_be_dug;
+}
 
 // Of each, against its octree's limits; and that they add up to what the header states.
 Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
@@ -256,7 +265,7 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
     if (region.patches == 0) return {"there is a region, but no patches", at};
     if (region.rim_edges == 0 || region.rim_edges > kMostRimEdges)
       return {"rim_edges are outside 1..262144",
-              at + (ground.region_count == 1 ? kRimEdges : kEntryRimEdges)};
+              at + (only_region_is_told(ground) ? kRimEdges : kEntryRimEdges)};
     octets += region.octets;
     volumes += region.volumes;
     patches += region.patches;
@@ -276,6 +285,13 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
 Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
   if (ground.region_count == 0) {
     if (world.patches > 0) return {"there are patches, but no region for them", kFirstNode};
+    if (ground.can_be_dug) {
+      GroundInfo placed = ground;
+      if (ground.basis.is_curved() || !place_regions(placed) || placed.corner[0] != ground.corner[0] ||
+          placed.corner[1] != ground.corner[1])
+        return {"its lattice is not one of voxels", kCanBeDug};
+      return {};
+    }
     const bool is_curved = ground.basis.is_curved();
     const bool finer =
         std::max(ground.steps[0], ground.steps[1]) > (is_curved ? kMostCurvedSteps : kMostSampleSteps);
@@ -284,7 +300,7 @@ Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
   }
   if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
   GroundInfo placed = ground;
-  if (ground.region_count == 1) tell_only_region(world, placed.region_list[0]);
+  if (only_region_is_told(ground)) tell_only_region(world, placed.region_list[0]);
   bool same = ground.region_count == static_cast<std::int32_t>(world.regions) && place_regions(placed) &&
               placed.corner[0] == ground.corner[0] && placed.corner[1] == ground.corner[1];
   std::int32_t lowest = kMostRegionHeight;
@@ -293,15 +309,22 @@ Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
            placed.regions()[n].corner == ground.regions()[n].corner;
     lowest = std::min(lowest, ground.regions()[n].corner.y);
   }
-  if (!same || lowest != 0) return {"the voxels are no region of the ground", kFirstNode};
+  if (!same || (lowest != 0 && !ground.can_be_dug))
+    return {"the voxels are no region of the ground", kFirstNode};
   return check_counts(world, placed);
 }
 
 Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground) {
-  if (section.empty()) return check_regions(world, ground);
+  if (section.empty()) {
+    GroundInfo read = ground;
+    if (read.can_be_dug && !place_regions(read)) return {"its lattice is not one of voxels", kCanBeDug};
+    const Fault fault = check_regions(world, read);
+    if (fault.what == nullptr) ground = read;
+    return fault;
+  }
   GroundInfo read = ground;
   read.region_count = static_cast<std::int32_t>(world.regions);
-  if (world.regions == 1) {
+  if (only_region_is_told(read)) {
     if (!world_layout::all_zero(section.subspan(kRegionReserved)))
       return {"a reserved field is not 0", kRegionReserved};
     GroundRegion& region = read.region_list[0] = {};
@@ -310,7 +333,7 @@ Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world,
     region.rim_edges = load<std::uint32_t>(section, kRimEdges);
     tell_only_region(world, region);
   }
-  for (std::size_t n = 0; world.regions > 1 && n < world.regions; ++n) {
+  for (std::size_t n = 0; !only_region_is_told(read) && n < world.regions; ++n) {
     const auto entry = section.subspan(n * kRegionEntry, kRegionEntry);
     if (!world_layout::all_zero(entry.subspan(kEntryReserved)))
       return {"a reserved field is not 0", n * kRegionEntry + kEntryReserved};
@@ -337,7 +360,7 @@ Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world,
 
 void encode_regions(const GroundInfo& ground, std::span<std::byte> out) {
   std::fill(out.begin(), out.end(), std::byte{0});
-  if (ground.region_count == 1) {
+  if (only_region_is_told(ground)) {
     const GroundRegion& region = ground.regions()[0];
     for (std::size_t axis = 0; axis < 2; ++axis) store(out, kFirstNode + axis * 4, region.nodes.low[axis]);
     store(out, kRimEdges, region.rim_edges);

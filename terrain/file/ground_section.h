@@ -41,16 +41,15 @@ void encode(const WorldGround& ground, std::span<std::byte> out);
 
 // Of REGN, which is there where a world has a ground and patches.
 inline constexpr std::size_t kRegionBytes = 16;  // of one, whose octree the header tells of
-inline constexpr std::size_t kRegionEntry = 48;  // of each of several
+inline constexpr std::size_t kRegionEntry = 48;  // of each of several, and of a ground that can be dug
 inline constexpr std::size_t kMostRegionBytes = kMostRegions * kRegionEntry;
-constexpr std::size_t region_bytes(std::uint32_t regions) {
-  return regions == 1 ? kRegionBytes : regions * kRegionEntry;
+constexpr std::size_t region_bytes(std::size_t regions, bool can_be_dug) {
+  return regions == 1 && !can_be_dug ? kRegionBytes : regions * kRegionEntry;
 }
 
 // After check(): steps that are those of no region, or patches that are none.
 Fault check_regions(const WorldInfo& world, const GroundInfo& ground);
-// Places the regions. ground: of GRND. section: region_bytes(world.regions), or empty where the world has no
-// REGN.
+// Places the regions. ground: of GRND. section: empty where the world has no REGN.
 Fault decode_regions(std::span<const std::byte> section, const WorldInfo& world, GroundInfo& ground);
 // out: region_bytes() of them.
 void encode_regions(const GroundInfo& ground, std::span<std::byte> out);

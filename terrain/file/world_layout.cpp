@@ -195,7 +195,11 @@ bool fits(WorldSection section, std::uint64_t bytes, const WorldInfo& info) {
            bytes <= sizeof(Surroundings) + most_rim_points(info.extent) * kRimPointBytes;
   if (section == WorldSection::ground)
     return bytes == ground_section::kBytes || bytes == ground_section::kMostBytes;
-  if (section == WorldSection::region) return bytes == ground_section::region_bytes(info.regions);
+  // Which of the two GRND says.
+  if (section == WorldSection::region) {
+    return bytes == ground_section::region_bytes(info.regions, false) ||
+           bytes == ground_section::region_bytes(info.regions, true);
+  }
   if (section == WorldSection::tiles) return bytes > 0;
   if (section == WorldSection::field) return bytes > field_section::kHeaderBytes;
   if (section == WorldSection::imagery) return bytes == ground_section::kImageryBytes;
@@ -461,7 +465,7 @@ std::uint64_t lay_out(const WorldInfo& info, const WorldMaterials& materials, co
   of(WorldSection::ground) = {.bytes = ground_section::section_bytes(ground),
                               .present = ground.info.exists()};
   of(WorldSection::tiles) = {.bytes = ground.tile_bytes, .present = ground.info.exists()};
-  of(WorldSection::region) = {.bytes = ground_section::region_bytes(info.regions),
+  of(WorldSection::region) = {.bytes = ground_section::region_bytes(info.regions, ground.info.can_be_dug),
                               .present = ground.info.region_count > 0};
   of(WorldSection::imagery) = {.bytes = ground_section::kImageryBytes,
                                .present = ground.info.exists() && ground.imagery.exists()};

@@ -213,7 +213,9 @@ Status WorldReader::read_regions(const WorldInfo& info) {
   std::array<std::byte, ground_section::kMostRegionBytes> room;
   std::span<std::byte> bytes;
   if (place_of(WorldSection::region).present) {
-    bytes = std::span(room).first(ground_section::region_bytes(info.regions));
+    bytes = std::span(room).first(ground_section::region_bytes(info.regions, ground_.info.can_be_dug));
+    if (place_of(WorldSection::region).bytes != bytes.size())
+      return corrupt_section(WorldSection::region, "it has another number of bytes than its regions take", 0);
     if (const Status status = read_section(WorldSection::region, bytes); !status.ok()) return status;
   }
   const auto fault = ground_section::decode_regions(bytes, info, ground_.info);

@@ -89,7 +89,7 @@ Status put_ground(const ByteSink& sink, const WorldGround& ground) {
 Status put_region(const ByteSink& sink, const WorldGround& ground) {
   std::array<std::byte, ground_section::kMostRegionBytes> room;
   const auto bytes = std::span(room).first(
-      ground_section::region_bytes(static_cast<std::uint32_t>(ground.info.region_count)));
+      ground_section::region_bytes(ground.info.regions().size(), ground.info.can_be_dug));
   ground_section::encode_regions(ground.info, bytes);
   return put(sink, bytes);
 }

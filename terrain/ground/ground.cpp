@@ -80,7 +80,8 @@ bool find_nodes(const GroundInfo& info, int g, GroundRegion& region) {
     if (high * kNodeQuads >= info.samples[axis] - 1) return false;
     region.nodes.high[axis] = static_cast<std::int32_t>(high);
   }
-  return region.corner.y >= 0 && region.corner.y <= kMostRegionHeight;
+  const std::int32_t least = info.can_be_dug ? -kMostRegionHeight : 0;
+  return region.corner.y >= least && region.corner.y <= kMostRegionHeight;
 }
 
 bool place_all(GroundInfo& info) {
@@ -89,13 +90,15 @@ bool place_all(GroundInfo& info) {
   const int g = log2 - 1 - (kLatticeBits - 2);
   if (g < 0 || g > kMostLatticeSize || info.top_size() + g > kMostSize) return false;
   const auto regions = std::span(info.region_list).first(static_cast<std::size_t>(info.region_count));
-  std::int32_t first[2] = {regions[0].nodes.low[0], regions[0].nodes.low[1]};
+  std::int32_t first[2] = {};
+  if (!info.can_be_dug) std::copy_n(regions[0].nodes.low, 2, first);
   for (std::size_t n = 0; n < regions.size(); ++n) {
     if (!find_nodes(info, g, regions[n])) return false;
     for (std::size_t other = 0; other < n; ++other) {
       if (!are_apart(regions[n].nodes, regions[other].nodes)) return false;
     }
-    for (int axis = 0; axis < 2; ++axis) first[axis] = std::min(first[axis], regions[n].nodes.low[axis]);
+    for (int axis = 0; axis < 2 && !info.can_be_dug; ++axis)
+      first[axis] = std::min(first[axis], regions[n].nodes.low[axis]);
   }
   for (GroundRegion& region : regions) {
     for (int axis = 0; axis < 2; ++axis)
@@ -116,10 +119,12 @@ bool place_all(GroundInfo& info) {
 bool place_regions(GroundInfo& info) {
   info.lattice_size = 0;
   info.corner[0] = info.corner[1] = 0;
-  const bool any = info.region_count > 0 && info.region_count <= static_cast<std::int32_t>(kMostRegions);
+  const bool any = info.has_voxel_lattice() && info.region_count >= 0 &&
+                   info.region_count <= static_cast<std::int32_t>(kMostRegions);
   if (any && place_all(info)) return true;
   info.lattice_size = 0;
   info.region_count = 0;
+  info.can_be_dug = false;
   return false;
 }
 

@@ -29,6 +29,9 @@
 // square, 2^(kLatticeBits - 2 + g) steps apart, a node of size 0 is 2^g voxels wide, 0 <= g <=
 // kMostLatticeSize, and sample (0, 0) lies at `corner`. Steps are too fine for nodes then: size s has the
 // lattice of page size s + g. Between two regions lies a node of size 0 at least, along x or along z.
+//
+// A ground that can be dug has that lattice whether there are regions yet or not: then the world's corner is
+// that of a region whose first node were (0, 0), and regions' corners are any whole voxels from it.
 #pragma once
 
 #include <array>
@@ -75,7 +78,8 @@ struct NodeRect {
 // Voxels that stand in the ground.
 struct GroundRegion {
   NodeRect nodes;
-  glm::ivec3 corner{0};      // of its octree, voxels from the world's; the least of all regions' is 0
+  // Of its octree, voxels from the world's; the least of all regions' is 0, but where the ground can be dug.
+  glm::ivec3 corner{0};
   glm::ivec3 extent{0};      // voxels in use: WorldInfo
   std::int32_t depth = 0;    // of the octree
   std::uint32_t octets = 0;  // of the octree; the others as extraction makes them
@@ -88,15 +92,16 @@ struct GroundRegion {
 
   friend bool operator==(const GroundRegion&, const GroundRegion&) = default;
 };
-inline constexpr std::int32_t kMostRegionHeight = 1 << 20;  // of corner.y
+inline constexpr std::int32_t kMostRegionHeight = 1 << 20;  // of corner.y, and where it may be its negative
 
 struct GroundInfo {
   std::int64_t samples[2] = {};  // along x (east) and z (south), 2..kMostSamples; 0: there is no ground
   // Lattice steps from one to the next, kLeastSampleSteps..kMostSampleSteps * 2^lattice_size; of a curved
   // basis ..kMostCurvedSteps.
   double steps[2] = {};
-  // Where there are regions (place_regions()), else 0: g, which is the page size of nodes of size 0, and the
-  // place of sample (0, 0), kVertexStep.
+  bool can_be_dug = false;
+  // Where there are regions, or may be (place_regions()), else 0: g, which is the page size of nodes of size
+  // 0, and the place of sample (0, 0), kVertexStep.
   int lattice_size = 0;
   std::int64_t corner[2] = {};
   std::int32_t region_count = 0;
@@ -106,6 +111,7 @@ struct GroundInfo {
   Basis basis;  // finished; its height_unit_m are the metres of kVertexStep
 
   bool exists() const { return samples[0] > 0; }
+  bool has_voxel_lattice() const { return region_count > 0 || can_be_dug; }
   std::span<const GroundRegion> regions() const {
     return std::span(region_list).first(static_cast<std::size_t>(region_count));
   }
@@ -224,7 +230,7 @@ inline bool borders(const GroundRegion& region, NodeKey key) {
 // Makes regions of the octrees of which first nodes (nodes.low), extents and corner.y are given: the other
 // ends of the rectangles, corners along x and z, and the ground's own place. False: the steps are not those
 // above, an extent is not that of whole nodes, there is no ground all around a region, two lie nearer than a
-// node, or a corner is out of its range; info then has none.
+// node, or a corner is out of its range; info then has none, and cannot be dug.
 bool place_regions(GroundInfo& info);
 // Makes the voxels of one octree of extent_x x extent_z the only region, its first node being (x, z). False:
 // the same.

@@ -443,7 +443,7 @@ void MeasureNodes::run() const {
   const bool curved = info->basis.is_curved();
   const double steps_per_m = kVertexStep / info->basis.height_unit_m;
   const bool on_lattice =
-      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && info->region_count == 0;
+      is_power_of_two(info->steps[0]) && is_power_of_two(info->steps[1]) && !info->has_voxel_lattice();
   const int axes = on_lattice && !curved ? 1 : 3;
   const double rounding = std::sqrt(static_cast<double>(axes)) * 2 * unit;
   const double quads = std::ldexp(0.5, size);

@@ -68,6 +68,12 @@ class Ground {
     info_.high = high;
     ++edits_;
   }
+  // A region was made, or was taken away again: of the ground as it is now.
+  void set_regions(const GroundInfo& info) {
+    info_.region_count = info.region_count;
+    info_.region_list = info.region_list;
+    ++edits_;
+  }
   // After an edit of a region's heights.
   void set_belt(std::size_t region, std::int64_t low, std::int64_t high) {
     info_.region_list[region].belt_low = low;

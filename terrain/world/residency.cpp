@@ -104,6 +104,16 @@ void Residency::follow_sky(std::size_t n) {
   for (PatchId own = 0; own < find.out.size(); ++own) shade(part, find, own);
 }
 
+void Residency::follow_region(std::size_t n) {
+  const WorldPart& part = world_->parts()[n];
+  shading_job(part).run();
+  // The world has used what it lends meanwhile.
+  patch_scratch_ = make_patch_scratch(lent_.scratch);
+  thresholds_.reset();
+  views_ = {};
+  turns_.base = part.first;
+}
+
 // Pages carry shading. own: its number in the part.
 void Residency::shade(const WorldPart& part, const FindPatchShading& find, PatchId own) {
   const auto bits = [](PatchShading s) { return std::uint32_t{s.needs} << 8 | s.material; };

@@ -60,6 +60,8 @@ class Residency {
   // free now. Both ascending, and of one part.
   void follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
                    std::span<const PatchId> vanished);
+  // A part is new: none of its patches is resident.
+  void follow_region(std::size_t part);
   // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
   void follow_sky(std::size_t part);

@@ -2,6 +2,7 @@
 #include "terrain/world/world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <new>
@@ -47,15 +48,91 @@ const GroundRegion& World::find_belt(std::size_t part) {
   return ground_.region_list[part];
 }
 
-std::size_t World::sky_boxes(const WorldInfo& info, const GroundInfo& ground,
-                             std::span<SkyBox, kMostRegions> boxes) {
-  if (ground.region_count < 2) {
+namespace {
+
+bool has_spares(const GroundInfo& ground, const Config& config) {
+  return ground.can_be_dug && config.spare_regions > 0 && config.edit_patches > 0;
+}
+
+std::size_t slot_parts_of(const WorldInfo& info, const GroundInfo& ground, const Config& config) {
+  if (!has_spares(ground, config)) return info.regions;
+  return std::min<std::size_t>(ground.regions().size() + config.spare_regions, kMostRegions);
+}
+
+// Room for as many columns as patches, and twice as tall as wide, up to here.
+constexpr int kSpareTall = 128;
+
+SkyBox spare_box(const Config& config) {
+  const int side =
+      std::max(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(config.region_patches)))), 2);
+  return {glm::ivec3(0), {side, std::min(2 * side, kSpareTall), side}};
+}
+
+// Of all octrees, or what there is room for. Where regions lie apart from the world's corner there are two
+// at least, so that each is looked up by its own.
+std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground, const Config& config,
+                      std::span<SkyBox, kMostRegions> boxes) {
+  if (ground.region_count < 2 && !ground.can_be_dug) {
     boxes[0] = {glm::ivec3(0), glm::max(info.extent, glm::ivec3(1))};
     return 1;
   }
   std::size_t count = 0;
   for (const GroundRegion& region : ground.regions()) boxes[count++] = {region.corner, region.extent};
+  while (count < slot_parts_of(info, ground, config))
+    boxes[count++] = has_spares(ground, config) ? spare_box(config) : SkyBox{glm::ivec3(0), info.extent};
+  while (count < 2) boxes[count++] = SkyBox();
   return count;
+}
+
+std::uint32_t spare_rim_edges(const Config& config) {
+  return 16 * static_cast<std::uint32_t>(std::sqrt(static_cast<double>(config.region_patches)));
+}
+
+}  // namespace
+
+SkyAtlas World::sky_atlas_for(const WorldInfo& info, const GroundInfo& ground, const Config& config) {
+  std::array<SkyBox, kMostRegions> boxes;
+  const std::size_t count = sky_boxes(info, ground, config, boxes);
+  SkyAtlas atlas = SkyAtlas::of(std::span(boxes).first(count), config.sky_words);
+  // Nothing is looked up in those that are not there.
+  const std::size_t there = ground.can_be_dug ? ground.regions().size() : count;
+  for (std::size_t n = there; n < count; ++n) atlas.places[n].box.extent = glm::ivec3(0);
+  return atlas;
+}
+
+World::Counts World::spare_counts(const Config& config) {
+  return {4 * config.region_patches + kEditPathOctets, config.region_patches, config.region_patches};
+}
+
+void World::add_dig_room(const WorldInfo& info, const GroundInfo& ground, std::uint32_t regions,
+                         std::uint32_t patches, Config& config) {
+  const auto there = static_cast<std::uint32_t>(ground.region_count);
+  const std::uint32_t spares = std::min(regions, kMostRegions - there);
+  if (!ground.can_be_dug || spares == 0) return;
+  config.spare_regions = spares;
+  config.region_patches = patches;
+  config.max_regions = there + spares;
+  config.max_depth = kMaxDepth;
+  const Counts own = spare_counts(config);
+  const auto add = [&](std::uint32_t& limit, std::uint64_t more, std::uint32_t most) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit + spares * more, most));
+  };
+  add(config.max_octets, own.octets, kFullTreeOctets);
+  add(config.max_volumes, own.volumes, kMostPatches);
+  add(config.max_patches, own.patches, kMostPatches);
+  add(config.rim_edges, spare_rim_edges(config), kMostRimEdges);
+  add(config.max_draw_items, patches, kMostPages);
+  config.max_resident_patches = config.max_draw_items;
+  add(config.gpu_vertex_pages, 2 * std::uint64_t{patches}, kMostPages);
+  std::size_t occluder_words = 0;
+  std::array<SkyBox, kMostRegions> boxes;
+  Config edited = config;
+  edited.edit_patches = 1;
+  const auto octrees = std::span(boxes).first(sky_boxes(info, ground, edited, boxes));
+  for (const SkyBox& box : octrees)
+    occluder_words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
+  config.occluder_words = static_cast<std::uint32_t>(std::min(occluder_words, kMostOccluderWords));
+  config.sky_words = static_cast<std::uint32_t>(SkyAtlas::word_count(octrees));
 }
 
 Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail_pages,
@@ -71,7 +148,7 @@ Config World::config_for(const WorldInfo& info, int finest, std::uint32_t detail
   config.max_regions = info.regions;
   for (const GroundRegion& region : ground.regions()) config.rim_edges += region.rim_edges;
   std::array<SkyBox, kMostRegions> boxes;
-  const auto octrees = std::span(boxes).first(sky_boxes(info, ground, boxes));
+  const auto octrees = std::span(boxes).first(sky_boxes(info, ground, config, boxes));
   std::size_t words = 0;
   for (const SkyBox& box : octrees) words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
   config.occluder_words = static_cast<std::uint32_t>(std::min(words, kMostOccluderWords));
@@ -217,6 +294,8 @@ void World::unload() {
   ground_ = {};
   parts_ = {};
   part_count_ = 1;
+  state_.slot_parts = 1;
+  state_.spares = false;
   place_slots();
   place_parts();
   state_.heights_are_read = false;
@@ -241,24 +320,33 @@ std::uint32_t World::free_patches() const {
 }
 
 World::Counts World::file_counts(std::size_t part) const {
-  if (part_count_ == 1) return {info_.octets, info_.volumes, info_.patches};
+  const std::size_t of_file = state_.spares ? state_.file_regions : part_count_;
+  if (part >= of_file) return {};
+  if (of_file == 1) return {info_.octets, info_.volumes, info_.patches};
   const GroundRegion& region = ground_.regions()[part];
   return {region.octets, region.volumes, region.patches};
 }
 
 // What is free is shared alike. Of one part all that there is memory for is used, which shows a wrong header.
 World::Counts World::slot_counts(std::size_t part) const {
-  if (part_count_ == 1) {
+  if (state_.slot_parts == 1) {
     return {static_cast<std::uint32_t>(blocks_.octets.size()),
             static_cast<std::uint32_t>(blocks_.volumes.size()),
             static_cast<std::uint32_t>(blocks_.patches.size())};
   }
   Counts counts = file_counts(part);
   if (!state_.editable) return counts;
-  const auto parts = static_cast<std::uint32_t>(part_count_);
-  counts.octets += (config_.max_octets - info_.octets) / parts;
-  counts.volumes += (config_.max_volumes - info_.volumes) / parts;
-  counts.patches += (config_.max_patches - info_.patches) / parts;
+  const auto parts = static_cast<std::uint32_t>(state_.slot_parts);
+  const Counts spare = state_.spares ? spare_counts(config_) : Counts();
+  const auto spares = static_cast<std::uint32_t>(state_.spares ? state_.slot_parts - state_.file_regions : 0);
+  const auto add = [&](std::uint32_t& own, std::uint32_t all, std::uint32_t of_file, std::uint32_t of_spare) {
+    const std::uint32_t taken = of_file + spares * of_spare;
+    own += (all > taken ? all - taken : 0) / parts +
+           (state_.spares && part >= state_.file_regions ? of_spare : 0);
+  };
+  add(counts.octets, config_.max_octets, info_.octets, spare.octets);
+  add(counts.volumes, config_.max_volumes, info_.volumes, spare.volumes);
+  add(counts.patches, config_.max_patches, info_.patches, spare.patches);
   return counts;
 }
 
@@ -287,7 +375,7 @@ Status World::check_limits(const WorldInfo& info) const {
 void World::place_slots() {
   Counts used;
   std::size_t entries = 0;
-  for (std::size_t n = 0; n < part_count_; ++n) {
+  for (std::size_t n = 0; n < state_.slot_parts; ++n) {
     const Counts file = file_counts(n), slots = slot_counts(n);
     parts_[n] = {};
     parts_[n].first = used.patches;
@@ -297,7 +385,7 @@ void World::place_slots() {
     const Status status = octrees_[n].create(octets, static_cast<int>(config_.max_depth));
     KARST_ASSERT(status.ok());
     static_cast<void>(status);
-    if (part_count_ == 1 || state_.editable) {
+    if (state_.slot_parts == 1 || state_.editable) {
       const std::size_t count = PatchTable::entry_count(slots.patches);
       tables_[n].create({blocks_.table.keys.subspan(used.patches, slots.patches),
                          blocks_.table.entries.subspan(entries, count)});
@@ -321,22 +409,26 @@ void World::place_parts() {
     return own;
   };
   std::array<SkyBox, kMostRegions> boxes;
-  const auto octrees = std::span(boxes).first(sky_boxes(info_, ground_, boxes));
-  sky_atlas_ = SkyAtlas::of(octrees, blocks_.sky.size());
+  const auto octrees = std::span(boxes).first(sky_boxes(info_, ground_, config_, boxes));
+  sky_atlas_ = sky_atlas_for(info_, ground_, config_);
   std::size_t all_words = 0;
   for (const SkyBox& box : octrees) all_words += Occluders::word_count(box.extent, Occluders::kLeastCellLog2);
   std::size_t edges = 0, nodes = 0, eights = 0, words = 0, sky_words = 0;
-  for (std::size_t n = 0; n < part_count_; ++n) {
+  for (std::size_t n = 0; n < state_.slot_parts; ++n) {
     WorldPart& part = parts_[n];
-    const bool one = part_count_ == 1;
+    const bool one = state_.slot_parts == 1 && !state_.spares;
+    const bool spare = state_.spares && n >= ground_.regions().size();
     const std::uint32_t patches = slot_counts(n).patches;
-    const std::size_t rim = one ? blocks_.rim.edges.size() : ground_.regions()[n].rim_edges;
+    const std::size_t rim = one     ? blocks_.rim.edges.size()
+                            : spare ? spare_rim_edges(config_)
+                                    : ground_.regions()[n].rim_edges;
     rims_[n].create({blocks_.rim.edges.subspan(edges, rim), blocks_.rim.marks.subspan(edges, rim)});
     edges += rim;
     trees_[n].create(share(blocks_.boxes, nodes,
                            one ? blocks_.boxes.size() : std::size_t{BoundsTree::node_count(patches)}));
     part.boxes =
         share(blocks_.patch_boxes, eights, PatchBoxes::count_for(state_.editable ? patches : part.patches()));
+    if (spare) part.boxes = part.boxes.first(0);
     std::size_t own = blocks_.occluders.size();
     if (!one) {
       own = Occluders::word_count(octrees[n].extent, Occluders::kLeastCellLog2);
@@ -348,8 +440,8 @@ void World::place_parts() {
     occluders_[n].create(share(blocks_.occluders, words, own));
     skies_[n].create(share(blocks_.sky, sky_words, one ? blocks_.sky.size() : sky_atlas_.places[n].words));
     skies_[n].set_least_cell(one ? 0 : sky_atlas_.places[n].grid.cell_log2);
-    part.corner = octrees[n].corner;
-    part.extent = octrees[n].extent;
+    part.corner = spare ? glm::ivec3(0) : octrees[n].corner;
+    part.extent = spare ? info_.extent : octrees[n].extent;
     part.octree = &octrees_[n];
     part.tree = &trees_[n];
     part.occluders = &occluders_[n];
@@ -363,8 +455,11 @@ Status World::load_parts() {
   ground_ = reader_.ground();
   part_count_ = info_.regions;
   // Of a ground without regions there are no voxels.
-  state_.editable =
-      config_.edit_patches > 0 && info_.level > 0 && (!ground_.exists() || ground_.region_count > 0);
+  state_.spares = has_spares(ground_, config_) && info_.level > 0;
+  state_.file_regions = ground_.regions().size();
+  state_.slot_parts = state_.spares ? slot_parts_of(info_, ground_, config_) : part_count_;
+  state_.editable = config_.edit_patches > 0 && info_.level > 0 &&
+                    (!ground_.exists() || ground_.region_count > 0 || state_.spares);
   if (const Status status = load_surface(); !status.ok()) return status;
   if (const Status status = load_patches(); !status.ok()) return status;
   if (const Status status = load_measures(); !status.ok()) return status;
@@ -373,22 +468,29 @@ Status World::load_parts() {
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
-    part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(patch_slots_)));
-    part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(patch_slots_)));
-    part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(patch_slots_)));
-    const std::size_t values = info_.level == 0 ? 0 : level_error_values(info_.level);
-    part.level_errors = {info_.level,
-                         all_level_errors().values.subspan(part.first * values, part.patches() * values)};
+    set_spans(n);
     if (const Status status = trees_[n].build(part.surface, part.bounds); !status.ok()) return status;
     const std::size_t count = PatchBoxes::count_for(part.patches());
     fill_patch_boxes(part.surface, part.bounds, 0, part.patches(),
                      blocks_.patch_boxes.subspan(eights, count));
     eights += count;
+    if (state_.spares && n >= ground_.regions().size()) continue;
     occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
     skies_[n].build(octrees_[n], part.extent, ground_.region_count > 0);
     if (ground_.region_count > 0) measure_belt(part, ground_.region_list[n]);
   }
   return load_heights();
+}
+
+// Of arrays by patch, those of a part.
+void World::set_spans(std::size_t n) {
+  WorldPart& part = parts_[n];
+  part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(patch_slots_)));
+  part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(patch_slots_)));
+  part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(patch_slots_)));
+  const std::size_t values = info_.level == 0 ? 0 : level_error_values(info_.level);
+  part.level_errors = {info_.level,
+                       all_level_errors().values.subspan(part.first * values, part.patches() * values)};
 }
 
 Status World::load_surface() {
@@ -406,7 +508,7 @@ Status World::load_surface() {
   if (!matched.ok()) return matched;
   for (std::size_t n = 0; n < part_count_; ++n) {
     const Counts file = file_counts(n);
-    if (part_count_ == 1 || state_.editable) slots_[n].adopt(file.volumes, file.patches);
+    if (state_.slot_parts == 1 || state_.editable) slots_[n].adopt(file.volumes, file.patches);
   }
   for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
     const GroundRegion& region = ground_.regions()[n];
@@ -487,10 +589,11 @@ Status World::load_heights() {
 template <class T>
 void World::spread(std::span<T> all, std::size_t values) const {
   std::size_t end = info_.patches;
+  const std::size_t parts = state_.slot_parts;
   const auto at = [&](std::size_t patch) {
     return all.begin() + static_cast<std::ptrdiff_t>(patch * values);
   };
-  for (std::size_t n = part_count_; n-- > 0;) {
+  for (std::size_t n = parts; n-- > 0;) {
     const std::size_t first = parts_[n].first, count = file_counts(n).patches;
     if (first + count != end) std::copy_backward(at(end - count), at(end), at(first + count));
     std::fill(at(first + count), at(first + slot_counts(n).patches), T{});
@@ -501,7 +604,7 @@ void World::spread(std::span<T> all, std::size_t values) const {
 // Free slots behind those of the file, in each part.
 void World::open_slots() {
   patch_slots_ = 0;
-  for (std::size_t n = 0; n < part_count_; ++n) patch_slots_ += slot_counts(n).patches;
+  for (std::size_t n = 0; n < state_.slot_parts; ++n) patch_slots_ += slot_counts(n).patches;
   spread(blocks_.bounds, 1);
   spread(blocks_.cones, 1);
   spread(blocks_.shading_cones, 1);
@@ -512,17 +615,20 @@ void World::open_slots() {
   free.volume = kNoVolume;
   free.height_block = kNoHeights;
   std::ranges::fill(blocks_.edit.kept, 0u);
-  for (std::size_t n = 0; n < part_count_; ++n) {
+  std::size_t first_volume = 0;
+  for (std::size_t n = 0; n < state_.slot_parts; ++n) {
     WorldPart& part = parts_[n];
     const Counts file = file_counts(n), slots = slot_counts(n);
-    const auto first_volume = static_cast<std::size_t>(part.surface.volumes.data() - blocks_.volumes.data());
     const std::span<Volume> volumes = blocks_.volumes.subspan(first_volume, slots.volumes);
     const std::span<Patch> patches = blocks_.patches.subspan(part.first, slots.patches);
     std::ranges::fill(volumes.subspan(file.volumes), Volume{});
     std::ranges::fill(patches.subspan(file.patches), free);
     part.surface = {volumes, patches};
-    queues_[n].create({part.of(blocks_.edit.queue.own), part.of(blocks_.edit.queue.states)});
+    if (state_.spares && n >= ground_.regions().size()) part.surface = {};
+    queues_[n].create({blocks_.edit.queue.own.subspan(part.first, slots.patches),
+                       blocks_.edit.queue.states.subspan(part.first, slots.patches)});
     queues_[n].reset();
+    first_volume += slots.volumes;
   }
 }
 
@@ -592,10 +698,97 @@ World::Editable World::edit(std::size_t n) {
   // Where its sky lies among all.
   std::size_t words = 0;
   for (std::size_t before = 0; before < n; ++before) words += sky_atlas_.places[before].words;
-  all.sky_room =
-      part_count_ == 1 ? blocks_.edit.sky : blocks_.edit.sky.subspan(words, sky_atlas_.places[n].words);
+  all.sky_room = state_.slot_parts == 1 && !state_.spares
+                     ? blocks_.edit.sky
+                     : blocks_.edit.sky.subspan(words, sky_atlas_.places[n].words);
   all.room = &blocks_.edit;
   return all;
+}
+
+World::Spare World::spare() {
+  KARST_ASSERT(spare_regions() > 0);
+  const std::size_t n = ground_.regions().size();
+  const Counts slots = slot_counts(n);
+  std::size_t first_volume = 0;
+  for (std::size_t before = 0; before < n; ++before) first_volume += slot_counts(before).volumes;
+  const PatchId first = parts_[n].first;
+  Spare out;
+  out.region = n;
+  out.first = first;
+  out.octree = &octrees_[n];
+  out.slots = &slots_[n];
+  out.rim = &rims_[n];
+  out.queue = &queues_[n];
+  out.heights = &cache_;
+  out.volumes = blocks_.volumes.subspan(first_volume, slots.volumes);
+  out.patches = blocks_.patches.subspan(first, slots.patches);
+  const std::size_t values = level_error_values(info_.level);
+  out.measures = {blocks_.level_errors.subspan(first * values, slots.patches * values),
+                  blocks_.bounds.subspan(first, slots.patches), blocks_.cones.subspan(first, slots.patches),
+                  blocks_.shading_cones.subspan(first, slots.patches)};
+  out.scratch = {std::launder(reinterpret_cast<std::uint32_t*>(blocks_.scratch.data())),
+                 ExtractSurface::scratch_size(config_.max_volumes)};
+  out.room = &blocks_.edit;
+  return out;
+}
+
+void World::open_region(const GroundRegion& region) {
+  const Spare made = spare();
+  const std::size_t n = made.region;
+  WorldPart& part = parts_[n];
+  part.surface = {made.volumes, made.patches};
+  set_spans(n);
+  const Status built = trees_[n].build(part.surface, part.bounds);
+  KARST_ASSERT(built.ok());
+  static_cast<void>(built);
+  const auto boxes =
+      blocks_.patch_boxes.subspan(static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
+                                  PatchBoxes::count_for(part.patches()));
+  part.boxes = boxes;
+  fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), boxes);
+  ground_.region_list[n] = region;
+  ++ground_.region_count;
+  const bool placed = place_regions(ground_);
+  KARST_ASSERT(placed);
+  static_cast<void>(placed);
+  part.corner = ground_.region_list[n].corner;
+  part.extent = region.extent;
+  part_count_ = ground_.regions().size();
+  // Whoever loads a file of it has belts of its rims.
+  for (std::size_t k = 0; k < part_count_; ++k) measure_belt(parts_[k], ground_.region_list[k]);
+  occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
+  SkyAtlas::Place& place = sky_atlas_.places[n];
+  place.take({part.corner, part.extent});
+  skies_[n].set_least_cell(place.grid.cell_log2);
+  skies_[n].build(octrees_[n], part.extent, true);
+  info_.extent = glm::max(info_.extent, part.extent);
+  info_.depth = std::max(info_.depth, region.depth);
+}
+
+void World::close_region() {
+  const std::size_t n = ground_.regions().size() - 1;
+  WorldPart& part = parts_[n];
+  part.surface = {};
+  part.boxes = part.boxes.first(0);
+  set_spans(n);
+  part.corner = glm::ivec3(0);
+  part.extent = reader_.info().extent;
+  const Status built = trees_[n].build(part.surface, part.bounds);
+  KARST_ASSERT(built.ok());
+  static_cast<void>(built);
+  --ground_.region_count;
+  const bool placed = place_regions(ground_);
+  KARST_ASSERT(placed);
+  static_cast<void>(placed);
+  part_count_ = std::max<std::size_t>(ground_.regions().size(), 1);
+  for (std::size_t k = 0; k < ground_.regions().size(); ++k) measure_belt(parts_[k], ground_.region_list[k]);
+  sky_atlas_.places[n] = sky_atlas_for(reader_.info(), reader_.ground(), config_).places[n];
+  info_.extent = reader_.info().extent;
+  info_.depth = reader_.info().depth;
+  for (const GroundRegion& region : ground_.regions()) {
+    info_.extent = glm::max(info_.extent, region.extent);
+    info_.depth = std::max(info_.depth, region.depth);
+  }
 }
 
 // Copies of a border vertex that differ would be a crack. Cheaper than for_each_copy: each edge is looked at

@@ -95,6 +95,10 @@ class World {
   // Room for so many patches more than the file has, of each region, and for edits that make as many anew;
   // all heights are held then.
   static void add_edit_room(std::uint32_t patches, Config& config);
+  // Room for regions that are made where a ground is dug, as many more than the file has, of so many patches
+  // each; before add_edit_room(). Nothing of a ground that cannot be dug.
+  static void add_dig_room(const WorldInfo& info, const GroundInfo& ground, std::uint32_t regions,
+                           std::uint32_t patches, Config& config);
   // What flights over the samples and elevation models take at 1280 x 720 with the default error, and half as
   // much again. At least 1.3 MiB.
   static std::uint32_t default_detail_pages(std::uint32_t patches) {
@@ -132,7 +136,8 @@ class World {
   bool is_free(PatchId slot) const {
     if (!is_editable()) return false;
     const WorldPart& part = part_of(slot);
-    return part.surface.is_free(slot - part.first);
+    const PatchId own = slot - part.first;
+    return own >= part.patches() || part.surface.is_free(own);
   }
   std::uint32_t free_patches() const;
 
@@ -165,9 +170,8 @@ class World {
   LevelErrors all_level_errors() const {
     return {info_.level, blocks_.level_errors.first(level_error_count(patch_slots_))};
   }
-  // Where octrees lie, and their sky.
-  static std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground,
-                               std::span<SkyBox, kMostRegions> boxes);
+  // Where octrees lie, and their sky; of regions that may be made, how much room there is.
+  static SkyAtlas sky_atlas_for(const WorldInfo& info, const GroundInfo& ground, const Config& config);
   const SkyAtlas& sky_atlas() const { return sky_atlas_; }
   // To read tiles by; stays until the next load().
   const WorldReader& reader() const { return reader_; }
@@ -237,6 +241,7 @@ class World {
     // By slot: the part of a step of UndoLog that last kept the patch's heights, its number's lower half.
     std::span<std::uint32_t> kept;
     std::span<std::uint64_t> sky;  // that is found anew
+    std::span<float> tops;         // of a region that is made: heights of columns, and of samples
     MeasureQueue::Storage queue;
 
     template <class Visit>
@@ -257,6 +262,7 @@ class World {
       visit(Consumer::edits, most > 0 ? (kWhole + 1) * of_patch + most * border : 0, heights);
       visit(Consumer::edits, most > 0 ? config.max_patches : 0, kept);
       visit(Consumer::edits, most > 0 ? config.sky_words : 0, sky);
+      visit(Consumer::edits, config.spare_regions > 0 ? 3 * std::size_t{config.region_patches} : 0, tops);
       queue.each_block(config, visit);
     }
     static constexpr std::size_t kTouched = 3;
@@ -287,10 +293,36 @@ class World {
     std::span<std::uint64_t> sky_room;  // SkyVisibility::step()
     const EditRoom* room = nullptr;
   };
-  // Where Config::edit_patches is not 0 and a world with voxels is loaded.
+  // Where Config::edit_patches is not 0 and a world with voxels is loaded, or a ground that can be dug.
   bool is_editable() const { return state_.editable; }
   // Precondition: is_editable(), part < parts().size().
   Editable edit(std::size_t part);
+  // Regions that may still be made.
+  std::size_t spare_regions() const {
+    return state_.spares ? state_.slot_parts - ground_.regions().size() : 0;
+  }
+  // Memory of the next one, in which nothing is.
+  struct Spare {
+    std::size_t region = 0;  // its number to be
+    PatchId first = 0;       // WorldPart
+    Octree* octree = nullptr;
+    SurfaceSlots* slots = nullptr;
+    RegionRim* rim = nullptr;
+    MeasureQueue* queue = nullptr;
+    HeightCache* heights = nullptr;
+    std::span<Volume> volumes;
+    std::span<Patch> patches;
+    PatchMeasures measures;
+    std::span<std::uint32_t> scratch;  // ExtractSurface::scratch_size() of the volumes
+    const EditRoom* room = nullptr;
+  };
+  // Precondition: spare_regions() > 0.
+  Spare spare();
+  // A part as edit() gives it, of what was made in a spare's memory: surface, heights, measures for the time
+  // being, rim. region: with counts, extent, depth, first node and height of its corner.
+  void open_region(const GroundRegion& region);
+  // Takes the last one away, which was made: it is a spare again. Whoever made it empties its memory.
+  void close_region();
   // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
   bool is_settled(std::size_t part) const;
   bool is_settled() const;
@@ -384,6 +416,8 @@ class World {
   };
   Counts file_counts(std::size_t part) const;
   Counts slot_counts(std::size_t part) const;
+  static Counts spare_counts(const Config& config);
+  void set_spans(std::size_t part);
   Status extract_part(std::size_t n);
   void place_slots();
   void place_parts();
@@ -419,6 +453,9 @@ class World {
   FieldBlocks field_;
   struct State {
     bool editable = false;
+    bool spares = false;            // regions may be made
+    std::size_t file_regions = 0;   // where they may: those of the file
+    std::size_t slot_parts = 1;     // that memory is shared by
     bool heights_are_read = false;  // all of them are in the cache, which then stays as it is
   };
   State state_;

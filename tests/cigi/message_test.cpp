@@ -91,7 +91,7 @@ TEST_F(Message, FieldsDoNotOverlap) {
   }
 }
 
-// By hand from the ICD's figures.
+// By hand.
 TEST_F(Message, BytesAreThoseOfTheStandard) {
   IgControl control;
   control.database = 5;

@@ -249,7 +249,7 @@ packages() {
   quiet "$(dirname "$cmake")/cpack" --config "$build/CPackConfig.cmake" -B "$work/debs"
   local names package
   names=$(cd "$work/debs" && echo *.deb)
-  for package in libkarst libkarst-dev karst karst-bake; do
+  for package in libkarst libkarst-dev karst karst-ig karst-bake; do
     [[ $(field $package Version) == "$version-1" ]] || fail "$package is not of version $version-1"
     [[ $(field $package Package) == "$package" ]] || fail "$package has another name inside"
     (($(field $package Description | sed -n 1p | wc -m) < 70)) || fail "$package: the summary is long"
@@ -261,7 +261,7 @@ packages() {
       fail "$package: odd files"
     fi
   done
-  (($(wc -w <<<"$names") == 4)) || fail "other packages than expected: $names"
+  (($(wc -w <<<"$names") == 5)) || fail "other packages than expected: $names"
   lists libkarst '/libkarst\.so\.[0-9.]+$'
   lists libkarst-dev '/usr/include/karst/karst\.h$'
   lists libkarst-dev '/libkarst\.a$'
@@ -272,7 +272,7 @@ packages() {
   [[ $(field libkarst-dev Depends) == "libkarst (= $version-1), libzstd-dev" ]] ||
     fail "libkarst-dev: $(field libkarst-dev Depends)"
   [[ $(field libkarst Depends) != *libegl* ]] || fail "libkarst depends on EGL: $(field libkarst Depends)"
-  for package in karst karst-bake; do
+  for package in karst karst-ig karst-bake; do
     lists $package "^-rwxr-xr-x .* \./usr/bin/$package$"
     lists $package "/usr/share/man/man1/$package\.1\.gz$"
     lists $package "/usr/share/bash-completion/completions/$package$"
@@ -282,16 +282,24 @@ packages() {
   [[ $(field karst Depends) == *libegl1* && $(field karst Depends) == *libdrm2* ]] || fail "karst: no libegl1"
   [[ $(field karst Depends) != *libopenimageio* ]] || fail "karst depends on OpenImageIO"
   [[ $(field karst Depends) != *libgdal* ]] || fail "karst depends on GDAL"
+  lists karst-ig '/usr/share/doc/karst-ig/examples/karst-ig\.service$'
+  (($(dpkg-deb -c "$work"/debs/karst-ig_*.deb | grep -c /man1/karst) == 1)) ||
+    fail "karst-ig has other manuals"
+  [[ $(field karst-ig Depends) == *libegl1* && $(field karst-ig Depends) == *libdrm2* ]] ||
+    fail "karst-ig: no libegl1"
+  [[ $(field karst-ig Depends) != *libgdal* ]] || fail "karst-ig depends on GDAL"
   [[ $(field karst-bake Depends) == *libopenimageio* ]] || fail "karst-bake: no OpenImageIO"
   [[ $(field karst-bake Depends) == *libgdal* ]] || fail "karst-bake: no GDAL"
 
   # What is in them runs, from a folder that stands for /.
-  for package in libkarst libkarst-dev karst karst-bake; do
+  for package in libkarst libkarst-dev karst karst-ig karst-bake; do
     dpkg-deb -x "$work"/debs/"$package"_*.deb "$work/root"
   done
   quiet "$work/root/usr/bin/karst-bake" --sample canyon -o "$work/canyon.karst"
   quiet "$work/root/usr/bin/karst" info "$work/canyon.karst"
   [[ $("$work/root/usr/bin/karst" --version) == "karst $version" ]] || fail "karst tells another version"
+  [[ $("$work/root/usr/bin/karst-ig" --version) == "karst-ig $version" ]] ||
+    fail "karst-ig tells another version"
   say "$names"
 }
 

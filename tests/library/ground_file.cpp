@@ -102,7 +102,7 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, double spacing_m,
   info.voxel_size_m = spacing_m / ground.info().steps[0] * kStepsPerVoxel;
   info.extent = {2, 1, 2};
   info.depth = 1;
-  info.level = 1;
+  info.level = ground.info().can_be_dug ? 3 : 1;
   TreeMemory memory(1, 1);
   WorldWriter writer{info, &memory.tree, {}, materials};
   writer.ground.info = ground.info();

@@ -159,7 +159,8 @@ std::size_t HostTest::holes(const ViewState& view, double work_ms, FrameResult& 
   FrameInput input;
   input.views = {&view, 1};
   input.work_ms = work_ms;
-  EXPECT_TRUE(renderer_->begin_frame(input, result).ok());
+  const Status begun = renderer_->begin_frame(input, result);
+  EXPECT_TRUE(begun.ok()) << begun.what() << " " << begun.field() << " " << begun.value();
   picture_.clear(1, kMagenta);
   Target target;
   target.viewport = {0, 0, static_cast<int>(view.width_px), static_cast<int>(view.height_px)};

@@ -60,6 +60,14 @@ MemoryGround::MemoryGround(const GroundInfo& shape, const Heights& heights) : in
   measure(heights);
 }
 
+MemoryGround MemoryGround::to_dig(std::int64_t wide, std::int64_t deep, double steps,
+                                  const Heights& heights) {
+  GroundInfo info = plane(wide, deep, steps, steps);
+  info.can_be_dug = true;
+  if (!place_regions(info)) std::abort();
+  return MemoryGround(info, heights);
+}
+
 void MemoryGround::for_each_node(int size, const std::function<void(NodeKey)>& take) const {
   for (int z = 0; z < nodes_along(info_, 1, size); ++z) {
     for (int x = 0; x < nodes_along(info_, 0, size); ++x) {

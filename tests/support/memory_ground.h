@@ -43,6 +43,9 @@ class MemoryGround {
   MemoryGround(std::int64_t wide, std::int64_t deep, double step_x, double step_z, const Heights& heights,
                const std::vector<MemoryRegion>& regions = {});
 
+  // On a plane, that can be dug: four samples are 2^g voxels, steps 2^(11 + g).
+  static MemoryGround to_dig(std::int64_t wide, std::int64_t deep, double steps, const Heights& heights);
+
   const core::GroundInfo& info() const { return info_; }
   core::NodeKey root() const { return {info_.top_size(), 0, 0}; }  // of a cube, in its tile
   const core::Tile& tile(core::NodeKey key) const;

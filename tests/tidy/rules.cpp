@@ -113,6 +113,7 @@ std::vector<Floor> make_floors() {
           {"scene", {"karst", "terrain", "tiles", "renderer", "gles_shaders"}},
           {"app", {"karst", "platform", "boards"}},
           {"ig/cigi", {}},
+          {"ig", {"karst", "platform", "boards", "app"}},
           {"bake",
            {"karst", "terrain", "tiles", "etc2", "app/common", "app/files", "app/json", "app/command_line",
             "platform/base"}},

@@ -82,6 +82,11 @@ class EditGround {
   // A size of a place that waits. change: of its tiles no more than measures. Precondition: not is_settled().
   void settle_some(GroundChange& change);
 
+  // A region that was made in the ground, and is reserved then. Errors of reserve_region(), and then there is
+  // none. info: the ground's with it, the last one.
+  Status add_region(const GroundInfo& info);
+  // Takes the last one away again. Precondition: it was just added, and did not grow.
+  void drop_region(const GroundInfo& info);
   // Before a region or what is beneath it is edited, for what its thresholds may have to allow for then.
   // limit_reached ("edit_tiles"), and errors of reading.
   Status reserve_region(std::size_t region);

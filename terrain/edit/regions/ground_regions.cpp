@@ -47,6 +47,24 @@ Status EditGround::check_regions(const GridRect& samples, bool beneath) const {
 }
 
 // Of nodes of sizes from 1 on.
+Status EditGround::add_region(const GroundInfo& info) {
+  const GroundInfo before = info_;
+  info_.region_count = info.region_count;
+  info_.region_list = info.region_list;
+  const std::size_t region = info_.regions().size() - 1;
+  growths_[region] = {};
+  reserved_ &= ~(1u << region);
+  const Status status = reserve_region(region);
+  if (!status.ok()) info_.region_count = before.region_count;
+  return status;
+}
+
+void EditGround::drop_region(const GroundInfo& info) {
+  reserved_ &= ~(1u << (info_.regions().size() - 1));
+  info_.region_count = info.region_count;
+  info_.region_list = info.region_list;
+}
+
 Status EditGround::reserve_region(std::size_t region) {
   if (is_reserved(region)) return {};
   if (const Status status = reserve(samples_of(info_.regions()[region]), 1); !status.ok()) return status;

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/edit/reached_patches.h"
+#include "terrain/edit/regions/region_heights.h"
 
 namespace karst::core {
 namespace {
@@ -79,13 +80,7 @@ struct FindRegionGrowth::Ground {
     if (const Status status = corners(i, k, h); !status.ok()) return status;
     const double u = (x - 0.5) / spacing - static_cast<double>(i);
     const double v = (z - 0.5) / spacing - static_cast<double>(k);
-    if (((first(0) + i + first(1) + k) & 1) == 0) {
-      height =
-          u > v ? h[0] + u * (h[1] - h[0]) + v * (h[3] - h[1]) : h[0] + v * (h[2] - h[0]) + u * (h[3] - h[2]);
-    } else {
-      height = u + v < 1 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
-                         : h[3] + (1 - u) * (h[2] - h[3]) + (1 - v) * (h[1] - h[3]);
-    }
+    height = height_in_quad(h, u, v, ((first(0) + i + first(1) + k) & 1) != 0);
     return {};
   }
   // sqrt(1 + s^2), s being the steepest slope between two places.

@@ -208,9 +208,13 @@ class ShapeEdit {
 }  // namespace
 
 Status check_edit(const Edit& edit, const World& world) {
-  if (world.ground().exists() && world.ground().region_count == 0)
-    return {StatusCode::unsupported, "a ground is dug in its regions, and it has none: karst-bake --carve",
-            "ground"};
+  const GroundInfo& ground = world.ground();
+  if (ground.exists() && ground.region_count == 0 && !ground.can_be_dug) {
+    return {StatusCode::unsupported,
+            "a ground is dug in its regions, and it has none: karst-bake --carve or --dig", "ground"};
+  }
+  if (ground.can_be_dug && ground.region_count == 0 && !world.is_editable())
+    return {StatusCode::limit_reached, "there is no room for a region to dig in", "dig_regions", 1};
   if (!world.is_editable())
     return refuse("it was planned without room for edits, or is one that cannot be edited", "world");
   if (static_cast<int>(edit.tool) >= kEditTools) return refuse("not a tool", "tool");
@@ -232,6 +236,11 @@ Status check_edit(const Edit& edit, const World& world) {
   if (!inside(edit.wave, 0x1p-10, kMostVoxels)) return refuse("not a length, or too large", "wave_m");
   if (!is_within(edit.up, kMostVoxels)) return refuse("not finite, or too large", "up");
   return {};
+}
+
+std::size_t regions_reached(const Edit& edit, const World& world) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(world.parts(), [&](const WorldPart& part) { return reaches(edit, part); }));
 }
 
 Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {

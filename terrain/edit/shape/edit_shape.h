@@ -25,6 +25,8 @@ inline constexpr int kSideVoxels = 3;
 // edited. limit_reached ("max_octets", "edit_patches", value: that it, or taking it back, would take).
 // Nothing has changed then, and nothing is in the log.
 Status check_edit(const Edit& edit, const World& world);
+// How many of the world's parts have voxels that an edit may change. Precondition: check_edit().
+std::size_t regions_reached(const Edit& edit, const World& world);
 // The same from a part's corner.
 Edit from_part(const Edit& edit, const WorldPart& part);
 // The part that an edit of voxels changes, or "place". Precondition: check_edit().

@@ -40,7 +40,7 @@ std::int16_t blended(std::int32_t sum, int level) {
 
 simd::Short4 blended(simd::Int4 sum, int level) {
   const simd::Int4 sign = sum >> 31;
-  const simd::Int4 size = ((sum ^ sign) - sign + (1 << (2 * level - 1))) >> (2 * level);
+  const simd::Int4 size = ((sum ^ sign) - sign + simd::splat(1 << (2 * level - 1))) >> (2 * level);
   const simd::Int4 most = simd::select(size > kMaxHeight, simd::splat(kMaxHeight), size);
   return __builtin_convertvector((most ^ sign) - sign, simd::Short4);
 }

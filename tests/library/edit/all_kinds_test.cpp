@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Random edits of all kinds in one world, through the public headers: voxels and heights of regions, heights
 // of the ground around them, paint over both; strokes, undo and redo. The world is always, to the bit, what
-// it was at that step, and what its file loads. KARST_EDITS: how many; default 300.
+// it was at that step, and what its file loads. KARST_EDITS: how many; default 120.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
-#include <map>
 #include <memory>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "tests/library/colours.h"
+#include "tests/library/edit/live_world.h"
 #include "tests/library/edit/rough_regions.h"
 #include "tests/library/edit/saved_ground.h"
 #include "tests/library/host.h"
@@ -33,7 +30,7 @@ constexpr std::size_t kRegions = 2;
 
 int edits_asked() {
   const char* const text = std::getenv("KARST_EDITS");
-  return text != nullptr ? std::atoi(text) : 300;
+  return text != nullptr ? std::atoi(text) : 120;
 }
 
 std::vector<std::byte> world_file() {
@@ -53,59 +50,6 @@ Needs needs() {
   needs.shadow_maps = 0;
   return needs;
 }
-
-// A world that is edited, with all that a file of it holds.
-class Live {
- public:
-  explicit Live(std::vector<std::byte> file) : host(needs(), {.axes = Axes::east_up_south}, std::move(file)) {
-    EXPECT_TRUE(host.world->take_editor(editor).ok());
-  }
-  ~Live() { host.world->release(editor); }
-  Live(const Live&) = delete;
-  Live& operator=(const Live&) = delete;
-
-  core::WorldObject& object() const { return static_cast<core::WorldObject&>(*host.world); }
-  core::World& world() const { return object().terrain.world; }
-  void settle() const { object().editor.settle(1e9); }
-
-  std::uint64_t state() const {
-    settle();
-    std::string all;
-    const auto add = [&](const auto& value) {
-      all.append(reinterpret_cast<const char*>(&value), sizeof value);
-    };
-    for (const auto& [key, facts] : test::facts_of(world())) {
-      add(key.bits());
-      all.append(reinterpret_cast<const char*>(facts.bytes.data()), facts.bytes.size());
-    }
-    std::map<core::PatchKey, std::uint8_t> painted;
-    for (std::size_t n = 0; n < world().parts().size(); ++n) {
-      const core::WorldPart& part = world().parts()[n];
-      for (core::PatchId id = 0; id < part.patches(); ++id) {
-        if (part.surface.is_free(id)) continue;
-        painted[core::key_of(part.surface, id, static_cast<std::uint32_t>(n))] =
-            world().material_overrides()[part.first + id];
-      }
-    }
-    for (const auto& [key, override] : painted) add(override);
-    for (const std::byte texel : world().painted_texels()) add(texel);
-    add(world().materials().blend_map.materials);
-    core::EditGround& ground = *object().ground_edits;
-    const core::GroundInfo& info = ground.info();
-    for (std::int64_t k = 0; k < info.samples[1]; ++k) {
-      for (std::int64_t i = 0; i < info.samples[0]; ++i) {
-        std::int32_t height = 0;
-        EXPECT_TRUE(ground.height(i, k, height).ok());
-        add(height);
-      }
-    }
-    for (const std::byte byte : test::saved_by(*editor)) add(byte);
-    return std::hash<std::string>()(all);
-  }
-
-  test::HostWorld host;
-  Editor* editor = nullptr;
-};
 
 // An edit of the core as the public headers say it.
 Edit told(const core::WorldObject& world, const core::Edit& edit) {
@@ -134,7 +78,7 @@ constexpr const char* kKindNames[] = {"voxels", "heights of regions", "heights o
 
 class Play {
  public:
-  explicit Play(std::uint64_t seed) : file_(world_file()), live_(file_), random_{seed} {
+  explicit Play(std::uint64_t seed) : file_(world_file()), live_(needs(), file_), random_{seed} {
     states_ = {live_.state()};
   }
 
@@ -261,20 +205,20 @@ class Play {
 
   // Saved, loaded, and measured from scratch.
   void look_deeply() {
-    const std::vector<std::byte> saved = test::saved_by(*live_.editor);
+    const std::vector<std::byte> saved = live_.saved();
     test::expect_live_tiles(live_.object(), saved, file_);
-    Live fresh(saved);
+    test::LiveWorld fresh(needs(), saved);
     ASSERT_EQ(fresh.state(), live_.state());
     ASSERT_TRUE(test::measured_facts_of(fresh.world()) == test::facts_of(fresh.world()));
     for (std::size_t n = 0; n < kRegions; ++n) {
       test::expect_same_part(live_.world().parts()[n], fresh.world().parts()[n]);
       if (testing::Test::HasFatalFailure()) return;
     }
-    ASSERT_TRUE(test::saved_by(*fresh.editor) == saved);
+    ASSERT_TRUE(fresh.saved() == saved);
   }
 
   std::vector<std::byte> file_;
-  Live live_;
+  test::LiveWorld live_;
   Random random_;
   std::vector<std::uint64_t> states_;  // of steps, the oldest first
   std::size_t now_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/view/end_watch.h"
+#include "app/screen/end_watch.h"
 
 #include <poll.h>
 #include <signal.h>

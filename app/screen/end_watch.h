@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lets karst view end while a disk keeps it waiting. All is done in one thread, which waits for the world's
+// Lets a program end while a disk keeps it waiting. All is done in one thread, which waits for the world's
 // file where it has to; so a second one sees SIGTERM and SIGINT come. From then on nothing more is read
 // (FileSource::stop_reading), and where a read still hangs after a while, the program is ended.
 #pragma once
