@@ -99,6 +99,12 @@ class KARST_API Editor {
   // regions (edit_patches, too). Materials are painted over all of it, but for grounds on a curved basis and
   // patches that were baked with a material of their own (Needs::paint_width). The rest is refused.
   //
+  // Where a ground can be dug (WorldInfo::can_be_dug), an edit of voxels where no region is makes one first,
+  // of whole nodes around the brush (Needs::dig_regions, Needs::region_patches, and edit_tiles for what it
+  // changes of the ground). "place": too near to the ground's border or to another region; "shape": a voxel
+  // of an octree that is not there. The region stays when the edit is taken back, and looks as the ground
+  // then.
+  //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
   // unsupported ("ground"): it has no region to dig in, or is one that cannot be edited.

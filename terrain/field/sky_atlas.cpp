@@ -63,8 +63,8 @@ void SkyAtlas::Place::take(const SkyBox& other) {
   box = other;
   for (int least = 0;; ++least) {
     grid = SkyVisibility::grid_for(box.extent, words, least);
-    const glm::ivec3 cells = grid.cells;
-    if ((cells.x <= room.x && cells.y <= room.y && cells.z <= room.z) || least >= kMaxDepth) break;
+    const glm::ivec3 own = grid.cells;
+    if ((own.x <= room.x && own.y <= room.y && own.z <= room.z) || least >= kMaxDepth) break;
   }
   // What has no room at all is open sky.
   if (grid.cells.x > room.x || grid.cells.y > room.y || grid.cells.z > room.z) grid = SkyGrid();
