@@ -417,6 +417,16 @@ class World {
   Counts file_counts(std::size_t part) const;
   Counts slot_counts(std::size_t part) const;
   static Counts spare_counts(const Config& config);
+  // Whether regions may be made, by how many parts memory is shared then, and what goes by that.
+  static bool has_spares(const GroundInfo& ground, const Config& config);
+  static std::size_t slot_parts_of(const WorldInfo& info, const GroundInfo& ground, const Config& config);
+  static std::size_t sky_boxes(const WorldInfo& info, const GroundInfo& ground, const Config& config,
+                               std::span<SkyBox, kMostRegions> boxes);
+  static std::uint32_t spare_rim_edges(const Config& config);
+  // Of worlds that would take more: 1 MiB. Their cells are larger than voxels.
+  static constexpr std::size_t kMostOccluderWords = 131'072;
+  // Of an edit's new octree, beside the old one, along the ways to a few voxels.
+  static constexpr std::uint32_t kEditPathOctets = 64;
   void set_spans(std::size_t part);
   Status extract_part(std::size_t n);
   void place_slots();
