@@ -252,7 +252,7 @@ TEST_F(Host, APictureIsThatOfKarstRender) {
 TEST_F(Host, ViewsAndAirAreAsTheHostSays) {
   start();
   begin();
-  add_entity(3, geodetic(kEye), 10, -30);
+  add_entity(3, geodetic(kEye), 40, -30);
   ViewControl control;
   control.entity = 3;
   control.yaw_valid = true;
@@ -273,9 +273,9 @@ TEST_F(Host, ViewsAndAirAreAsTheHostSays) {
   EXPECT_GE(stop(), 0) << said();
   // --haze says, in voxels, where 63 % of the light is haze, a visibility where 95 % is.
   const std::string haze = std::to_string(40 / kVoxel_m / std::log(20.0));
-  const app::PngPicture same = rendered("-30,40,35,-10,-30", {"--fov", "40", "--haze", haze});
+  const app::PngPicture same = rendered("-30,40,35,-40,-30", {"--fov", "40", "--haze", haze});
   EXPECT_LE(pixels_apart(picture(), same), kWidth * kHeight / 200);
-  EXPECT_GT(pixels_apart(picture(), rendered("-30,40,35,-10,-30", {"--fov", "40"})), kWidth * kHeight / 20);
+  EXPECT_GT(pixels_apart(picture(), rendered("-30,40,35,-40,-30", {"--fov", "40"})), kWidth * kHeight / 20);
 }
 
 TEST_F(Host, SeveralViewsShareThePicture) {
