@@ -13,6 +13,9 @@
 namespace karst::core {
 namespace {
 
+// Of looking for the ground, which is nowhere thin.
+constexpr double kStep = 0.5;  // voxels
+
 Status too_large(std::uint64_t patches) {
   return {StatusCode::limit_reached, "the region that this would make is larger than there is room for",
           "region_patches", patches};
@@ -106,6 +109,7 @@ void MakeRegion::fit(const World::Spare& spare, const GroundRegion& region) cons
   fit.surface = {spare.volumes.first(region.volumes), spare.patches.first(region.patches)};
   fit.field = {below_ground, &heights};
   fit.level = level;
+  fit.step_voxels = kStep;
   fit.heights = {first.data(), region.patches * first.size()};
   KARST_ASSERT(fit.validate().ok());
   FitHeights::Result result;

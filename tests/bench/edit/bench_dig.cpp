@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Digging where there is only ground: a hole of 20 m in voxels of 1 m, and what making its region takes.
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "terrain/edit/regions/make_region.h"
+#include "terrain/edit/regions/region_growth.h"
+#include "terrain/edit/settle.h"
+#include "terrain/edit/shape/edit_shape.h"
+#include "tests/bench/bench.h"
+#include "tests/library/ground_file.h"
+#include "tests/support/ground_editor.h"
+#include "tests/support/test_world.h"
+
+#include "terrain/world/terrain_parts.h"
+
+namespace karst::core::bench {
+namespace {
+
+constexpr std::int64_t kSide = 257;
+constexpr double kRadius = 10;
+constexpr std::uint32_t kPatches = 4'096;
+
+double height(double x, double z) {
+  return 40 + 9 * test::value_noise(3, glm::dvec3(x, 0, z) / 25.0);
+}
+
+// All that a world with room for one region takes.
+class GroundToDig {
+ public:
+  explicit GroundToDig(const test::MemoryGround& ground)
+      : file_(test::ground_file(ground, 1.0)), editor(ground, 600) {
+    WorldReader reader;
+    Status status = reader.open(ByteSource::of(file_));
+    Config config = World::config_for(reader.info(), reader.info().level, reader.ground());
+    World::add_dig_room(reader.info(), reader.ground(), 1, kPatches, config);
+    World::add_edit_room(kPatches, config);
+    memory_ = test::AlignedBytes(static_cast<std::size_t>(terrain_budget(config).cpu_bytes()));
+    if (status.ok()) status = parts.create(config, memory_.bytes());
+    if (status.ok()) status = parts.load(ByteSource::of(file_));
+    is_ok = status.ok();
+  }
+
+ private:
+  std::vector<std::byte> file_;
+  test::AlignedBytes memory_{0};
+
+ public:
+  test::GroundEditor editor;
+  TerrainParts parts;
+  bool is_ok = false;
+};
+
+int run_dig(bool smoke) {
+  const auto ground = test::MemoryGround::to_dig(kSide, kSide, 8192, [](std::int64_t i, std::int64_t k) {
+    return static_cast<std::int32_t>(height(double(i), double(k)) * kStepsPerVoxel / kVertexStep);
+  });
+  std::vector<double> make_ms, edit_ms, growth_ms, vertices_ms, later_ms;
+  std::uint32_t patches = 0, changed = 0;
+  for (int n = 0; n < (smoke ? 1 : 9); ++n) {
+    const auto dug = std::make_unique<GroundToDig>(ground);
+    if (!dug->is_ok) return 1;
+    World& world = dug->parts.world;
+    Edit hole;
+    hole.place = {128, height(128, 128), 128};
+    hole.radius = kRadius;
+    double start = cpu_ms();
+    const auto lap = [&](std::vector<double>& out) {
+      const double now = cpu_ms();
+      out.push_back(now - start);
+      start = now;
+    };
+    const auto bottom = static_cast<std::int32_t>(hole.place.y - kRadius) - 24;
+    MakeRegion make{&world, &dug->editor.edits, {{28, 28}, {36, 36}}, bottom, bottom + 70};
+    if (!make.run().ok()) return 1;
+    lap(make_ms);
+    patches = world.parts()[0].patches() - world.free_patches();
+    EditChange change;
+    if (!edit_shape(world, hole, change).ok() || !change.changed) return 1;
+    lap(edit_ms);
+    changed = static_cast<std::uint32_t>(change.touched.size());
+    const LatticeBox whole{glm::ivec3(0), world.parts()[0].extent * kStepsPerVoxel};
+    const RegionGrowth growth = FindRegionGrowth{&world, &dug->editor.edits, 0, whole}.run();
+    GroundChange grown;
+    dug->editor.edits.grow_region(0, growth, nullptr, grown);
+    lap(growth_ms);
+    dug->parts.residency.follow_region(0);
+    Status status;
+    for (PatchUpload upload; dug->parts.residency.generate_base(upload, status);) {
+    }
+    if (!status.ok()) return 1;
+    lap(vertices_ms);
+    while (!world.is_settled()) {
+      Settled done;
+      settle_some(world, done);
+    }
+    lap(later_ms);
+  }
+  const auto median = [](std::vector<double>& ms) { return times_of(ms).median_ms; };
+  std::printf("dig: a hole of %.0f voxels' radius where there is only ground: %u patches, %u touched\n",
+              kRadius, patches, changed);
+  std::printf("  region %.2f ms, hole %.2f, nodes around %.2f, coarse vertices of all %.2f; later %.0f\n",
+              median(make_ms), median(edit_ms), median(growth_ms), median(vertices_ms), median(later_ms));
+  return 0;
+}
+
+const Register kDig{{"dig", run_dig}};
+
+}  // namespace
+}  // namespace karst::core::bench
