@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// For programs without windows. One that has them is linked with window/ before this library, which then
-// answers instead.
+// For programs without windows. One that has them is linked with the objects of sdl_window.cpp, which then
+// answer instead.
 #include "platform/window/window_display.h"
 
 namespace karst {
