@@ -232,13 +232,16 @@ constinit const CommandSpec kEditSpec = {
         "A script is JSON, one object a line or a list of them. Places are metres in the world's own axes, "
         "to the east, up and to the south, as cameras have them; docs/editing.md has the fields. clear and "
         "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
-        "region (--carve); extrude, smooth, noise, flatten and level are of heights, of such voxels' surface "
-        "where there is no ground or of a ground on a plane, beside regions; paint is of materials.",
+        "region (--carve) or can be dug (--dig); extrude, smooth, noise, flatten and level are of heights, "
+        "of such voxels' surface "
+        "where there is no ground or of a ground on a plane with its regions; paint is of materials.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"
         "echo '{\"tool\": \"clear\", \"place_m\": [0, 20, 0], \"radius_m\": 20}' > hole.json\n"
         "karst edit hills.karst --script hole.json -o hole.karst\n"
+        "karst-bake dem.tif --dig --voxel 4 -o dem.karst\n"
+        "karst edit dem.karst --script tunnel.json -o dug.karst\n"
         "echo '{\"tool\": \"extrude\", \"shape\": \"cylinder\", \"place_m\": [0, 0, 0], \"radius_m\": 300, "
         "\"strength_m\": 80}' > hill.json\n"
         "karst edit dem.karst --script hill.json -o dem.karst\n"};
