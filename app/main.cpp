@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 // karst, the board program: draws worlds that karst-bake made.
 #include <cstdio>
-#include <exception>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "app/commands.h"
 #include "app/common/arguments.h"
-#include "platform/base/freed_memory.h"
 #include "platform/base/text.h"
 
 namespace karst::app {
@@ -70,22 +68,5 @@ int run(std::span<const char* const> words) {
 }  // namespace karst::app
 
 int main(int argc, char** argv) {
-  using namespace karst::app;
-  keep_standard_files();
-  karst::keep_freed_memory();
-  try {
-    const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
-    const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
-                                             all.empty() ? 0 : all.size() - 1);
-    const int code = run(words);
-    if (code != kExitOk) return code;
-    if (const karst::Error error = flush_output(); !error.ok()) {
-      print_error("karst", error.text());
-      return kExitFailure;
-    }
-    return code;
-  } catch (const std::exception& e) {  // of the standard library: no memory
-    print_error("karst", e.what());
-    return kExitFailure;
-  }
+  return karst::app::run_program("karst", argc, argv, karst::app::run);
 }

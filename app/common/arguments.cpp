@@ -8,7 +8,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 
+#include "platform/base/freed_memory.h"
 #include "platform/base/text.h"
 
 namespace karst::app {
@@ -119,6 +121,26 @@ void keep_standard_files() {
 void print_error(std::string_view program, std::string_view message) {
   const std::string line = std::string(program) + ": " + printable(message) + "\n";
   std::fputs(line.c_str(), stderr);
+}
+
+int run_program(const char* name, int argc, char** argv, int (*run)(std::span<const char* const> words)) {
+  keep_standard_files();
+  keep_freed_memory();
+  try {
+    const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
+    const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
+                                             all.empty() ? 0 : all.size() - 1);
+    const int code = run(words);
+    if (code != kExitOk) return code;
+    if (const Error error = flush_output(); !error.ok()) {
+      print_error(name, error.text());
+      return kExitFailure;
+    }
+    return code;
+  } catch (const std::exception& e) {  // of the standard library: no memory
+    print_error(name, e.what());
+    return kExitFailure;
+  }
 }
 
 }  // namespace karst::app

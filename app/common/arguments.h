@@ -48,4 +48,8 @@ std::string number_text(double number);
 // Prints "program: message" as one line to stderr; control characters (a newline in a file name) become '?'.
 void print_error(std::string_view program, std::string_view message);
 
+// What main() of a program does: run(), with the words behind its name, and what standard output and memory
+// have to do with it. Returns the exit code.
+int run_program(const char* name, int argc, char** argv, int (*run)(std::span<const char* const> words));
+
 }  // namespace karst::app

@@ -55,13 +55,9 @@ std::size_t PictureSettings::bytes() const {
 
 Status PictureTarget::load(const GlLoader& loader) {
   const char* missing = nullptr;
-#define KARST_GL_LOAD(name)                                                              \
-  gl_.name = reinterpret_cast<decltype(gl_.name)>(loader.load(loader.user, "gl" #name)); \
-  if (gl_.name == nullptr) missing = "gl" #name;
   KARST_TARGET_FUNCTIONS(KARST_GL_LOAD)
-#undef KARST_GL_LOAD
   if (missing == nullptr) return {};
-  return {StatusCode::unsupported, "the driver lacks a function of OpenGL ES 3.0", missing};
+  return lacks_function(missing);
 }
 
 Status PictureTarget::create(const GlLoader& loader, const PictureSettings& settings) {

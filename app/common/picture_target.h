@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 
+#include "app/common/gl/function_table.h"
 #include "karst/status.h"
 #include "karst/types.h"
 
@@ -119,14 +120,10 @@ class PictureTarget {
 
  private:
   struct Functions {
-#define KARST_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     KARST_TARGET_FUNCTIONS(KARST_GL_MEMBER)
-#undef KARST_GL_MEMBER
   };
 
-  GLuint depth_texture() const {
-    return settings_.own_depth ? depth_ : settings_.depth_texture;
-  }
+  GLuint depth_texture() const { return settings_.own_depth ? depth_ : settings_.depth_texture; }
   Status load(const GlLoader& loader);
   Status check_device() const;
   Status create_framebuffers();

@@ -13,13 +13,8 @@ namespace karst::app {
 Status Overlay::create(const GlLoader& loader) {
   destroy();
   const char* missing = nullptr;
-#define KARST_GL_LOAD(name)                                                              \
-  gl_.name = reinterpret_cast<decltype(gl_.name)>(loader.load(loader.user, "gl" #name)); \
-  if (gl_.name == nullptr) missing = "gl" #name;
   KARST_OVERLAY_FUNCTIONS(KARST_GL_LOAD)
-#undef KARST_GL_LOAD
-  if (missing != nullptr)
-    return {StatusCode::unsupported, "the driver lacks a function of OpenGL ES 3.0", missing};
+  if (missing != nullptr) return lacks_function(missing);
   created_ = true;
   if (!link_program(gl_, kOverlayVert, kOverlayFrag, program_)) {
     destroy();

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "app/common/gl/function_table.h"
 #include "app/overlay/overlay_mesh.h"
 #include "karst/status.h"
 #include "karst/types.h"
@@ -73,9 +74,7 @@ class Overlay {
 
  private:
   struct Functions {
-#define KARST_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     KARST_OVERLAY_FUNCTIONS(KARST_GL_MEMBER)
-#undef KARST_GL_MEMBER
   };
   void draw_vertices(std::span<const OverlayVertex> vertices, float opacity);
 

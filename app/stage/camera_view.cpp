@@ -9,6 +9,8 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 
+#include "app/motion/angles.h"
+
 namespace karst::app {
 namespace {
 
@@ -38,26 +40,8 @@ glm::dvec3 vec(Vec3 v) {
   return {v.x, v.y, v.z};
 }
 
-// Exact at multiples of 90 degrees: views along an axis have zeros in their matrices, not rounding residue.
-std::pair<double, double> sin_cos_deg(double angle_deg) {
-  const double quarter = std::nearbyint(angle_deg / 90.0);
-  const double rest = (angle_deg - quarter * 90.0) * kRadiansPerDegree;
-  const double s = std::sin(rest);
-  const double c = std::cos(rest);
-  switch (static_cast<int>(quarter) & 3) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
-}
-
 void set_rotation(double yaw_deg, double pitch_deg, const LocalAxes* axes, ViewState& view) {
-  const auto [sin_yaw, cos_yaw] = sin_cos_deg(std::remainder(yaw_deg, 360.0));
+  const auto [sin_yaw, cos_yaw] = sin_cos_deg(yaw_deg);
   const auto [sin_pitch, cos_pitch] = sin_cos_deg(pitch_deg);
   const double rows[3][3] = {{cos_yaw, 0.0, -sin_yaw},
                              {sin_yaw * sin_pitch, cos_pitch, cos_yaw * sin_pitch},

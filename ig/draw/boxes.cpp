@@ -97,13 +97,8 @@ Boxes::Boxes() : instances_(Entities::kMost), order_(Entities::kMost) {}
 Status Boxes::create(const GlLoader& loader) {
   destroy();
   const char* missing = nullptr;
-#define KARST_GL_LOAD(name)                                                              \
-  gl_.name = reinterpret_cast<decltype(gl_.name)>(loader.load(loader.user, "gl" #name)); \
-  if (gl_.name == nullptr) missing = "gl" #name;
   KARST_BOXES_FUNCTIONS(KARST_GL_LOAD)
-#undef KARST_GL_LOAD
-  if (missing != nullptr)
-    return {StatusCode::unsupported, "the driver lacks a function of OpenGL ES 3.0", missing};
+  if (missing != nullptr) return app::lacks_function(missing);
   gl_.ClipControlEXT =
       reinterpret_cast<decltype(gl_.ClipControlEXT)>(loader.load(loader.user, "glClipControlEXT"));
   created_ = true;

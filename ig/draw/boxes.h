@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "app/common/gl/function_table.h"
 #include "ig/state/entities.h"
 #include "karst/renderer.h"
 
@@ -72,9 +73,7 @@ class Boxes {
 
  private:
   struct Functions {
-#define KARST_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     KARST_BOXES_FUNCTIONS(KARST_GL_MEMBER)
-#undef KARST_GL_MEMBER
     void(GL_APIENTRY* ClipControlEXT)(GLenum origin, GLenum depth) = nullptr;  // may be missing
   };
   // Columns along the box's half sides and to its middle, from the eye; their fourth numbers are the colour.

@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "app/motion/angles.h"
+
 namespace karst::ig {
 namespace {
 
@@ -20,29 +22,12 @@ glm::dvec3 vec(Vec3 v) {
   return {v.x, v.y, v.z};
 }
 
-std::pair<double, double> sin_cos_deg(double angle_deg) {
-  const double within = std::remainder(angle_deg, 360.0);
-  const double quarter = std::nearbyint(within / 90.0);
-  const double rest = (within - quarter * 90.0) * kRadiansPerDegree;
-  const double s = std::sin(rest), c = std::cos(rest);
-  switch (static_cast<int>(quarter) & 3) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
-}
-
 }  // namespace
 
 glm::dmat3 turned(const glm::dmat3& axes, double yaw_deg, double pitch_deg, double roll_deg) {
-  const auto [sy, cy] = sin_cos_deg(yaw_deg);
-  const auto [sp, cp] = sin_cos_deg(pitch_deg);
-  const auto [sr, cr] = sin_cos_deg(roll_deg);
+  const auto [sy, cy] = app::sin_cos_deg(yaw_deg);
+  const auto [sp, cp] = app::sin_cos_deg(pitch_deg);
+  const auto [sr, cr] = app::sin_cos_deg(roll_deg);
   const glm::dmat3 yaw(glm::dvec3(cy, sy, 0), glm::dvec3(-sy, cy, 0), glm::dvec3(0, 0, 1));
   const glm::dmat3 pitch(glm::dvec3(cp, 0, -sp), glm::dvec3(0, 1, 0), glm::dvec3(sp, 0, cp));
   const glm::dmat3 roll(glm::dvec3(1, 0, 0), glm::dvec3(0, cr, sr), glm::dvec3(0, -sr, cr));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // karst-ig: an image generator that a simulator drives by CIGI.
 #include <cstdio>
-#include <exception>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,7 +10,6 @@
 #include "app/common/arguments.h"
 #include "ig/program/generator.h"
 #include "platform/base/clock.h"
-#include "platform/base/freed_memory.h"
 
 namespace karst::ig {
 namespace {
@@ -60,22 +58,5 @@ int run(std::span<const char* const> words) {
 }  // namespace karst::ig
 
 int main(int argc, char** argv) {
-  using namespace karst;
-  app::keep_standard_files();
-  keep_freed_memory();
-  try {
-    const std::span<char* const> all(argv, static_cast<std::size_t>(argc));
-    const std::span<const char* const> words(all.empty() ? nullptr : all.data() + 1,
-                                             all.empty() ? 0 : all.size() - 1);
-    const int code = ig::run(words);
-    if (code != app::kExitOk) return code;
-    if (const Error error = app::flush_output(); !error.ok()) {
-      app::print_error("karst-ig", error.text());
-      return app::kExitFailure;
-    }
-    return code;
-  } catch (const std::exception& e) {  // of the standard library: no memory
-    app::print_error("karst-ig", e.what());
-    return app::kExitFailure;
-  }
+  return karst::app::run_program("karst-ig", argc, argv, karst::ig::run);
 }
