@@ -241,7 +241,22 @@ TEST_F(DigGroundPictures, AreClosedInEachFrame) {
           << "frame " << frame << ", " << work_ms << " ms";
     }
     EXPECT_EQ(world.info().regions, 0u);  // of the file
+    // What is seen is what its file shows, and not what was there before.
+    const ViewState view = test::looking(world, {origin.x + 30, origin.y + 30, origin.z + 52},
+                                         {origin.x + 30, origin.y + 10, origin.z + 46}, 160, 120);
+    const auto picture = [&] {
+      test::draw_frame(*renderer_, picture_, {view});
+      return picture_.read();
+    };
+    const Pixels live = picture();
+    const std::vector<std::byte> saved = test::saved_by(*editor);
     world.release(editor);
+    close();
+    open(needs_to_dig(), {.axes = Axes::east_up_south}, {}, saved);
+    EXPECT_LE(test::share_beyond(picture(), live, 8), 0.005);
+    close();
+    open(needs_to_dig(), {.axes = Axes::east_up_south}, {}, file_to_dig(core::WorldMaterials{set, textures}));
+    EXPECT_GT(test::share_beyond(picture(), live, 8), 0.02);
     close();
   }
 }
