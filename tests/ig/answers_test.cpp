@@ -161,6 +161,52 @@ TEST_F(AnswersTest, EntitiesAreMetUnlessTheSightBeginsAtThem) {
   EXPECT_FALSE(seen.entity_valid);
 }
 
+// What is not extended says of the same answer what was asked for.
+TEST_F(AnswersTest, PlainAnswersAreThoseOfExtendedOnes) {
+  std::vector<std::byte> buffer(cigi::kMaxMessageBytes);
+  cigi::MessageWriter writer(buffer, {3, 3}, cigi::Order::little);
+  Answers answers;
+  cigi::HatHotRequest height = height_request({12, 12, 12});
+  const cigi::HatHotExtendedResponse found = find_height(height, around());
+  ASSERT_TRUE(found.valid);
+  ASSERT_GT(std::fabs(found.hat_m - found.hot_m), 1);
+  for (const cigi::HatHotType type : {cigi::HatHotType::hat, cigi::HatHotType::hot}) {
+    height.type = type;
+    height.id = static_cast<std::uint16_t>(type);
+    ASSERT_TRUE(answers.take(height, 1));
+  }
+  cigi::LosVectorRequest sight;
+  sight.id = 9;
+  sight.source_latitude_deg_or_x_m = height.latitude_deg_or_x_m;
+  sight.source_longitude_deg_or_y_m = height.longitude_deg_or_y_m;
+  sight.source_altitude_m_or_z_m = height.altitude_m_or_z_m;
+  sight.elevation_deg = -90;
+  sight.maximum_range_m = 500;
+  const cigi::LosExtendedResponse seen = find_sight(sight, around());
+  ASSERT_TRUE(seen.valid);
+  ASSERT_TRUE(answers.take(sight, 1));
+  ASSERT_TRUE(writer.write(cigi::StartOfFrame{}));
+  EXPECT_EQ(answers.answer(around(), 1, 0x25, INT64_MAX, writer), 3u);
+  cigi::MessageReader reader;
+  ASSERT_TRUE(reader.open(writer.bytes(), cigi::Speaker::ig));
+  int count = 0;
+  for (cigi::Packet packet; reader.next(packet);) {
+    if (const auto* height_m = std::get_if<cigi::HatHotResponse>(&packet)) {
+      const bool hat = height_m->type == cigi::HatHotType::hat;
+      EXPECT_EQ(height_m->height_m, hat ? found.hat_m : found.hot_m);
+      EXPECT_EQ(height_m->id, static_cast<std::uint16_t>(height_m->type));
+      EXPECT_TRUE(height_m->valid);
+      ++count;
+    } else if (const auto* range = std::get_if<cigi::LosResponse>(&packet)) {
+      EXPECT_EQ(range->id, 9);
+      EXPECT_EQ(range->range_m, seen.range_m);
+      EXPECT_EQ(range->visible, seen.visible);
+      ++count;
+    }
+  }
+  EXPECT_EQ(count, 3);
+}
+
 TEST_F(AnswersTest, PeriodicRequestsComeAgainAndAllHaveTheirTurn) {
   std::vector<std::byte> buffer(cigi::kMaxMessageBytes);
   cigi::MessageWriter writer(buffer, {3, 3}, cigi::Order::little);
