@@ -371,7 +371,8 @@ void RendererObject::fill_result(FrameResult& result) {
   }
   result.lacking += imagery_.lacking();
   if (imagery_.full()) without_room += imagery_.lacking();
-  if (governor.pool_full || meshes_.full()) limits_ |= kLimitVertexMemory;
+  const bool ground_full = ground_.error_scale() > 1;
+  if (governor.pool_full || meshes_.full() || ground_full) limits_ |= kLimitVertexMemory;
   result.lacking += meshes_.lacking();
   if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
@@ -386,7 +387,7 @@ void RendererObject::fill_result(FrameResult& result) {
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
   result.complete = !unread && (result.lacking == without_room || (governor.pool_full && result.made == 0));
-  costs.error_scale = governor.error_scale;
+  costs.error_scale = std::max(governor.error_scale, static_cast<float>(ground_.error_scale()));
   costs.wanted_pages = governor.wanted_pages;
   costs.resident = world.terrain.residency.pool().resident();
 }
@@ -417,16 +418,17 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
+  const bool casts = shadows_.casts(light_);
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
-  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, casts, costs);
   if (ground_.lacks_skipped(requests)) {
     for (ViewRequest& request : requests_) request.skipped_parts = 0;
     status = select(cuts);
     if (status.ok() && waits) status = complete(cuts);
     if (!status.ok()) return status;
-    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, casts, costs);
   }
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
@@ -486,6 +488,7 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  block.shadow_x.w = ground_.casters_stray(view.error_scale());
   set_surroundings(views_[n].camera, surroundings_, block);
   return block;
 }
@@ -528,6 +531,7 @@ Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
     input.image_view = n;
   }
   input.light_space = shadows_.light_space();
+  input.casters_stray = ground_.casters_stray(view.error_scale());
   input.cascades = shadows_.cascades();
   input.show = shown(inspection.show);
   DrawTarget where;

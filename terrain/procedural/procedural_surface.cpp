@@ -21,10 +21,12 @@ namespace {
 constexpr int kBlock = 16;  // samples: what is near is looked up once a block of kBlock^2
 // How features differ from their bare shape, by the noise around them.
 constexpr float kHillNoise = 0.5f;
-constexpr float kMountainLeast = 0.6f, kMountainRidge = 0.55f;  // ridges are 0.73 on average
-constexpr float kBody = 0.55f;                                  // of a mountain; the rest is its top
-constexpr float kTopReach = 1.7f;                               // how much narrower the top is
-constexpr float kWindward = 0.74f;                              // of a dune's wavelength
+constexpr float kMountainLeast = 0.55f, kMountainRidge = 1.0f;  // ridges are 0.4 on average
+constexpr double kRidgePersistence = 0.55;
+constexpr float kOutline = 0.4f;    // how much nearer than its radius a feature ends at most
+constexpr float kBody = 0.55f;      // of a mountain; the rest is its top
+constexpr float kTopReach = 1.7f;   // how much narrower the top is
+constexpr float kWindward = 0.74f;  // of a dune's wavelength
 constexpr float kDunePhase = 1.4f, kDuneFrom = 0.55f, kDuneNoise = 1.3f;
 constexpr float kBank = 0.25f;  // how far banks stand above the level, in depths
 
@@ -39,19 +41,25 @@ Float4 within_one(Float4 t) {
 struct Octaves {
   int count;
   double per_wave[kMostOctaves];
-  float weight[kMostOctaves];  // 1 together
+  float weight[kMostOctaves], ridge_weight[kMostOctaves];  // 1 together
 
-  explicit Octaves(const NoiseSum& noise) : count(noise.octaves), per_wave{}, weight{} {
+  explicit Octaves(const NoiseSum& noise) : count(noise.octaves), per_wave{}, weight{}, ridge_weight{} {
     KARST_ASSERT(count >= 1 && count <= kMostOctaves);
-    double sum = 0, strong = 1, frequency = 1 / noise.wavelength_m;
+    double sum = 0, ridge_sum = 0, strong = 1, ridge = 1, frequency = 1 / noise.wavelength_m;
     for (int i = 0; i < count; ++i) {
       per_wave[i] = frequency;
       weight[i] = static_cast<float>(strong);
+      ridge_weight[i] = static_cast<float>(ridge);
       sum += strong;
+      ridge_sum += ridge;
       strong *= noise.persistence;
+      ridge *= kRidgePersistence;
       frequency *= 2;
     }
-    for (int i = 0; i < count; ++i) weight[i] /= static_cast<float>(sum);
+    for (int i = 0; i < count; ++i) {
+      weight[i] /= static_cast<float>(sum);
+      ridge_weight[i] /= static_cast<float>(ridge_sum);
+    }
   }
 };
 
@@ -62,13 +70,18 @@ struct Noisy {
 
   Noisy(const Octaves& octaves, std::uint32_t seed, const Places& at_x, const Places& at_z)
       : x(at_x), z(at_z), sum(splat(0.0f)), ridges(sum), octave{sum, sum, sum} {
+    Float4 rough = splat(1.0f);
     for (int i = 0; i < octaves.count; ++i) {
       // Moved, so that the octaves' zeros do not all lie at the origin.
       const Float4 noise =
           simplex_noise(x * octaves.per_wave[i] + (0.371 * i + 0.13),
                         z * octaves.per_wave[i] + (0.617 * i + 0.41), seed + static_cast<std::uint32_t>(i));
       sum += octaves.weight[i] * noise;
-      ridges += octaves.weight[i] * (1.0f - simd::abs(noise));
+      // Fine ridges are on coarse ones, and valleys stay smooth.
+      const Float4 ridge = 1.0f - simd::abs(noise);
+      const Float4 sharp = ridge * ridge * rough;
+      rough = within_one(2.0f * sharp);
+      ridges += octaves.ridge_weight[i] * sharp;
       if (i < 3) octave[i] = noise;
     }
   }
@@ -98,7 +111,8 @@ Float4 dunes_profile(const Feature& dunes, const Noisy& at) {
 
 Float4 with_feature(Float4 height, const Feature& feature, const Noisy& at) {
   const Away away = away_from(at, feature.place_m);
-  const Float4 share = within_one(simd::sqrt(away.square()) * static_cast<float>(1 / feature.radius_m));
+  const Float4 share = within_one(simd::sqrt(away.square()) * static_cast<float>(1 / feature.radius_m) *
+                                  (1.0f + kOutline * within_one(0.5f + 0.5f * at.octave[1])));
   const Float4 body = cubic(share);
   const auto high = static_cast<float>(feature.height_m);
   if (feature.kind == FeatureKind::hill) return height + high * body * (1.0f + kHillNoise * at.sum);
@@ -132,7 +146,8 @@ Float4 with_river(Float4 height, const Feature& river, std::span<const RiverPiec
   }
   const Float4 away = simd::sqrt(least);
   const auto half = static_cast<float>(0.5 * river.width_m), depth = static_cast<float>(river.depth_m);
-  const Float4 valley = cubic(within_one((away - half) * static_cast<float>(1 / river.valley_m)));
+  const Float4 wide = 1.0f + 2 * kOutline * within_one(0.5f + 0.5f * at.octave[2]);
+  const Float4 valley = cubic(within_one(wide * (away - half) * static_cast<float>(1 / river.valley_m)));
   const Float4 bed = cubic(within_one(away * (1 / half)));
   const Float4 banks = level + kBank * depth;
   return height + valley * (banks - height) - (1 + kBank) * depth * bed;
