@@ -162,6 +162,9 @@ TEST(PendingDig, RefusesAtOnce) {
     EXPECT_FALSE(live.editor->is_pending());
     EXPECT_EQ(live.editor->undo_state().undo_steps, 0u);
     EXPECT_EQ(live.state(), before);
+    const core::World& world = live.world();
+    EXPECT_FALSE(world.is_staged(world.ground().regions().size()));
+    EXPECT_EQ(live.object().ground_edits->info().region_count, world.ground().region_count);
   };
   LiveWorld live(needs_to_dig(), file);
   const World& world = *live.host.world;
