@@ -318,8 +318,8 @@ class World {
   };
   // Precondition: spare_regions() > 0.
   Spare spare();
-  // A region that is under way in a spare's memory: edit() has it, and nobody else knows of it. Of surface and
-  // rim that were made there; with counts, extent, depth, first node and place of its corner.
+  // A region that is under way in a spare's memory: edit() has it, and nobody else knows of it. Of surface
+  // and rim that were made there; with counts, extent, depth, first node and place of its corner.
   void stage_region(const GroundRegion& region);
   // Boxes, tree, rock that hides and sky of what is staged, from its heights and measures.
   void build_staged();
