@@ -86,7 +86,8 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions = views[v].selection().whole_parts | requests[v].skipped_parts;
+    request.regions =
+        (views[v].selection().whole_parts | requests[v].skipped_parts) & ~terrain_->residency.fresh_parts();
   }
   all_ = motions.empty();
   complete_views(views, wait);
@@ -150,7 +151,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   terrain_->ground.leave_families(0);
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
-  request.regions = parts;
+  request.regions = parts & ~terrain_->residency.fresh_parts();
   for (double times = error_scale_; times < 2 * kMostScale; times *= 2) {
     aim(view, times, request);
     request.scale.least_cos2 = cascade.least_cos2;

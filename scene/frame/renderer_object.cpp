@@ -30,6 +30,8 @@ constexpr double kWhiteSunDeg = 45;
 // That edits have touched and a frame with a limit of time makes; counted, so that frames of a replay are
 // alike.
 constexpr std::uint32_t kRemadePatches = 128;
+// The same of regions that were made, of whose patches the coarsest levels are made.
+constexpr std::uint32_t kBasePatches = 512;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
@@ -253,11 +255,16 @@ Status RendererObject::follow_edits(double work_ms) {
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
   const bool at_once = first_frame_ || work_ms == 0;
-  if (const Status status = work_.remake(at_once ? 0xffffffffu : kRemadePatches, costs); !status.ok())
+  if (const Status status = work_.remake(at_once ? VertexWork::kAllPatches : kRemadePatches, costs);
+      !status.ok())
     return status;
-  // A region with a patch that lacks vertices would close.
+  // A region with a patch that lacks vertices would close. One that was just made is drawn when it has all.
   if (world.terrain.world.ground().region_count > 0) {
-    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+    const std::uint32_t fresh = world.terrain.residency.fresh_parts();
+    if (const Status status = work_.make_bases(costs, at_once ? VertexWork::kAllPatches : kBasePatches);
+        !status.ok())
+      return status;
+    if (world.terrain.residency.fresh_parts() != fresh) shadows_.forget();
   }
   edit_version_ = editor.version;
   return {};
@@ -371,8 +378,7 @@ void RendererObject::fill_result(FrameResult& result) {
   }
   result.lacking += imagery_.lacking();
   if (imagery_.full()) without_room += imagery_.lacking();
-  const bool ground_full = ground_.error_scale() > 1;
-  if (governor.pool_full || meshes_.full() || ground_full) limits_ |= kLimitVertexMemory;
+  if (governor.pool_full || meshes_.full() || ground_.error_scale() > 1) limits_ |= kLimitVertexMemory;
   result.lacking += meshes_.lacking();
   if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
@@ -382,7 +388,9 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.editor.is_settled() || world.terrain.residency.has_plain()) limits_ |= kLimitWork;
+  const Residency& residency = world.terrain.residency;
+  if (!world.editor.is_settled() || residency.has_plain() || residency.fresh_parts() != 0)
+    limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
@@ -418,17 +426,18 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   first_frame_ = first_frame_ && !status.ok();
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
-  const bool casts = shadows_.casts(light_);
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
-  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, casts, costs);
+  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                 costs);
   if (ground_.lacks_skipped(requests)) {
     for (ViewRequest& request : requests_) request.skipped_parts = 0;
     status = select(cuts);
     if (status.ok() && waits) status = complete(cuts);
     if (!status.ok()) return status;
-    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, casts, costs);
+    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                   costs);
   }
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
