@@ -60,12 +60,13 @@ bool reaches(const Edit& edit, const WorldPart& part) {
 class ShapeEdit {
  public:
   // edit: from the part's corner.
-  ShapeEdit(World& world, std::size_t part, const Edit& edit)
+  ShapeEdit(World& world, std::size_t part, const Edit& edit, std::size_t exact = MeasureQueue::kAll)
       : all_(world.edit(part)),
         room_(*all_.room),
         part_(static_cast<std::uint32_t>(part)),
         edit_(edit),
-        level_(world.info().level) {}
+        level_(world.info().level),
+        exact_(exact) {}
 
   // log: may be null.
   Status run(UndoLog* log, EditChange& change) {
@@ -214,7 +215,7 @@ class ShapeEdit {
     if (part != nullptr) restore_patches(all_, level_, *part);
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
     follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
-               room_.changed.first(vanished), {}, true);
+               room_.changed.first(vanished), {}, true, exact_);
   }
 
   World::Editable all_;
@@ -222,6 +223,7 @@ class ShapeEdit {
   std::uint32_t part_;
   const Edit& edit_;
   int level_;
+  std::size_t exact_;
 };
 
 }  // namespace
@@ -290,10 +292,11 @@ Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& chan
   return edit_part(world, part, edit, log, change);
 }
 
-Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change) {
+Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change,
+                 std::size_t exact) {
   change = {};
   change.part = part;
-  return ShapeEdit(world, part, from_part(edit, world.part(part))).run(log, change);
+  return ShapeEdit(world, part, from_part(edit, world.part(part)), exact).run(log, change);
 }
 
 Status try_part(World& world, std::size_t part, const Edit& edit, bool& changes) {
