@@ -2,6 +2,7 @@
 // karst::Editor.
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include <glm/common.hpp>
 
@@ -26,6 +27,18 @@ EditorObject& self(karst::Editor* editor) {
   return *static_cast<EditorObject*>(editor);
 }
 
+// What two changes are, one after the other.
+EditResult both_of(const EditResult& first, const EditResult& then) {
+  EditResult both = then;
+  if (!first.changed) return both;
+  both.changed = true;
+  both.low = then.changed ? from_glm(glm::min(to_glm(first.low), to_glm(then.low))) : first.low;
+  both.high = then.changed ? from_glm(glm::max(to_glm(first.high), to_glm(then.high))) : first.high;
+  both.patches += first.patches;
+  both.nodes += first.nodes;
+  return both;
+}
+
 }  // namespace
 
 core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
@@ -35,6 +48,7 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
   out.tool = static_cast<EditTool>(edit.tool);
   out.shape = static_cast<BrushShape>(edit.shape);
   out.octree_level = edit.octree_level;
+  out.octree_depth = static_cast<std::uint8_t>(world.shown.octree_depth);
   out.material = edit.material;
   out.place = placement.voxels(edit.place);
   out.to = placement.voxels(edit.to);
@@ -50,15 +64,19 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 }
 
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
-  result = {};
+  const Status finished = finish_step();
+  result = std::exchange(unsaid, {});
   result.version = version;
+  if (!finished.ok()) return finished;
   // In a stroke a step is open.
   const bool alone = log.exists() && !log.is_open();
   if (alone) log.begin();
-  const Status status = make(in_voxels(edit), result);
-  result.can_undo = result.changed && log.exists() && !log.is_lost();
+  EditResult made;
+  const Status status = make(in_voxels(edit), made);
+  made.can_undo = made.changed && log.exists() && !log.is_lost();
   if (alone) log.end();
-  if (result.changed) result.version = ++version;
+  made.version = made.changed ? ++version : version;
+  result = both_of(result, made);
   return status;
 }
 
@@ -232,6 +250,7 @@ bool EditorObject::is_settled() const {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
+  if (const Status status = finish_step(); !status.ok()) return status;
   settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);

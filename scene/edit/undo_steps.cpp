@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Strokes, undo and redo of karst::Editor.
+#include <chrono>
+#include <limits>
+#include <optional>
+#include <utility>
+
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/edit/undo/take_part.h"
@@ -16,6 +21,7 @@ EditorObject& self(karst::Editor* editor) {
 
 void EditorObject::begin_stroke() {
   end_stroke();
+  static_cast<void>(finish_step());
   if (log.exists()) log.begin();
 }
 
@@ -51,28 +57,49 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
   return first;
 }
 
-Status EditorObject::take_step(bool back, EditResult& result) {
+Status EditorObject::take_step(bool back, double most_ms, EditResult& result) {
   end_stroke();
-  result = {};
+  result = std::exchange(unsaid, {});
+  Status first;
+  if (log.is_taking() && log.takes_back() != back)
+    first = take_parts(!back, std::numeric_limits<double>::infinity(), result);
+  const Status status = take_parts(back, most_ms, result);
+  if (first.ok()) first = status;
+  result.version = result.changed ? ++version : version;
+  return first;
+}
+
+// The rest of a step that is half way; what it changes is in the next result.
+Status EditorObject::finish_step() {
+  if (!log.is_taking()) return {};
+  const Status status = take_parts(log.takes_back(), std::numeric_limits<double>::infinity(), unsaid);
+  if (unsaid.changed) ++version;
+  return status;
+}
+
+Status EditorObject::take_parts(bool back, double most_ms, EditResult& result) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
   Status first;
   std::uint32_t regions = 0;
-  const auto take = [&](UndoPart part) {
-    const Status status = take_part(part, back, regions, result);
+  do {
+    const std::optional<UndoPart> part = log.next(back);
+    if (!part) break;
+    const Status status = take_part(*part, back, regions, result);
     if (first.ok()) first = status;
-  };
-  static_cast<void>(back ? log.undo(take) : log.redo(take));
+  } while (log.is_taking() &&
+           std::chrono::duration<double, std::milli>(Clock::now() - start).count() < most_ms);
   const core::World& terrain = world.terrain.world;
   for (std::size_t n = 0; n < terrain.parts().size() && terrain.ground().exists(); ++n) {
     if ((regions >> n & 1u) == 0) continue;
     show_belt(world, n);
     if (measure_region(world, n)) ground_changed = true;
   }
-  result.version = result.changed ? ++version : version;
   return first;
 }
 
 UndoState EditorObject::undo_state() const {
-  return {log.undo_steps(), log.redo_steps(), log.lost_steps()};
+  return {log.undo_steps(), log.redo_steps(), log.lost_steps(), log.is_taking()};
 }
 
 }  // namespace core
@@ -86,11 +113,19 @@ void Editor::end_stroke() noexcept {
 }
 
 Status Editor::undo(EditResult& result) noexcept {
-  return core::self(this).take_step(true, result);
+  return core::self(this).take_step(true, std::numeric_limits<double>::infinity(), result);
+}
+
+Status Editor::undo(EditResult& result, double most_ms) noexcept {
+  return core::self(this).take_step(true, most_ms, result);
 }
 
 Status Editor::redo(EditResult& result) noexcept {
-  return core::self(this).take_step(false, result);
+  return core::self(this).take_step(false, std::numeric_limits<double>::infinity(), result);
+}
+
+Status Editor::redo(EditResult& result, double most_ms) noexcept {
+  return core::self(this).take_step(false, most_ms, result);
 }
 
 UndoState Editor::undo_state() const noexcept {

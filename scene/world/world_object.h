@@ -35,7 +35,7 @@ struct EditorObject final : karst::Editor {
   // undo_steps.cpp
   void begin_stroke();
   void end_stroke();
-  Status take_step(bool back, EditResult& result);
+  Status take_step(bool back, double most_ms, EditResult& result);
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
@@ -52,6 +52,7 @@ struct EditorObject final : karst::Editor {
   std::uint32_t loose = 0;  // bit n: the columns of region n are still to be looked at
   ColumnsOfRegion columns;
   PaintChange unshown;  // paint that is not on the GPU yet
+  EditResult unsaid;    // changes that no result has said yet
   std::atomic<bool> taken{false};
 
  private:
@@ -65,6 +66,8 @@ struct EditorObject final : karst::Editor {
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
   // regions: bit n is set where region n may be another now.
   Status take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result);
+  Status take_parts(bool back, double most_ms, EditResult& result);
+  Status finish_step();
 };
 
 struct WorldObject final : karst::World {

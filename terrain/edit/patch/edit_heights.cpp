@@ -227,14 +227,14 @@ class HeightsEdit {
     displace_line(shape, {0, j, 1, 0}, glm::vec3(0), line[0], line[1], line[2]);
     row.count = 0;
     for (int i = 0; i < side; ++i) {
-      bool within = true;
+      int outside = 0;  // without branches
       row.i[row.count] = i;
       for (int axis = 0; axis < 3; ++axis) {
         const double at = (origin[axis] + double{line[axis][i]}) / kSteps;
         row.place[axis][row.count] = at;
-        within = within & (at >= box_.low[axis]) & (at <= box_.high[axis]);
+        outside |= static_cast<int>(at < box_.low[axis]) | static_cast<int>(at > box_.high[axis]);
       }
-      row.count += within ? 1 : 0;
+      row.count += static_cast<std::size_t>(1 - outside);
     }
     row.fill_up();
     Double2 place[3];
@@ -315,9 +315,10 @@ class HeightsEdit {
     }
   }
 
-  // Once a patch and part.
+  // Once a patch and part. A part is taken back as one, so a long stroke has several.
   void keep(std::span<const PatchId> changed, UndoLog& log) const {
-    if (log.open_part() != CellKind::patch_heights) log.begin_part();
+    constexpr std::uint32_t kMostCells = 64;
+    if (log.open_part() != CellKind::patch_heights || log.part_cells() >= kMostCells) log.begin_part();
     for (const PatchId patch : changed) {
       const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
       std::uint32_t& kept = room_.kept[all_.first + patch];

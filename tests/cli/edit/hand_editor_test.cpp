@@ -56,6 +56,14 @@ class HandEditorTest : public testing::Test {
     event.y = y;
     hand_->handle(event, [&](const InputEvent& rest) { camera_.push_back(rest); });
   }
+  void finger(int id, bool down, double x = 0.5, double y = 0.5) {
+    InputEvent event;
+    event.kind = down ? Kind::touch : Kind::untouch;
+    event.id = id;
+    event.x = x;
+    event.y = y;
+    hand_->handle(event, [&](const InputEvent& rest) { camera_.push_back(rest); });
+  }
   void tap(unsigned code, int times = 1) {
     for (int n = 0; n < times; ++n) {
       event(Kind::key, code, true);
@@ -89,7 +97,7 @@ TEST_F(HandEditorTest, ATapIsOneEditAndOneStep) {
   frame(30);
   EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
   EXPECT_EQ(session_.undo_steps(), 1u);
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
   tap(KEY_Z);
   EXPECT_TRUE(rock(at.place - 1.5 * at.normal));
   tap(KEY_Y);
@@ -109,7 +117,7 @@ TEST_F(HandEditorTest, HeldItDigsOnAndIsOneStroke) {
   const Aimed after = aimed(hand_->brush());
   event(Kind::button, BTN_LEFT, false);
   frame();
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
   const double radius = hand_->brush().radius_m();
   const double deeper = glm::length(after.place - before.place);
   EXPECT_GT(deeper, 2.5 * radius);
@@ -117,6 +125,129 @@ TEST_F(HandEditorTest, HeldItDigsOnAndIsOneStroke) {
   EXPECT_EQ(session_.undo_steps(), 1u);
   tap(KEY_Z);
   EXPECT_LT(glm::length(aimed(hand_->brush()).place - before.place), 1e-9);
+}
+
+// A finger is the tool: a tap digs once, under it and not in the picture's middle.
+TEST_F(HandEditorTest, ATapOfAFingerIsOneEdit) {
+  tap(KEY_LEFTBRACE, 4);
+  const Aimed at = aimed(hand_->brush(), {0.4, 0.55});
+  ASSERT_TRUE(at.found);
+  const glm::dvec3 inside = at.place - 0.5 * at.normal;
+  const Aimed middle = aimed(hand_->brush());
+  ASSERT_GT(glm::length(middle.place - at.place), 2 * hand_->brush().radius_m());
+  finger(0, true, 0.4, 0.55);
+  EXPECT_TRUE(hand_->is_busy());
+  frame(2);
+  EXPECT_TRUE(rock(inside)) << "another finger may follow";
+  finger(0, false);
+  frame();
+  EXPECT_FALSE(rock(inside));
+  frame(30);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_TRUE(rock(middle.place - 0.5 * middle.normal));
+  EXPECT_FALSE(hand_->is_busy());
+  EXPECT_TRUE(camera_.empty());
+}
+
+// Held down and moved it is a stroke, and one step.
+TEST_F(HandEditorTest, AFingerThatMovesDrawsAStroke) {
+  tap(KEY_LEFTBRACE, 4);
+  tap(KEY_P);  // on the old surface
+  const glm::dvec3 from = aimed(hand_->brush(), {0.4, 0.5}).place;
+  const glm::dvec3 to = aimed(hand_->brush(), {0.6, 0.5}).place;
+  ASSERT_GT(glm::length(to - from), 4 * hand_->brush().radius_m());
+  finger(1, true, 0.4, 0.5);
+  frame(12);
+  for (int n = 1; n <= 20; ++n) {
+    finger(1, true, 0.4 + 0.01 * n, 0.5);
+    frame();
+  }
+  finger(1, false);
+  frame();
+  EXPECT_FALSE(hand_->is_busy());
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  const glm::dvec3 below(0, -0.3 * hand_->brush().radius_m(), 0);
+  EXPECT_FALSE(rock(from + below));
+  EXPECT_FALSE(rock(to + below));
+  EXPECT_TRUE(camera_.empty());
+}
+
+// Two fingers are the camera's: nothing is dug, and it knows of both.
+TEST_F(HandEditorTest, TwoFingersMoveTheCamera) {
+  frame();
+  finger(0, true, 0.4, 0.5);
+  frame(3);
+  finger(1, true, 0.6, 0.5);
+  finger(0, true, 0.3, 0.5);
+  frame(30);
+  finger(0, false);
+  finger(1, true, 0.65, 0.5);
+  frame(30);
+  finger(1, false);
+  frame();
+  EXPECT_EQ(session_.undo_steps(), 0u);
+  ASSERT_EQ(camera_.size(), 6u);
+  EXPECT_EQ(camera_[0].kind, Kind::touch);
+  EXPECT_EQ(camera_[0].id, 0);
+  EXPECT_EQ(camera_[0].x, 0.4);
+  EXPECT_EQ(camera_[1].id, 1);
+  EXPECT_EQ(camera_[2].x, 0.3);
+  EXPECT_EQ(camera_[3].kind, Kind::untouch);
+  EXPECT_EQ(camera_[5].kind, Kind::untouch);
+  // Another one is the tool again; a second one ends its stroke, which stays.
+  finger(0, true, 0.4, 0.5);
+  frame(20);
+  EXPECT_EQ(camera_.size(), 6u);
+  finger(1, true, 0.6, 0.5);
+  frame(60);
+  EXPECT_EQ(camera_.size(), 8u);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_FALSE(hand_->is_busy());
+}
+
+TEST_F(HandEditorTest, AFingerInTheSkyTurnsTheCamera) {
+  look({20, 22, 34}, {20, 22, 14});
+  frame();
+  ASSERT_FALSE(aimed(hand_->brush(), {0.5, 0.05}).found);
+  finger(0, true, 0.5, 0.05);
+  frame(2);
+  finger(0, true, 0.5, 0.9);  // over the ground by now
+  frame(20);
+  finger(0, false, 0.5, 0.9);
+  frame();
+  EXPECT_EQ(session_.undo_steps(), 0u);
+  EXPECT_EQ(camera_.size(), 2u);
+}
+
+// A long stroke is taken back over several frames; what is asked for meanwhile waits. The journal has it
+// once.
+TEST_F(HandEditorTest, ALongStrokeIsTakenBackInPieces) {
+  frame();
+  event(Kind::button, BTN_LEFT, true);
+  event(Kind::pointer, 0, false, 0.3, 0.55);
+  int edits = 0;
+  for (int n = 0; n < 60; ++n) {
+    event(Kind::pointer, 0, false, 0.3 + 0.007 * n, 0.55);
+    const std::uint64_t before = hand_->changes();
+    frame();
+    edits += hand_->changes() != before ? 1 : 0;
+  }
+  event(Kind::button, BTN_LEFT, false);
+  frame();
+  ASSERT_GT(edits, 20);
+  const std::uint64_t before = hand_->changes();
+  event(Kind::key, KEY_Z, true);
+  event(Kind::key, KEY_Y, true);
+  int pictures = 0;
+  do {
+    frame();
+    ++pictures;
+    EXPECT_LE(hand_->changes(), before + 1 + (hand_->is_busy() ? 0 : 1));
+  } while (hand_->is_busy() && pictures < 1'000);
+  EXPECT_GT(pictures, 3);
+  EXPECT_EQ(hand_->changes(), before + 2);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_EQ(session_.redo_steps(), 0u);
 }
 
 // The mouse moves with the button down: what lies between two places is dug, too.
@@ -159,7 +290,7 @@ TEST_F(HandEditorTest, AMouseWithoutPointerTurnsTheCamera) {
   EXPECT_TRUE(camera_[2].pressed);
   event(Kind::key, KEY_W, true);
   EXPECT_EQ(camera_.back().code, unsigned{KEY_W});
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
 }
 
 TEST_F(HandEditorTest, KeysChangeTheBrush) {
