@@ -13,8 +13,8 @@ namespace karst::core {
 bool wants_region(const World& world, const Edit& edit);
 // The region for it, which edits and frames do not know yet: show_region() or take_back(). None, made.world
 // being null, where nothing is that could be cleared. Errors of
-// MakeRegion; invalid_argument ("shape": a voxel of an octree that is not there; "place": too near to the
-// ground's border or to another region); limit_reached ("edit_tiles").
+// MakeRegion; invalid_argument ("place": too near to the ground's border or to another region); limit_reached
+// ("edit_tiles").
 Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made);
 // Frames and queries have it from now on, and nodes around it know how far it is from the ground.
 void show_region(WorldObject& world);
