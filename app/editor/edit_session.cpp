@@ -149,14 +149,15 @@ void EditSession::begin_stroke() {
   stroke_changed_ = false;
 }
 
+// Those that are begun have their changes for certain.
 Error EditSession::apply(const Edit& edit, EditResult& result) {
-  if (const Status status = editor_->apply(edit, result); !status.ok()) {
+  if (const Status status = editor_->start(edit, result); !status.ok()) {
     const std::string_view field = status.field() == nullptr ? "" : status.field();
     const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches";
     const Error error("edit", status);
     return room ? Error(error.text() + "; --edit-memory takes more") : error;
   }
-  if (!result.changed) return {};
+  if (!result.changed && !result.pending) return {};
   ScriptStep step;
   step.joined = in_stroke_ && stroke_changed_;
   step.what = edit;
@@ -168,6 +169,15 @@ Error EditSession::apply(const Edit& edit, EditResult& result) {
   stroke_changed_ = true;
   note(step, !in_stroke_);
   return {};
+}
+
+void EditSession::advance(EditResult& result) {
+  result = {};
+  if (editor_ != nullptr) editor_->advance(result);
+}
+
+void EditSession::finish() {
+  for (EditResult result; is_pending();) editor_->advance(result);
 }
 
 Error EditSession::end_stroke() {
@@ -186,6 +196,7 @@ std::size_t EditSession::redo_steps() const {
 
 Error EditSession::take_step(bool back, double most_ms, bool& changed) {
   changed = false;
+  if (!is_taking()) finish();
   if (!is_taking() && (back ? undo_steps() : redo_steps()) == 0) return {};
   takes_back_ = back;
   const auto steps = [&] {

@@ -216,6 +216,12 @@ void HandEditor::save() {
 
 void HandEditor::frame(const ViewState& view, int quarter_turns, std::int64_t now_ns) {
   const auto aim = [&] { aimed_ = aim_.at(brush_, view, quarter_turns, pointer_); };
+  if (session_->is_pending()) {
+    EditResult told;
+    session_->advance(told);
+    changes_ += told.changed;
+    changed_ = true;
+  }
   if (std::exchange(saves_next_, false)) save();
   // What is asked for waits until a step is taken.
   if (session_->is_taking()) take_step(session_->takes_back());
@@ -227,13 +233,14 @@ void HandEditor::frame(const ViewState& view, int quarter_turns, std::int64_t no
   asked_.erase(asked_.begin(), asked_.begin() + static_cast<std::ptrdiff_t>(done));
   aim();
   use_tool(fingers_.frame(now_ns, aimed_.found));
-  if (session_->is_taking()) return;
-  if (is_drawing()) {
+  const bool waits = is_working();
+  if (is_drawing() && !waits) {
     draw_stroke(now_ns);
     aim();
   }
   if (!held_) end_stroke();
-  tapped_ = false;
+  tapped_ = tapped_ && waits;
+  changed_ = changed_ || is_working();
 }
 
 void HandEditor::end_stroke() {

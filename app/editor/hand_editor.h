@@ -32,12 +32,14 @@ class HandEditor {
   void handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
   // The next picture differs: a command waits, or the pointer moved. Asked once.
   bool take_changed() { return std::exchange(changed_, false); }
-  // More pictures are wanted: of a stroke, of a step that is half taken back, or to see what a finger will
-  // do.
-  bool is_busy() const { return is_drawing() || fingers_.waits() || session_->is_taking(); }
+  // More pictures are wanted: of a stroke, of an edit or a step back that takes several frames, or to see
+  // what a finger will do.
+  bool is_busy() const { return is_drawing() || fingers_.waits() || is_working(); }
+  // An edit or a step back that takes several frames.
+  bool is_working() const { return session_->is_taking() || session_->is_pending(); }
 
-  // What comes with a picture of this view at a time: commands, the stroke's next edit, and then where the
-  // brush is.
+  // What comes with a picture of this view at a time: a part of an edit that takes several, commands, the
+  // stroke's next edit, and then where the brush is. A stroke waits for an edit that is under way.
   void frame(const ViewState& view, int quarter_turns, std::int64_t now_ns);
   // After frame(): into a mesh that was started with the same view.
   void draw(OverlayMesh& mesh) const;

@@ -2,7 +2,6 @@
 // karst::Editor.
 #include <chrono>
 #include <limits>
-#include <utility>
 
 #include <glm/common.hpp>
 
@@ -25,18 +24,6 @@ static_assert(kNoMaterial == kNoPaint);
 
 EditorObject& self(karst::Editor* editor) {
   return *static_cast<EditorObject*>(editor);
-}
-
-// What two changes are, one after the other.
-EditResult both_of(const EditResult& first, const EditResult& then) {
-  EditResult both = then;
-  if (!first.changed) return both;
-  both.changed = true;
-  both.low = then.changed ? from_glm(glm::min(to_glm(first.low), to_glm(then.low))) : first.low;
-  both.high = then.changed ? from_glm(glm::max(to_glm(first.high), to_glm(then.high))) : first.high;
-  both.patches += first.patches;
-  both.nodes += first.nodes;
-  return both;
 }
 
 }  // namespace
@@ -64,19 +51,25 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 }
 
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
-  const Status finished = finish_step();
-  result = std::exchange(unsaid, {});
+  if (const Status status = begin(edit, result); !status.ok() || !result.pending) return status;
+  while (!step_dig(result)) {
+  }
+  return {};
+}
+
+// Of what makes a region, the first part.
+Status EditorObject::begin(const karst::Edit& edit, EditResult& result) {
+  finish();
+  result = {};
   result.version = version;
-  if (!finished.ok()) return finished;
   // In a stroke a step is open.
   const bool alone = log.exists() && !log.is_open();
   if (alone) log.begin();
-  EditResult made;
-  const Status status = make(in_voxels(edit), made);
-  made.can_undo = made.changed && log.exists() && !log.is_lost();
+  const Status status = make(in_voxels(edit), result);
+  result.can_undo = result.changed && log.exists() && !log.is_lost();
   if (alone) log.end();
-  made.version = made.changed ? ++version : version;
-  result = both_of(result, made);
+  if (result.changed) result.version = ++version;
+  if (result.pending) dig.alone = alone;
   return status;
 }
 
@@ -91,17 +84,9 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  MakeRegion made;
-  const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
-  if (digs) {
-    const Status status = make_region_for(world, edit, made);
-    if (!status.ok() || made.world == nullptr) return status;
-  }
+  if (edits_voxels(edit.tool) && wants_region(terrain, edit)) return begin_dig(edit, result);
   if (terrain.ground().exists()) {
-    if (const Status status = reserve_region(world, edit); !status.ok()) {
-      if (digs) made.take_back();
-      return status;
-    }
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
   }
   EditChange change;
   if (edits_heights(edit.tool)) {
@@ -109,13 +94,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status.ok() ? follow(change, result) : status;
   }
   Status status = edit_shape(terrain, edit, kept, change);
-  if (digs && !change.changed) made.take_back();
   if (!status.ok()) return status;
-  if (digs && change.changed) {
-    show_region(world);
-    ground_changed = true;
-    ++sky_version;
-  }
   status = follow(change, result);
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
@@ -250,7 +229,7 @@ bool EditorObject::is_settled() const {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
-  if (const Status status = finish_step(); !status.ok()) return status;
+  finish();
   settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
@@ -269,6 +248,18 @@ Status EditorObject::save(const Sink& sink) {
 
 Status Editor::apply(const Edit& edit, EditResult& result) noexcept {
   return core::self(this).apply(edit, result);
+}
+
+Status Editor::start(const Edit& edit, EditResult& result) noexcept {
+  return core::self(this).start(edit, result);
+}
+
+bool Editor::is_pending() const noexcept {
+  return static_cast<const core::EditorObject*>(this)->is_pending();
+}
+
+void Editor::advance(EditResult& result) noexcept {
+  core::self(this).advance(result);
 }
 
 Status Editor::save(const Sink& sink) noexcept {

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
@@ -20,13 +19,17 @@ EditorObject& self(karst::Editor* editor) {
 }  // namespace
 
 void EditorObject::begin_stroke() {
+  finish();
   end_stroke();
-  static_cast<void>(finish_step());
   if (log.exists()) log.begin();
 }
 
 void EditorObject::end_stroke() {
-  if (log.is_open()) log.end();
+  if (dig.stage != PendingDig::Stage::none && !dig.alone) {
+    dig.ends_stroke = true;
+  } else if (log.is_open()) {
+    log.end();
+  }
 }
 
 // A part of a step that is taken back or done again, and what follows from it for frames and queries.
@@ -58,22 +61,11 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
 }
 
 Status EditorObject::take_step(bool back, double most_ms, EditResult& result) {
+  if (!log.is_taking() || log.takes_back() != back) finish();
   end_stroke();
-  result = std::exchange(unsaid, {});
-  Status first;
-  if (log.is_taking() && log.takes_back() != back)
-    first = take_parts(!back, std::numeric_limits<double>::infinity(), result);
+  result = {};
   const Status status = take_parts(back, most_ms, result);
-  if (first.ok()) first = status;
   result.version = result.changed ? ++version : version;
-  return first;
-}
-
-// The rest of a step that is half way; what it changes is in the next result.
-Status EditorObject::finish_step() {
-  if (!log.is_taking()) return {};
-  const Status status = take_parts(log.takes_back(), std::numeric_limits<double>::infinity(), unsaid);
-  if (unsaid.changed) ++version;
   return status;
 }
 

@@ -254,7 +254,7 @@ TEST_F(Edits, ALongStrokeIsTakenBackInPieces) {
   EXPECT_TRUE(saved() == dug);
 }
 
-// What an edit changes and what was left of a step are one result.
+// What an edit changes is its result; what was left of a step is told afterwards.
 TEST_F(Edits, AnEditFinishesAStep) {
   begin();
   const Hit at = middle();
@@ -274,7 +274,12 @@ TEST_F(Edits, AnEditFinishesAStep) {
   small.radius_m = 1.2;
   ASSERT_TRUE(editor_->apply(small, result).ok());
   EXPECT_TRUE(result.changed);
+  EXPECT_LT(result.high.x, at.place.x + 4);
+  ASSERT_TRUE(editor_->is_pending());
+  editor_->advance(result);
+  EXPECT_TRUE(result.changed);
   EXPECT_GT(result.high.x, at.place.x + 5);
+  EXPECT_FALSE(editor_->is_pending());
   EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
   EXPECT_EQ(editor_->undo_state().redo_steps, 0u);
   EXPECT_FALSE(editor_->undo_state().is_taking);
