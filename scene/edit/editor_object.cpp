@@ -35,6 +35,7 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
   out.tool = static_cast<EditTool>(edit.tool);
   out.shape = static_cast<BrushShape>(edit.shape);
   out.octree_level = edit.octree_level;
+  out.octree_depth = static_cast<std::uint8_t>(world.shown.octree_depth);
   out.material = edit.material;
   out.place = placement.voxels(edit.place);
   out.to = placement.voxels(edit.to);

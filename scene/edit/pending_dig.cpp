@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Edits that make a region, part by part: the region, the hole in it, and then all see both.
+// Edits in parts. Those that make a region: the region, the hole in it, and then all see both. Others: boxes.
 #include <algorithm>
+#include <limits>
 
 #include <glm/common.hpp>
 
@@ -49,6 +50,14 @@ void EditorObject::advance(EditResult& result) {
 }
 
 void EditorObject::finish() {
+  if (log.is_taking()) {
+    EditResult rest;
+    static_cast<void>(take_parts(log.takes_back(), std::numeric_limits<double>::infinity(), rest));
+    if (rest.changed) {
+      rest.version = ++version;
+      join(dig.untold, rest);
+    }
+  }
   if (dig.stage == Stage::none) return;
   EditResult made;
   while (!step_dig(made)) {

@@ -62,12 +62,12 @@ struct EditorObject final : karst::Editor {
   Status start(const karst::Edit& edit, EditResult& result);
   bool is_pending() const { return dig.stage != PendingDig::Stage::none || dig.untold.changed; }
   void advance(EditResult& result);
-  // Does what is pending.
+  // Does what is pending, and the rest of a step that is half way.
   void finish();
   // undo_steps.cpp
   void begin_stroke();
   void end_stroke();
-  Status take_step(bool back, EditResult& result);
+  Status take_step(bool back, double most_ms, EditResult& result);
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
@@ -108,6 +108,7 @@ struct EditorObject final : karst::Editor {
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
   // regions: bit n is set where region n may be another now.
   Status take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result);
+  Status take_parts(bool back, double most_ms, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

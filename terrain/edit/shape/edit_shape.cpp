@@ -20,6 +20,11 @@ Edit from_part(const Edit& edit, const WorldPart& part) {
   Edit own = edit;
   own.place -= glm::dvec3(part.corner);
   own.to -= glm::dvec3(part.corner);
+  if (edit.octree_depth > 0 && part.octree != nullptr) {
+    const int level = edit.octree_level - edit.octree_depth + part.octree->depth();
+    own.octree_level = static_cast<std::uint8_t>(std::max(level, 0));
+    own.octree_depth = 0;
+  }
   return own;
 }
 
@@ -242,7 +247,7 @@ Status check_edit(const Edit& edit, const World& world) {
   if (static_cast<int>(edit.shape) >= kBrushShapes) return refuse("not a shape", "shape");
   if (edits_voxels(edit.tool) && edit.shape == BrushShape::cylinder)
     return refuse("cylinders are for heights alone", "shape");
-  int depth = 0;
+  int depth = edit.octree_depth;
   for (const WorldPart& part : world.parts()) depth = std::max(depth, part.octree->depth());
   if (edit.octree_level > depth) return refuse("finer than the octree", "octree_level");
   if (!is_within(edit.place, kFarthest)) return refuse("not finite, or too far away", "place");
@@ -278,7 +283,7 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
     return refuse("a ground is dug in its regions, and none has voxels there that may change", "place");
   if (found > 1) return refuse("the edit reaches two regions at once", "place");
   const WorldPart& own = world.parts()[part];
-  if (edit.shape == BrushShape::voxel && edit.octree_level > own.octree->depth())
+  if (edit.shape == BrushShape::voxel && from_part(edit, own).octree_level > own.octree->depth())
     return refuse("finer than the octree of the region", "octree_level");
   return {};
 }

@@ -172,7 +172,9 @@ TEST(PendingDig, RefusesAtOnce) {
   refused(live, ball(world, 75, 60, 40), "region_patches");
   Edit voxel = ball(world, 75, 60, 3);
   voxel.shape = BrushShape::voxel;
-  refused(live, voxel, "shape");
+  refused(live, voxel, "place");  // 512 voxels wide
+  voxel.octree_level = 10;
+  refused(live, voxel, "octree_level");
   EditResult result;
   EXPECT_TRUE(live.editor->start(ball(world, 75, 60, 3, -30), result).ok());
   EXPECT_FALSE(result.pending || result.changed);
