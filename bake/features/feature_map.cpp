@@ -32,7 +32,7 @@ glm::dvec2 place_of(const JsonFields& fields, const char* name, const nlohmann::
 }
 
 void parse_river(const JsonFields& fields, std::size_t& points, PlacedFeature& placed) {
-  fields.only({"feature", "points", "width", "depth", "valley", "pinned"});
+  fields.only({"feature", "points", "width", "depth", "valley"});
   Feature& river = placed.feature;
   river.width_m = fields.number("width", kLeast, kHighest);
   river.depth_m = fields.number("depth", 0, kHighest);
@@ -58,11 +58,6 @@ PlacedFeature parse_feature(const JsonFields& fields, std::size_t& points) {
   Feature& feature = placed.feature;
   const std::string kind = fields.word("feature", {"hill", "mountain", "dunes", "river"});
   feature.kind = static_cast<FeatureKind>(std::find(std::begin(kKinds), std::end(kKinds), kind) - kKinds);
-  if (fields.has("pinned")) {
-    const nlohmann::json& pinned = fields.get("pinned");
-    if (!pinned.is_boolean()) fields.fail("pinned", "neither true nor false");
-    placed.pinned = pinned.is_boolean() && pinned.get<bool>();
-  }
   if (feature.kind == FeatureKind::river) {
     parse_river(fields, points, placed);
     return placed;
@@ -71,14 +66,14 @@ PlacedFeature parse_feature(const JsonFields& fields, std::size_t& points) {
   if (fields.error().ok()) feature.place_m = place_of(fields, "center", centre);
   feature.radius_m = fields.number("radius", kLeast, kFar);
   if (feature.kind == FeatureKind::hill) {
-    fields.only({"feature", "center", "radius", "height", "pinned"});
+    fields.only({"feature", "center", "radius", "height"});
     feature.height_m = fields.number("height", -kHighest, kHighest);
   } else if (feature.kind == FeatureKind::mountain) {
-    fields.only({"feature", "center", "radius", "height", "peakiness", "pinned"});
+    fields.only({"feature", "center", "radius", "height", "peakiness"});
     feature.height_m = fields.number("height", -kHighest, kHighest);
     if (fields.has("peakiness")) feature.peakiness = fields.number("peakiness", 0, 1);
   } else {
-    fields.only({"feature", "center", "radius", "height", "wavelength", "towards", "pinned"});
+    fields.only({"feature", "center", "radius", "height", "wavelength", "towards"});
     feature.height_m = fields.number("height", 0, kHighest);
     feature.wavelength_m = fields.number("wavelength", kLeast, kFar);
     if (fields.has("towards") && fields.error().ok()) {
@@ -130,7 +125,6 @@ void write_feature(app::JsonWriter& out, const PlacedFeature& placed) {
       write_number_list(out, "towards", {feature.towards.x, feature.towards.y});
     }
   }
-  if (placed.pinned) out.field("pinned", true);
   out.end_object();
 }
 

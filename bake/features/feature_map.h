@@ -20,7 +20,6 @@ namespace karst::bake {
 struct PlacedFeature {
   core::Feature feature;  // a river's place, radius and pieces are made of points
   std::vector<core::RiverPoint> points;
-  bool pinned = false;  // a sketch that is baked again leaves it where it is
 };
 
 // Metres. The middle is x = z = 0.
