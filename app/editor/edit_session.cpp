@@ -151,7 +151,8 @@ void EditSession::begin_stroke() {
 Error EditSession::apply(const Edit& edit, EditResult& result) {
   if (const Status status = editor_->apply(edit, result); !status.ok()) {
     const std::string_view field = status.field() == nullptr ? "" : status.field();
-    const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches";
+    const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches" ||
+                      field == "field_sample_blocks";
     const Error error("edit", status);
     return room ? Error(error.text() + "; --edit-memory takes more") : error;
   }
