@@ -202,7 +202,7 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit
       Limit& no_further;
       VisitTriangle& seen;
     } through(source_of_field(level()), limit, visit_triangle);
-    field_.run(segment, radius, through);
+    field_.run(segment.from, segment.way, radius, through);
   }
   if (!ground_.exists()) return;
   struct Along final : QueryGround::Walk {

@@ -147,12 +147,12 @@ static_assert(1 << kLeastCellLog2 == kIsoStepsPerCell);
 
 }  // namespace
 
-void QueryField::run(const Segment& segment, double radius, Walk& walk) const {
+void QueryField::run(const glm::dvec3& from, const glm::dvec3& way_steps, double radius, Walk& walk) const {
   const FieldInfo& info = field_->info();
   const double cells = 1.0 / (1 << info.cell_log2);  // a lattice step
   CellWay way;
-  way.from = (segment.from - glm::dvec3(info.corner) * double{kStepsPerVoxel}) * cells;
-  way.way = segment.way * cells;
+  way.from = (from - glm::dvec3(info.corner) * double{kStepsPerVoxel}) * cells;
+  way.way = way_steps * cells;
   way.reach = 1.000002 * radius * cells + kMargin;
   way.along = 0;
   for (int axis = 1; axis < 3; ++axis) {

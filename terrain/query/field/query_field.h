@@ -9,7 +9,7 @@
 
 #include "terrain/base/lattice.h"
 #include "terrain/isosurface/field_blocks.h"
-#include "terrain/query/segment.h"
+#include "terrain/view/frustum.h"
 
 namespace karst::core {
 
@@ -38,9 +38,9 @@ class QueryField {
     ~Walk() = default;
   };
 
-  // Triangles that a sphere of this radius (lattice steps) on the segment may meet, and others near them,
-  // roughly from near to far. Precondition: exists().
-  void run(const Segment& segment, double radius, Walk& walk) const;
+  // Triangles that a sphere of this radius may meet on its way from a place on, and others near them, roughly
+  // from near to far; all in lattice steps. Precondition: exists().
+  void run(const glm::dvec3& from, const glm::dvec3& way, double radius, Walk& walk) const;
 
  private:
   const FieldBlocks* field_ = nullptr;
