@@ -232,12 +232,11 @@ TEST(EditField, IsTakenBackAndDoneAgainToTheBit) {
     Log kept(own);
     std::vector<std::vector<int>> states{all_of(own)};
     std::vector<std::uint32_t> free{own.free()};
-    int refused = 0, strokes = 0, smoothed = 0;
+    int refused = 0, smoothed = 0;
     for (int n = 0; n < 60; ++n) {
       kept.log.begin();
       bool changed = false;
       const int dabs = n % 4 == 3 ? 5 : 1;
-      strokes += dabs > 1;
       for (int k = 0; k < dabs; ++k) {
         constexpr EditTool kTools[] = {EditTool::fill, EditTool::clear, EditTool::flatten, EditTool::smooth};
         Edit dab = ball(n == 0 ? EditTool::fill : kTools[random() % 4],
