@@ -30,6 +30,7 @@ bool has_voxels(const WorldInfo& info) {
 }
 
 double unit_m(const WorldInfo& info) {
+  if (info.field_samples[0] > 0) return info.field_cell_m;
   return has_voxels(info) ? info.voxel_size_m : info.ground_spacing_m[0];
 }
 
@@ -55,6 +56,7 @@ HandEditor::HandEditor(const World& world, Query& query, EditSession& session)
   std::vector<std::string> materials;
   for (std::uint32_t m = 0; m < info.materials; ++m) materials.emplace_back(info.material_names[m]);
   brush_.set_materials(std::move(materials));
+  if (info.field_samples[0] > 0 && info.patches == 0 && info.ground_samples[0] == 0) brush_.set_of_field();
 }
 
 void HandEditor::say(std::string text, bool is_error) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Edits: dig, fill, raise, smooth, between frames, in memory that the plan counts (Needs::edit_patches,
-// Needs::edit_tiles, Needs::undo_bytes). Voxels or samples of the ground change; all that follows from them
+// Needs::edit_tiles, Needs::field_sample_blocks, Needs::undo_bytes). Voxels, samples of the ground or of the
+// field of an isosurface change; all that follows from them
 // (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if the world had been baked
 // so.
 //
@@ -113,6 +114,11 @@ class KARST_API Editor {
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
   // unsupported ("ground"): it has no region to dig in, or is one that cannot be edited.
+  //
+  // Fields of isosurfaces: clear, fill, smooth, flatten and level, with boxes, spheres and capsules of 128
+  // cells at most (half sides, radius; a capsule's ends 256 apart along each axis). An edit that reaches a
+  // field's box changes nothing else. Room for samples is Needs::field_sample_blocks, which may be missing
+  // where smooth would have needed none in the end.
   //
   // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
   // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to

@@ -83,6 +83,12 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     follow_paint(change, result);
     return status;
   }
+  if (is_of_field(edit)) {
+    FieldChange change;
+    const Status status = edit_field({&terrain.field(), terrain.field_kept()}, edit, kept, change);
+    follow_field(change, result);
+    return status;
+  }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
   if (edits_voxels(edit.tool) && wants_region(terrain, edit)) return begin_dig(edit, result);
@@ -107,6 +113,14 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
   return status;
+}
+
+// What reaches a field is of it alone.
+bool EditorObject::is_of_field(const core::Edit& edit) const {
+  const core::World& terrain = world.terrain.world;
+  if (!terrain.field().exists()) return false;
+  const bool is_alone = terrain.patch_count() == 0 && !terrain.ground().exists();
+  return is_alone || (edits_fields(edit.tool) && reaches_field(edit, terrain.field().info()));
 }
 
 // Of a ground and of the patches that stand in it: all of it or nothing.
@@ -173,6 +187,17 @@ void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes
   show_extent(voxels(change.samples.low[0], change.least, change.samples.low[1]),
               voxels(change.samples.high[0], change.greatest, change.samples.high[1]), result);
   result.nodes += nodes;
+}
+
+void EditorObject::follow_field(const FieldChange& change, EditResult& result) {
+  if (!change.changed) return;
+  shape_version = version + 1;
+  world.terrain.isosurface.change(change.first, change.last);
+  const FieldInfo& info = world.terrain.world.field().info();
+  const double voxels = 1.0 / (1 << (kMostCellLog2 - info.cell_log2));  // a cell
+  // The surface lies between samples.
+  show_extent(glm::dvec3(info.corner) + glm::dvec3(change.first - 1) * voxels,
+              glm::dvec3(info.corner) + glm::dvec3(change.last + 1) * voxels, result);
 }
 
 void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels,

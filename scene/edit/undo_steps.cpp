@@ -45,6 +45,12 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
+  if (part.kind() == CellKind::field_block) {
+    FieldChange change;
+    exchange_field(world.terrain.world.field(), part, change);
+    follow_field(change, result);
+    return {};
+  }
   if (part.kind() == CellKind::paint) {
     PaintChange change;
     exchange_paint(world.terrain.world, world.span(), part, change);

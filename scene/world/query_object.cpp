@@ -8,6 +8,8 @@ namespace karst {
 namespace core {
 namespace {
 
+static_assert(kGroundPatch == QueryHit::kGround && kFieldPatch == QueryHit::kField);
+
 core::Wait wait_of(karst::Wait wait) {
   return wait == karst::Wait::never ? core::Wait::never : core::Wait::for_file;
 }

@@ -14,6 +14,7 @@
 #include "scene/world/query_object.h"
 #include "scene/world/tile_reader.h"
 #include "terrain/edit/edit.h"
+#include "terrain/edit/field/edit_field.h"
 #include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/paint/edit_paint.h"
 #include "terrain/edit/regions/make_region.h"
@@ -101,8 +102,10 @@ struct EditorObject final : karst::Editor {
   bool fit_boxes(std::size_t part);
   void grow_at_last();
   Status make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result);
+  bool is_of_field(const core::Edit& edit) const;
   void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
+  void follow_field(const FieldChange& change, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;

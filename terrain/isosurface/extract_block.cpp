@@ -211,21 +211,11 @@ class Extraction {
         at_high = value;
       }
     }
-    // Values stand for themselves and a half.
-    const int a = std::abs(2 * at_low + 1), b = std::abs(2 * at_high + 1);
     Crossing out;
     out.sample = low;
-    out.along = std::clamp((2 * a * 512 + (a + b) / 2) / (a + b), 1, 1023);
+    out.along = edge_crossing(at_low, at_high);
     out.steps = (low[axis] - from[axis]) * kIsoStepsPerCell + out.along;
     return out;
-  }
-
-  // In steps of a level from the edge's beginning. On sides of blocks it is an odd multiple of 2, a place
-  // that the next coarser level has, too, but for none of its own vertices: where no way can be made for
-  // transition cells, they are thin, and still no two of their vertices are at one place.
-  static int in_steps(int steps, int level, bool on_side) {
-    if (on_side) return (steps >> (level + 2)) * 4 + 2;
-    return std::clamp((steps + ((1 << level) >> 1)) >> level, 1, kIsoStepsPerCell - 1);
   }
 
   std::uint16_t add_vertex(glm::ivec3 place, const Crossing& crossing, int axis, bool makes_way) {
@@ -298,7 +288,7 @@ class Extraction {
     bool on_side = false;
     for (int k = 0; k < 3; ++k) on_side = on_side || (k != axis && (cell[k] == 0 || cell[k] == kCells));
     glm::ivec3 place = cell * kIsoStepsPerCell;
-    place[axis] += in_steps(crossing.steps, level_, on_side);
+    place[axis] += edge_steps(crossing.steps, level_, on_side);
     const std::uint16_t vertex = add_vertex(place, crossing, axis, true);
     if (on_side) note_side(axis, cell, vertex);
     return vertex;
@@ -410,7 +400,7 @@ class Extraction {
     place[axes.w] = side & 1 ? kCells * kIsoStepsPerCell : 0;
     place[axes.u] = u * (kIsoStepsPerCell / 2);
     place[axes.v] = v * (kIsoStepsPerCell / 2);
-    place[axis] += in_steps(crossing.steps, level_ - 1, true) / 2;
+    place[axis] += edge_steps(crossing.steps, level_ - 1, true) / 2;
     return vertex = add_vertex(place, crossing, axis, false);
   }
 

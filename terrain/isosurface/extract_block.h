@@ -24,12 +24,12 @@
 
 #include "karst/status.h"
 #include "terrain/field/scalar_field.h"
+#include "terrain/isosurface/edge_place.h"
 
 namespace karst::core {
 
 inline constexpr int kIsoCells = 16;  // of a block, a side
 inline constexpr int kIsoMaxLevel = 8;
-inline constexpr std::int32_t kIsoStepsPerCell = 1024;
 
 struct IsoVertex {
   std::int16_t place[3];    // from the block's corner, 1 / kIsoStepsPerCell of its level's cell

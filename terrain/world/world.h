@@ -221,6 +221,8 @@ class World {
   // The samples of its isosurface; load() leaves it without one.
   const FieldBlocks& field() const { return field_; }
   FieldBlocks& field() { return field_; }
+  // By block: the part of a step of UndoLog that kept it last; empty where Config::undo_bytes is 0.
+  std::span<std::uint32_t> field_kept() { return blocks_.field_kept; }
 
   // --- Edits (terrain/edit)
 
@@ -374,6 +376,7 @@ class World {
     std::span<std::byte> paint;
     std::span<std::uint32_t> paint_kept;
     FieldBlocks::Storage field;
+    std::span<std::uint32_t> field_kept;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -404,6 +407,7 @@ class World {
       const auto blocks = [](std::size_t texels) { return (texels + Paint::kBlock - 1) / Paint::kBlock; };
       visit(Consumer::edits, width > 0 ? blocks(width) * blocks(depth) + 1 : 0, paint_kept);
       field.each_block(config, visit);
+      visit(Consumer::fields, config.undo_bytes > 0 ? config.field_blocks : 0, field_kept);
     }
   };
 

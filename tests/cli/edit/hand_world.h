@@ -44,6 +44,7 @@ class HandWorld {
     plan_.needs.shadow_maps = 0;
     plan_.needs.queries = 1;
     plan_.needs.edit_patches = edit_patches;
+    plan_.needs.field_sample_blocks = 64;
     plan_.needs.undo_bytes = 4 << 20;
     plan_.needs.dig_regions = digs ? 2 : 0;
     plan_.needs.edit_tiles = digs ? 400 : 0;
