@@ -37,6 +37,8 @@ std::vector<app::NamedFile> files_read(const BakeOptions& options) {
     files.push_back({"an image of --materials", std::move(image)});
   }
   files.push_back({"--field", options.field.path});
+  const std::string& codes = options.field.materials_path;
+  files.push_back({"--field-materials", codes == kLayers ? std::string() : codes});
   for (const std::string& image : options.imagery.files) files.push_back({"--imagery", image});
   return files;
 }
