@@ -9,6 +9,7 @@
 #include "bake/bake_options.h"
 #include "bake/base/child.h"
 #include "bake/child_tasks.h"
+#include "bake/fields/field_materials_file.h"
 #include "bake/ground/bake_ground.h"
 #include "bake/pipeline/report.h"
 
