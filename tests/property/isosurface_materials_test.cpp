@@ -15,26 +15,45 @@
 
 #include <glm/common.hpp>
 
+#include "terrain/base/arena.h"
+#include "terrain/base/budget.h"
+#include "terrain/base/storage_plan.h"
 #include "terrain/blocks/block_tree.h"
 #include "terrain/isosurface/extract_block.h"
 #include "tests/support/field_shapes.h"
+#include "tests/support/test_world.h"
 
 namespace karst::test {
 namespace {
 
 constexpr glm::ivec3 kBlocks(5, 4, 6);
-constexpr std::size_t kCount = 5 * 4 * 6;
+constexpr std::uint32_t kCount = 5 * 4 * 6;
 
 struct Rock {
-  Rock() : table(kCount), material_table(kCount), samples(kCount * 4096), codes(kCount * 4096) {
-    field.create({table, samples, material_table, codes});
+  Rock() : config(config_of()), memory(bytes()), arena(memory.bytes()) {
+    FieldBlocks::Storage storage;
+    storage.each_block(config, TakeBlocks(arena));
+    field.create(storage);
     FieldInfo info = field_info(kBlocks, kCount);
     info.has_materials = true;
     info.material_blocks = kCount;
     EXPECT_TRUE(field.reset(info).ok());
-    nodes.resize(2 * kCount + 16);
-    divided.resize(kCount);
-    tree.create({nodes, divided});
+    BlockTree::Storage nodes;
+    nodes.each_block(config, TakeBlocks(arena));
+    tree.create(nodes);
+  }
+  static Config config_of() {
+    Config config;
+    config.field_blocks = config.field_sample_blocks = config.field_material_blocks = kCount;
+    return config;
+  }
+  std::size_t bytes() const {
+    Budget budget;
+    FieldBlocks::Storage storage;
+    storage.each_block(config, CountBlocks(budget));
+    BlockTree::Storage nodes;
+    nodes.each_block(config, CountBlocks(budget));
+    return budget.cpu_bytes();
   }
   // Lumps of some seed, thinner ones too, in each sample any material: what is next to the surface is not
   // what lies behind it.
@@ -58,9 +77,9 @@ struct Rock {
     tree.reset(field);
   }
 
-  std::vector<std::uint32_t> table, material_table, divided;
-  std::vector<std::byte> samples;
-  std::vector<std::uint8_t> codes, nodes;
+  Config config;
+  AlignedBytes memory;
+  Arena arena;
   FieldBlocks field;
   BlockTree tree;
 };
