@@ -381,6 +381,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 3; ++axis) out.field_samples[axis] = 16 * field.blocks[axis];
     out.field_sample_bits = field.sample_bits;
     out.field_blocks = field.stored;
+    out.field_has_materials = field.has_materials;
     out.field_cell_m = info.voxel_size_m / (1 << (kMostCellLog2 - field.cell_log2));
   }
   const GroundInfo& ground = reader.ground();

@@ -292,6 +292,11 @@ TEST(FieldSection, RefusesMaterialsThatContradictThemselves) {
   // Of a world with fewer materials: 100 is a mix of the sixth and another.
   EXPECT_EQ(fault_of(good, good.size(), nullptr, 7).offset, codes);
   EXPECT_EQ(fault_of(good, good.size(), nullptr, 3).offset, fillings + 10);
+  // What has none says so in its header.
+  std::vector<std::byte> none(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(codes));
+  std::fill(none.begin() + static_cast<std::ptrdiff_t>(fillings), none.end(), std::byte{0});
+  none[44] = std::byte{0};
+  EXPECT_EQ(fault_of(none, none.size(), nullptr).offset, fillings + 11);
   std::vector<std::byte> alike = good;
   std::fill(alike.begin() + static_cast<std::ptrdiff_t>(codes),
             alike.begin() + static_cast<std::ptrdiff_t>(codes + 4096), std::byte{3});

@@ -251,8 +251,10 @@ Fault Decode::take_filling(unsigned code) {
   } else if (!is_known(code)) {
     return {"a block has a material that is not there", at_};
   }
-  if (block + 1 == info_.table_blocks() && coded_ != info_.material_blocks)
-    return {"fewer blocks have materials than stated", at_};
+  any_code_ = any_code_ || code != 0;
+  const bool is_last = block + 1 == info_.table_blocks();
+  if (is_last && coded_ != info_.material_blocks) return {"fewer blocks have materials than stated", at_};
+  if (is_last && !any_code_) return {"all of its materials are by rules", at_};
   if (out_ == nullptr) return {};
   if (code != kOwnCodes) {
     out_->materials().fill(place(block), static_cast<std::uint8_t>(code));

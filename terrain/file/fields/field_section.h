@@ -73,6 +73,7 @@ class Decode {
   std::uint64_t at_ = kHeaderBytes;
   std::uint32_t stored_ = 0;  // blocks of samples that the kinds have
   std::uint32_t coded_ = 0;   // blocks of materials that the fillings have
+  bool any_code_ = false;     // beside by rules
   std::size_t block_ = 0;     // where to look for the one whose samples, or materials, come next
   std::array<std::byte, kMostBlockBytes> samples_{};
   std::size_t used_ = 0;  // bytes of samples_
