@@ -84,7 +84,8 @@ void main() {
 #ifdef KARST_EDGES
   Silhouette edge = silhouette_at(place, over_w);
   if (edge.cover > 0.0) {
-    colour = mix(colour, colour_of(texelFetch(geometry, place + edge.side, 0).xy, place + edge.side), edge.cover);
+    ivec2 beside = place + edge.side;
+    colour = mix(colour, colour_of(texelFetch(geometry, beside, 0).xy, beside), edge.cover);
   }
 #endif
 #ifndef KARST_SHARE_DEPTH
