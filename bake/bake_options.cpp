@@ -419,6 +419,11 @@ Error store_field_bits(void* options, const OptionValue& value) {
   return value.integer == 8 || value.integer == 16 ? std::string() : wrong(value, "neither 8 nor 16");
 }
 
+Error store_field_materials(void* options, const OptionValue& value) {
+  bake_of(options).field.materials_path = value.text;
+  return {};
+}
+
 constexpr OptionRow kFieldRows[] = {
     {.name = "field",
      .kind = Kind::file,
@@ -488,6 +493,13 @@ constexpr OptionRow kFieldRows[] = {
      .max = 64,
      .help = "how far from the surface samples tell distances; farther is coarser",
      .store = put<&BakeOptions::field, &BakeField::reach_cells>},
+    {.name = "field-materials",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help =
+         "what samples are made of: a byte each, raw or NRRD; 0: by the rules of --materials, 1 to 8: the "
+         "material of that number; or the word layers: strata",
+     .store = store_field_materials},
 };
 
 constexpr OptionRow kRunRows[] = {
@@ -533,7 +545,7 @@ Error check_field(const CommandLine& line) {
   if (shape && line.has("field")) return "both --field and --field-shape are given";
   if (line.has("sample") || !line.positional().empty())
     return "--field and --field-shape: a DEM or --sample is given, too";
-  for (const OptionGroup& group : {kGroups[0], kGroups[1], kGroups[2], kGroups[3]}) {
+  for (const OptionGroup& group : {kGroups[0], kGroups[1], kGroups[3]}) {
     for (const OptionRow& row : group.rows) {
       if (line.has(row.name) && std::string_view(row.name) != "output")
         return std::string("--") + row.name + ": not for an isosurface; leave it or --field away";
@@ -621,7 +633,7 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake --field scan.nrrd -o scan.karst --field-iso 300 --field-solid above\n"
         "karst-bake --field sdf.raw -o rock.karst --field-size 256,128,256 --field-type float "
         "--field-spacing 0.5\n"
-        "karst-bake --field-shape caves -o caves.karst --field-size 257,65,257\n"};
+        "karst-bake --field-shape caves -o caves.karst --field-size 257,65,257 --field-materials layers\n"};
 
 Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
   if (Error error = line.parse(words, kBakeSpec); !error.ok()) return error;
@@ -637,7 +649,12 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   if (Error error = line.store(targets); !error.ok()) return error;
   options.field.threads = options.job.threads;
   if (options.field.size.x == 0) options.field.size = glm::ivec3(129);
-  if (field) return {};
+  if (field) {
+    for (const OptionRow& row : kMaterialRows)
+      options.field.has_materials = options.field.has_materials || line.has(row.name);
+    options.field.materials = options.job.materials;
+    return {};
+  }
   options.ground = line.has("sample") || line.has("features") ? !options.no_ground
                                                               : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)

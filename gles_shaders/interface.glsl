@@ -22,6 +22,7 @@
 #define KARST_UNIT_BLEND_MAP 10
 #define KARST_UNIT_IMAGE_TILES 11
 #define KARST_UNIT_IMAGE_TABLE 12
+#define KARST_UNIT_GEOMETRY_VOXELS KARST_UNIT_DRAPE  // under a drape there is no G-buffer
 #define KARST_UNITS 13
 
 // Binding points of the uniform blocks, from the first that a host gives.

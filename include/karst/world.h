@@ -42,6 +42,7 @@ struct WorldInfo {
   std::int32_t field_sample_bits = 0;   // 8 or 16
   std::uint32_t field_blocks = 0;       // of 16^3 samples, that are neither all solid nor all air
   double field_cell_m = 0;              // between samples
+  bool field_has_materials = false;     // of its samples, beside what rules say
   // Of its regions, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
   // the south.
   std::uint32_t regions = 0;  // ..kMostRegions

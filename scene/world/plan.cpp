@@ -84,6 +84,8 @@ Status check_needs(const Needs& needs) {
     return refuse("not within 64..2^20 patches", "region_patches", needs.region_patches);
   if (!inside(needs.field_blocks, 0, 1u << 24))
     return refuse("not within 0..2^24", "field_blocks", needs.field_blocks);
+  if (!inside(needs.field_material_blocks, 0, 1u << 20))
+    return refuse("not within 0..2^20", "field_material_blocks", needs.field_material_blocks);
   if (!inside(needs.field_sample_blocks, 0, 1u << 20))
     return refuse("not within 0..2^20", "field_sample_blocks", needs.field_sample_blocks);
   if (needs.undo_bytes > 1u << 30) return refuse("more than 2^30 bytes", "undo_bytes", needs.undo_bytes);
@@ -153,11 +155,14 @@ constexpr std::uint64_t kPageBytes = kPageVertices * sizeof(GpuVertex);
 // Behind the pages of patches and nodes.
 void set_field_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   config.field_blocks = needs.field_blocks;
+  config.field_material_blocks = needs.field_material_blocks;
   config.field_sample_blocks = needs.field_sample_blocks;
   if (world.field.exists()) {
     config.field_blocks += static_cast<std::uint32_t>(world.field.table_blocks());
     config.field_sample_blocks +=
         world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
+    // Where all blocks are alike, there is still their table.
+    if (world.field.has_materials) config.field_material_blocks += std::max(world.field.material_blocks, 1u);
   }
   if (config.field_blocks == 0) return;
   const std::uint64_t taken = config.gpu_vertex_pages + 4 * std::uint64_t{config.ground_families};
@@ -245,6 +250,7 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
   renderer.morph_rows = config.max_resident_patches * config.max_views;
   renderer.stream_indices = config.stream_indices;
   renderer.mesh_pages = config.field_vertex_pages;
+  renderer.mesh_materials = config.field_material_blocks > 0 && !drape && materials.count > 0;
   if (world.ground.exists()) {
     renderer.family_pages = 4 * config.ground_families;
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
@@ -376,6 +382,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 3; ++axis) out.field_samples[axis] = 16 * field.blocks[axis];
     out.field_sample_bits = field.sample_bits;
     out.field_blocks = field.stored;
+    out.field_has_materials = field.has_materials;
     out.field_cell_m = info.voxel_size_m / (1 << (kMostCellLog2 - field.cell_log2));
   }
   const GroundInfo& ground = reader.ground();

@@ -151,6 +151,7 @@ Status BlockPool::extract(const FieldBlocks& field, const ChosenBlock& block, st
   return field.with([&]<class Sample>(const ScalarField<Sample>& samples) {
     ExtractBlock<Sample> job;
     job.field = &samples;
+    if (field.materials().exists()) job.materials = &field.materials();
     job.level = block.block.level;
     job.corner = block.block.place() * (kIsoCells << job.level);
     job.around = unpack_around(block.around);
@@ -209,7 +210,8 @@ Status BlockPool::make(const FieldBlocks& field, const ChosenBlock& block, std::
     GpuVertex& to = storage_.vertices[v];
     for (int axis = 0; axis < 3; ++axis)
       to.position[axis] = to.morph[axis] = static_cast<std::int16_t>(from.place[axis] + rest[axis]);
-    to.normal = to.morph_normal = from.normal;
+    to.normal = from.normal;
+    to.morph_normal = vertex_material(static_cast<std::uint8_t>(from.material));
   }
   upload.first_page = mesh.first_page;
   upload.vertices = std::span<const GpuVertex>(storage_.vertices).first(vertices);

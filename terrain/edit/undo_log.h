@@ -31,8 +31,9 @@ enum class CellKind : std::uint8_t {
   patch_heights,   // of a patch, by its key; behind a voxel_edit its material, too
   ground_samples,  // a block of them (terrain/edit/ground/edit_ground.h)
   paint,
-  region_growth,  // how far a region may be from the ground (EditGround::grow_region)
-  field_block     // of a field's samples, by its number (terrain/edit/field/edit_field.h)
+  region_growth,   // how far a region may be from the ground (EditGround::grow_region)
+  field_block,     // of a field's samples, by its number (terrain/edit/field/edit_field.h)
+  field_materials  // of a block of a field, by its number (terrain/edit/field/paint_field.h)
 };
 
 struct UndoCell {

@@ -236,7 +236,7 @@ Status WorldReader::read_field_header() {
 
 Status WorldReader::decode_field(FieldBlocks* out) const {
   const SectionPlace& section = place_of(WorldSection::field);
-  field_section::Decode decode(field_, out);
+  field_section::Decode decode(field_, materials().count, out);
   field_section::Fault fault;
   std::uint32_t crc = 0;
   std::size_t skip = field_section::kHeaderBytes;

@@ -110,6 +110,7 @@ class Extraction {
     glm::ivec3 sample;  // the lower one of the finest edge
     int along = 0;      // from there, 1 / 1024 of a sample's distance
     int steps = 0;      // from the edge's beginning, in samples / 1024
+    bool low_solid = false;
   };
 
   IsoNeighbour kind(glm::ivec3 o) const { return job_.around[static_cast<std::size_t>(place_index(o))]; }
@@ -214,6 +215,7 @@ class Extraction {
     Crossing out;
     out.sample = low;
     out.along = edge_crossing(at_low, at_high);
+    out.low_solid = at_low < 0;
     out.steps = (low[axis] - from[axis]) * kIsoStepsPerCell + out.along;
     return out;
   }
@@ -225,6 +227,8 @@ class Extraction {
     const glm::vec3 slope = gradient(crossing.sample) * (1024.0f - along) + gradient(upper) * along;
     IsoVertex vertex{};
     vertex.normal = encode_octahedral(slope);
+    if (job_.materials != nullptr)
+      vertex.material = job_.materials->at(job_.corner + (crossing.low_solid ? crossing.sample : upper));
     const glm::ivec3 moved = makes_way ? place + shift(place, vertex.normal) : place;
     for (int k = 0; k < 3; ++k) {
       vertex.primary[k] = static_cast<std::int16_t>(place[k]);
@@ -468,6 +472,8 @@ Status ExtractBlock<Sample>::run(std::span<std::byte> room, Result& result) cons
   }
   if (level == 0 && std::ranges::find(around, IsoNeighbour::finer) != around.end())
     return refuse("nothing is finer than level 0", "around");
+  if (materials != nullptr && materials->blocks() != field->blocks())
+    return refuse("not the field's", "materials");
   if (room.size() < sizeof(Room)) return refuse("too short", "room");
   return Extraction<Sample>(*this, *reinterpret_cast<Room*>(room.data())).run(result);
 }

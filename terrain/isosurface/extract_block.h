@@ -25,6 +25,7 @@
 #include "karst/status.h"
 #include "terrain/field/scalar_field.h"
 #include "terrain/isosurface/edge_place.h"
+#include "terrain/isosurface/field_materials.h"
 
 namespace karst::core {
 
@@ -35,7 +36,7 @@ struct IsoVertex {
   std::int16_t place[3];    // from the block's corner, 1 / kIsoStepsPerCell of its level's cell
   std::uint16_t normal;     // octahedral.h, towards the air
   std::int16_t primary[3];  // where it would be without transition cells
-  std::uint16_t unused;
+  std::uint16_t material;   // code of the solid one of the finest two samples beside it (field_materials.h)
 
   friend bool operator==(const IsoVertex&, const IsoVertex&) = default;
 };
@@ -52,8 +53,9 @@ template <class Sample>
 struct ExtractBlock {
   // Inputs, borrowed.
   const ScalarField<Sample>* field = nullptr;
-  glm::ivec3 corner{0};  // samples; a multiple of 16 << level
-  int level = 0;         // 0..kIsoMaxLevel
+  const FieldMaterials* materials = nullptr;  // of as many blocks; null: all vertices have 0
+  glm::ivec3 corner{0};                       // samples; a multiple of 16 << level
+  int level = 0;                              // 0..kIsoMaxLevel
   // (x + 1) + 3 (y + 1) + 9 (z + 1) for the place at (x, y, z), each -1..1.
   std::array<IsoNeighbour, 27> around{};
 
