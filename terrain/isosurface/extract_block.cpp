@@ -28,6 +28,23 @@ struct PlaneEdges {
   std::uint16_t v[kSide][kSide + 1];
 };
 
+// A vertex on a side of a block lies so many steps of its level, modulo 16, from its edge's beginning, by the
+// number of the edge's line in the side, modulo 4. Steps of the next coarser level are such places, too, but
+// never those of its own vertices. So transition cells without way, which are thin, have no flat triangle:
+// twice its area is, in steps of the finer level, where x are places along lines of one direction and y along
+// lines across, a multiple of 1024 (the width of a cell)
+//   - plus y (x' - x): 2 divides y at most twice, and x' - x at most four times, or
+//   - times x + x'' - 2 x', of lines side by side: never 0 modulo 16, or
+//   - times x' - x, of two vertices on one line.
+// kInside: of no side, to the nearest step.
+constexpr int kLineSteps[4] = {2, 6, 14, 10};
+constexpr int kInside = -1;
+
+// A vertex that made way has these remainders by 4 of its coordinates, by its edge's axis and whether the
+// edge begins at an odd line. So those near a corner, whose six edges differ in that, stay apart, and none is
+// on an edge, where those are that made none.
+constexpr int kMovedSteps[3][2][3] = {{{1, 1, 1}, {3, 3, 3}}, {{1, 1, 3}, {3, 3, 1}}, {{1, 3, 1}, {3, 1, 3}}};
+
 // Axes of a side: u, v, and w away from the neighbour, right-handed.
 struct SideAxes {
   int u, v, w;
@@ -220,12 +237,12 @@ class Extraction {
     return out;
   }
 
-  // In steps of a level from the edge's beginning. On sides of blocks it is an odd multiple of 2, a place
-  // that the next coarser level has, too, but for none of its own vertices: where no way can be made for
-  // transition cells, they are thin, and still no two of their vertices are at one place.
-  static int in_steps(int steps, int level, bool on_side) {
-    if (on_side) return (steps >> (level + 2)) * 4 + 2;
-    return std::clamp((steps + ((1 << level) >> 1)) >> level, 1, kIsoStepsPerCell - 1);
+  // In steps of a level from the edge's beginning. On sides of blocks the remainder by 16 tells which of four
+  // lines of cells of the level the edge lies on (kLineSteps); others: line is kInside.
+  static int in_steps(int steps, int level, int line) {
+    if (line == kInside) return std::clamp((steps + ((1 << level) >> 1)) >> level, 1, kIsoStepsPerCell - 1);
+    const int rest = kLineSteps[line & 3];
+    return std::clamp(((steps >> level) - rest + 8) >> 4, 0, kIsoStepsPerCell / 16 - 1) * 16 + rest;
   }
 
   std::uint16_t add_vertex(glm::ivec3 place, const Crossing& crossing, int axis, bool makes_way) {
@@ -235,7 +252,7 @@ class Extraction {
     const glm::vec3 slope = gradient(crossing.sample) * (1024.0f - along) + gradient(upper) * along;
     IsoVertex vertex{};
     vertex.normal = encode_octahedral(slope);
-    const glm::ivec3 moved = makes_way ? place + shift(place, vertex.normal) : place;
+    const glm::ivec3 moved = makes_way ? make_way(place, axis, vertex.normal) : place;
     for (int k = 0; k < 3; ++k) {
       vertex.primary[k] = static_cast<std::int16_t>(place[k]);
       vertex.place[k] = static_cast<std::int16_t>(moved[k]);
@@ -262,11 +279,26 @@ class Extraction {
     return true;
   }
 
-  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal) const {
+  glm::ivec3 make_way(glm::ivec3 place, int axis, std::uint16_t normal) const {
+    glm::vec3 way(0);
+    const glm::ivec3 by = shift(place, normal, way);
+    if (by == glm::ivec3(0)) return place;
+    const int* const rest = kMovedSteps[axis][place[axis] / kIsoStepsPerCell & 1];
+    glm::ivec3 moved;
+    for (int k = 0; k < 3; ++k) {
+      moved[k] = ((place[k] + by[k] - rest[k] + 2) >> 2) * 4 + rest[k];
+      // Not beyond the side that it goes away from.
+      if (way[k] > 0 && moved[k] < 0) moved[k] += 4;
+      if (way[k] < 0 && moved[k] > kCells * kIsoStepsPerCell) moved[k] -= 4;
+    }
+    return moved;
+  }
+
+  // way: before it is turned into the tangent plane.
+  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal, glm::vec3& way) const {
     constexpr int kEnd = kCells * kIsoStepsPerCell;
     glm::ivec3 planes(0);
     for (int k = 0; k < 3; ++k) planes[k] = place[k] == 0 ? -1 : (place[k] == kEnd ? 1 : 0);
-    glm::vec3 way(0);
     bool any = false;
     for (int side = 0; side < 6; ++side) {
       const int axis = side >> 1;
@@ -292,15 +324,21 @@ class Extraction {
     return out;
   }
 
+  // Which line of a side an edge lies on, or kInside. Lines that two sides share are number 0 in both.
+  static int line_of(int axis, glm::ivec3 cell) {
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    if (cell[b] % kCells == 0) return cell[c];
+    return cell[c] % kCells == 0 ? cell[b] : kInside;
+  }
+
   // Of the edge along an axis that begins at a cell's lower corner.
   std::uint16_t edge_vertex(int axis, glm::ivec3 cell) {
     const Crossing crossing = cross(cell << level_, axis, 1 << level_);
-    bool on_side = false;
-    for (int k = 0; k < 3; ++k) on_side = on_side || (k != axis && (cell[k] == 0 || cell[k] == kCells));
+    const int line = line_of(axis, cell);
     glm::ivec3 place = cell * kIsoStepsPerCell;
-    place[axis] += in_steps(crossing.steps, level_, on_side);
+    place[axis] += in_steps(crossing.steps, level_, line);
     const std::uint16_t vertex = add_vertex(place, crossing, axis, true);
-    if (on_side) note_side(axis, cell, vertex);
+    if (line != kInside) note_side(axis, cell, vertex);
     return vertex;
   }
 
@@ -410,7 +448,7 @@ class Extraction {
     place[axes.w] = side & 1 ? kCells * kIsoStepsPerCell : 0;
     place[axes.u] = u * (kIsoStepsPerCell / 2);
     place[axes.v] = v * (kIsoStepsPerCell / 2);
-    place[axis] += in_steps(crossing.steps, level_ - 1, true) / 2;
+    place[axis] += in_steps(crossing.steps, level_ - 1, along_u ? v : u) / 2;
     return vertex = add_vertex(place, crossing, axis, false);
   }
 
