@@ -501,12 +501,12 @@ TEST(Blocks, AreWithinTheirStatedErrorsOfTheFinest) {
       };
       const auto middle = [](const std::array<glm::dvec3, 3>& t) { return (t[0] + t[1] + t[2]) / 3.0; };
       const Near near_coarse(coarse, cell, cell * most), near_finest(finest, 1, cell * most);
-      each_point(finest, 2, [&](std::size_t n, glm::dvec3 p) {
+      each_point(finest, 1, [&](std::size_t n, glm::dvec3 p) {
         const double d = std::min(near_coarse.distance(p), width[n]);
         there = std::max(there, d / cell);
         note(middle(finest[n]), d);
       });
-      each_point(coarse, 2 << level, [&](std::size_t n, glm::dvec3 p) {
+      each_point(coarse, 1 << level, [&](std::size_t n, glm::dvec3 p) {
         const double d = near_finest.distance(p);
         back = std::max(back, d / cell);
         note(middle(coarse[n]), d);
@@ -611,7 +611,7 @@ TEST(Blocks, PicturesAreWithinWhatWasAskedForAndSoIsWhatPops) {
         return distance * 8192.0 * static_cast<double>(c.steps_per_step) / apparent;
       };
       const Near near_drawn(mesh, 2, 24);
-      each_point(mesh, 4, [&](std::size_t, glm::dvec3 p) {
+      each_point(mesh, 2, [&](std::size_t, glm::dvec3 p) {
         most = std::max(most, share(p, near_finest.distance(p)));
       });
       each_point(finest, 1, [&](std::size_t n, glm::dvec3 p) {
