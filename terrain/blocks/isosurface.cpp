@@ -200,7 +200,7 @@ Isosurface::List Isosurface::list(std::size_t number, const Frustum* frustum) {
 float Isosurface::bound_px(const LodEye& eye, float pixels) const {
   float most = 0;
   for (const ChosenBlock& block : drawn()) {
-    const float error = tree_.level_error(block.block.level);
+    const float error = tree_.block_error(block.block);
     if (error == 0) continue;
     const float left = tree_.least_apparent(block.block, eye) - error;
     most = std::max(most, left > 0 ? pixels * error / left : 1e9f);

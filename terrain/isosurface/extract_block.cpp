@@ -28,6 +28,11 @@ struct PlaneEdges {
   std::uint16_t v[kSide][kSide + 1];
 };
 
+// A vertex that made way has these remainders by 4 of its coordinates, by its edge's axis and whether the
+// edge begins at an odd line. So those near a corner, whose six edges differ in that, stay apart, and none is
+// on an edge, where those are that made none.
+constexpr int kMovedSteps[3][2][3] = {{{1, 1, 1}, {3, 3, 3}}, {{1, 1, 3}, {3, 3, 1}}, {{1, 3, 1}, {3, 1, 3}}};
+
 // Axes of a side: u, v, and w away from the neighbour, right-handed.
 struct SideAxes {
   int u, v, w;
@@ -229,7 +234,7 @@ class Extraction {
     vertex.normal = encode_octahedral(slope);
     if (job_.materials != nullptr)
       vertex.material = job_.materials->at(job_.corner + (crossing.low_solid ? crossing.sample : upper));
-    const glm::ivec3 moved = makes_way ? place + shift(place, vertex.normal) : place;
+    const glm::ivec3 moved = makes_way ? make_way(place, axis, vertex.normal) : place;
     for (int k = 0; k < 3; ++k) {
       vertex.primary[k] = static_cast<std::int16_t>(place[k]);
       vertex.place[k] = static_cast<std::int16_t>(moved[k]);
@@ -256,11 +261,26 @@ class Extraction {
     return true;
   }
 
-  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal) const {
+  glm::ivec3 make_way(glm::ivec3 place, int axis, std::uint16_t normal) const {
+    glm::vec3 way(0);
+    const glm::ivec3 by = shift(place, normal, way);
+    if (by == glm::ivec3(0)) return place;
+    const int* const rest = kMovedSteps[axis][place[axis] / kIsoStepsPerCell & 1];
+    glm::ivec3 moved;
+    for (int k = 0; k < 3; ++k) {
+      moved[k] = ((place[k] + by[k] - rest[k] + 2) >> 2) * 4 + rest[k];
+      // Not beyond the side that it goes away from.
+      if (way[k] > 0 && moved[k] < 0) moved[k] += 4;
+      if (way[k] < 0 && moved[k] > kCells * kIsoStepsPerCell) moved[k] -= 4;
+    }
+    return moved;
+  }
+
+  // way: before it is turned into the tangent plane.
+  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal, glm::vec3& way) const {
     constexpr int kEnd = kCells * kIsoStepsPerCell;
     glm::ivec3 planes(0);
     for (int k = 0; k < 3; ++k) planes[k] = place[k] == 0 ? -1 : (place[k] == kEnd ? 1 : 0);
-    glm::vec3 way(0);
     bool any = false;
     for (int side = 0; side < 6; ++side) {
       const int axis = side >> 1;
@@ -289,12 +309,11 @@ class Extraction {
   // Of the edge along an axis that begins at a cell's lower corner.
   std::uint16_t edge_vertex(int axis, glm::ivec3 cell) {
     const Crossing crossing = cross(cell << level_, axis, 1 << level_);
-    bool on_side = false;
-    for (int k = 0; k < 3; ++k) on_side = on_side || (k != axis && (cell[k] == 0 || cell[k] == kCells));
+    const int line = side_line(axis, cell);
     glm::ivec3 place = cell * kIsoStepsPerCell;
-    place[axis] += edge_steps(crossing.steps, level_, on_side);
+    place[axis] += edge_steps(crossing.steps, level_, line);
     const std::uint16_t vertex = add_vertex(place, crossing, axis, true);
-    if (on_side) note_side(axis, cell, vertex);
+    if (line != kInside) note_side(axis, cell, vertex);
     return vertex;
   }
 
@@ -404,7 +423,7 @@ class Extraction {
     place[axes.w] = side & 1 ? kCells * kIsoStepsPerCell : 0;
     place[axes.u] = u * (kIsoStepsPerCell / 2);
     place[axes.v] = v * (kIsoStepsPerCell / 2);
-    place[axis] += edge_steps(crossing.steps, level_ - 1, true) / 2;
+    place[axis] += edge_steps(crossing.steps, level_ - 1, along_u ? v : u) / 2;
     return vertex = add_vertex(place, crossing, axis, false);
   }
 

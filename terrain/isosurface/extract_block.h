@@ -29,7 +29,6 @@
 
 namespace karst::core {
 
-inline constexpr int kIsoCells = 16;  // of a block, a side
 inline constexpr int kIsoMaxLevel = 8;
 
 struct IsoVertex {

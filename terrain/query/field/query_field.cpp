@@ -130,10 +130,8 @@ class FieldWalk {
     const int low = start[0] + 2 * start[1] + 4 * start[2];
     const int steps = edge_crossing(value[low], value[low + (1 << axis)]);
     const glm::ivec3 from = cell + glm::ivec3(start[0], start[1], start[2]);
-    bool on_side = false;
-    for (int k = 0; k < 3; ++k) on_side = on_side || (k != axis && from[k] % kBlock == 0);
     glm::ivec3 place = from << cell_log2_;
-    place[axis] += edge_steps(steps, 0, on_side) << (cell_log2_ - kLeastCellLog2);
+    place[axis] += edge_steps(steps, 0, side_line(axis, from)) << (cell_log2_ - kLeastCellLog2);
     return glm::dvec3(corner_ + place);
   }
 
