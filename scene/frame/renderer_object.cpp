@@ -418,6 +418,8 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
+  // Before the ground, which stands for a region whose meshes are not there.
+  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
   ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
@@ -436,7 +438,9 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
   ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
-  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
+  for (std::uint32_t n = 0; n < view_count_; ++n) {
+    if (!ground_.draws_meshes(ground_.parts_drawn(n))) meshes_.leave_out(n);
+  }
 
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
