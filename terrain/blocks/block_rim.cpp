@@ -103,13 +103,15 @@ void BlockRim::sort_runs() {
       [](const Run& a, const Run& b) { return std::tie(a.side_along, a.up) < std::tie(b.side_along, b.up); });
 }
 
-const BlockRim::Run* BlockRim::find_run(std::int64_t side_along, std::int64_t up) const {
-  const auto end = storage_.runs.begin() + static_cast<std::ptrdiff_t>(run_count_);
-  const auto found = std::lower_bound(
-      storage_.runs.begin(), end, std::tie(side_along, up),
+BlockRim::Run* BlockRim::find_run(std::int64_t side_along, std::int64_t up) {
+  const std::span<Run> runs = storage_.runs.first(run_count_);
+  auto found = std::lower_bound(
+      runs.begin(), runs.end(), std::tie(side_along, up),
       [](const Run& run, const auto& key) { return std::tie(run.side_along, run.up) < key; });
-  if (found == end || found->side_along != side_along || found->up != up) return nullptr;
-  return &*found;
+  for (; found != runs.end() && found->side_along == side_along && found->up == up; ++found) {
+    if (!found->used) return &*found;
+  }
+  return nullptr;
 }
 
 bool BlockRim::set_marks(const FieldInfo& info, std::int64_t column) {

@@ -6,7 +6,9 @@
 // Each mesh keeps its *runs*, pieces of that line one behind the other, when it is made: of kRunHeader values
 // the side and how many vertices, then for each of these which of the mesh, and its place along the side and
 // upwards, in steps of the mesh. A choice of blocks joins the runs of its meshes by the places of their ends,
-// which are the same bits: it is one closed line, or there is none.
+// which are the same bits, to closed lines: the rim goes around the region, or there is none. Others are
+// *loops*, where what is below the ground is cut by a side, or a coarse block does not have what a fine one
+// beside it has: the belt fills them.
 #pragma once
 
 #include <cstddef>
@@ -45,16 +47,18 @@ class BlockRim {
   };
   // Of a mesh: its vertices' place in the walk.
   struct Run {
-    std::int64_t side_along = 0;  // of its beginning: the side, and along it
+    std::int64_t side_along = 0;  // of its beginning: a side, and along it; never a side's end
     std::int64_t up = 0;
     std::uint32_t mesh = 0;
     std::uint32_t first = 0;  // value of the mesh's
     std::uint32_t count = 0;  // vertices
+    std::uint16_t side = 0;
+    bool used = false;
   };
   struct Storage {
     std::span<Point> points;
     std::span<Run> runs;
-    std::span<std::uint32_t> marks;
+    std::span<std::uint32_t> marks, loops;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -62,14 +66,20 @@ class BlockRim {
       visit(Consumer::fields, 2 * edges, points);
       visit(Consumer::fields, 2 * edges, runs);
       visit(Consumer::fields, edges, marks);
+      visit(Consumer::fields, edges, loops);
     }
   };
   void create(const Storage& storage) { storage_ = storage; }
 
   // Whether there is a line, and so a surface that a ground can be joined to.
   bool exists() const { return point_count_ > 0; }
-  void clear() { point_count_ = 0; }
+  void clear() { point_count_ = loop_count_ = 0; }
   std::span<const Point> points() const { return storage_.points.first(point_count_); }
+  std::size_t loops() const { return loop_count_; }
+  std::span<const Point> loop(std::size_t n) const {
+    const std::uint32_t end = n + 1 < loop_count_ ? storage_.loops[n + 1] : all_points_;
+    return storage_.points.subspan(storage_.loops[n], end - storage_.loops[n]);
+  }
   std::uint32_t count() const { return static_cast<std::uint32_t>(point_count_); }
   // The first point that is not before a column's beginning; and the first column of a side, side 4:
   // columns().
@@ -77,8 +87,8 @@ class BlockRim {
   std::uint32_t columns() const { return first_[4]; }
   std::uint32_t first_column(int side) const { return first_[side]; }
 
-  // Joins the runs of meshes first..last - 1 (items(n) is the mesh's number) of a pool to one line. column:
-  // lattice steps of a column. No line where that is not one, or there is no room.
+  // Joins the runs of meshes first..last - 1 (items(n) is the mesh's number) of a pool . column: lattice
+  // steps of a column. No rim where they do not close, or there is no room.
   template <class Pool>
   void build(const Pool& pool, std::span<const std::uint32_t> meshes, const FieldInfo& info,
              std::int64_t column);
@@ -90,7 +100,10 @@ class BlockRim {
     return true;
   }
   void sort_runs();
-  const Run* find_run(std::int64_t side_along, std::int64_t up) const;
+  // One that is not used.
+  Run* find_run(std::int64_t side_along, std::int64_t up);
+  template <class Pool, class BeginOf>
+  bool trace(const Pool& pool, const FieldInfo& info, Run& start, unsigned& sides, const BeginOf& begin_of);
   bool set_marks(const FieldInfo& info, std::int64_t column);
 
   // A side is a part of one number, of which places along it are others.
@@ -99,8 +112,16 @@ class BlockRim {
     return info.drawn_steps()[side % 2 == 0 ? 2 : 0];
   }
 
+  // The end of a side is where the next one begins.
+  static std::int64_t join(const FieldInfo& info, const Run& run) {
+    const bool ends = run.side_along == kSide * run.side + length(info, run.side);
+    return ends ? kSide * ((run.side + 1) % 4) : run.side_along;
+  }
+
   Storage storage_;
-  std::size_t point_count_ = 0;
+  std::size_t point_count_ = 0;  // of the rim
+  std::uint32_t all_points_ = 0;
+  std::size_t loop_count_ = 0;
   std::size_t run_count_ = 0;
   std::uint32_t first_[5] = {};
 };
@@ -108,7 +129,8 @@ class BlockRim {
 template <class Pool>
 void BlockRim::build(const Pool& pool, std::span<const std::uint32_t> meshes, const FieldInfo& info,
                      std::int64_t column) {
-  point_count_ = run_count_ = 0;
+  clear();
+  run_count_ = 0;
   const auto along_of = [&](int side, std::int64_t corner, std::int64_t place) {
     return side < 2 ? corner + place : length(info, side) - corner - place;
   };
@@ -121,6 +143,7 @@ void BlockRim::build(const Pool& pool, std::span<const std::uint32_t> meshes, co
     run.side_along =
         kSide * side + along_of(side, corner[side % 2 == 0 ? 2 : 0], std::int64_t{along} << step_log2);
     run.up = corner.y + (std::int64_t{up} << step_log2);
+    run.side = static_cast<std::uint16_t>(side);
   };
   for (const std::uint32_t number : meshes) {
     const typename Pool::Mesh& mesh = pool.mesh(number);
@@ -131,38 +154,61 @@ void BlockRim::build(const Pool& pool, std::span<const std::uint32_t> meshes, co
       run.mesh = number;
       run.first = at + FindRuns::kRunHeader;
       begin_of(mesh, side, pool.rim_value(number, run.first + 1), pool.rim_value(number, run.first + 2), run);
+      run.side_along = join(info, run);
       at = run.first + run.count * static_cast<std::uint32_t>(FindRuns::kPointValues);
       if (!add_run(run)) return;
     }
   }
   sort_runs();
-  std::size_t used = 0, points = 0;
-  const Run* at = run_count_ == 0 ? nullptr : &storage_.runs[0];
-  if (at == nullptr || at->side_along != 0) return;
-  const std::int64_t first_up = at->up;
+  // The rim begins in the first corner, above all else.
+  std::size_t first = 0;
+  while (first < run_count_ && storage_.runs[first].side_along == 0) ++first;
+  bool found = false;
+  while (!found && first-- > 0) {
+    all_points_ = 0;
+    unsigned sides = 0;
+    for (Run& run : storage_.runs.first(run_count_)) run.used = false;
+    found = trace(pool, info, storage_.runs[first], sides, begin_of) && sides == 15;
+  }
+  if (!found) return;
+  const std::uint32_t rim_points = all_points_;
+  for (Run& run : storage_.runs.first(run_count_)) {
+    unsigned sides = 0;
+    if (run.used) continue;
+    if (loop_count_ == storage_.loops.size()) return;
+    storage_.loops[loop_count_++] = all_points_;
+    // What is cut all around has no wall.
+    if (!trace(pool, info, run, sides, begin_of) || sides == 15) return;
+  }
+  point_count_ = rim_points;
+  if (!set_marks(info, column)) point_count_ = 0;
+}
+
+// From a run on until that comes again. sides: bit s, where it went along side s. False: it does not, or
+// there is no room.
+template <class Pool, class BeginOf>
+bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, unsigned& sides,
+                     const BeginOf& begin_of) {
+  Run* at = &start;
   for (;;) {
-    if (++used > run_count_) return;
+    at->used = true;
     const typename Pool::Mesh& mesh = pool.mesh(at->mesh);
-    const auto side = static_cast<int>(at->side_along / kSide);
+    const int side = at->side;
+    sides |= 1u << side;
     Run end;
     for (std::uint32_t n = 0; n < at->count; ++n) {
       const std::uint32_t value = at->first + n * static_cast<std::uint32_t>(FindRuns::kPointValues);
       begin_of(mesh, side, pool.rim_value(at->mesh, value + 1), pool.rim_value(at->mesh, value + 2), end);
       if (n + 1 == at->count) break;  // the first of the next run
-      if (points == storage_.points.size()) return;
-      storage_.points[points++] = {pool.vertex_place(at->mesh, pool.rim_value(at->mesh, value)),
-                                   end.side_along};
+      if (all_points_ == storage_.points.size()) return false;
+      storage_.points[all_points_++] = {pool.vertex_place(at->mesh, pool.rim_value(at->mesh, value)),
+                                        end.side_along};
     }
-    if (end.side_along == kSide * side + length(info, side)) end.side_along = kSide * (side + 1);
-    if (end.side_along == 4 * kSide) {
-      if (used != run_count_ || end.up != first_up) return;
-      break;
-    }
+    end.side_along = join(info, end);
+    if (end.side_along == start.side_along && end.up == start.up) return true;
     at = find_run(end.side_along, end.up);
-    if (at == nullptr) return;
+    if (at == nullptr) return false;
   }
-  point_count_ = points;
-  if (!set_marks(info, column)) point_count_ = 0;
 }
 
 }  // namespace karst::core

@@ -151,7 +151,23 @@ std::size_t BuildBelts::write(Walk walk, const Piece& piece, std::span<std::uint
 std::size_t BuildBelts::run() const {
   KARST_ASSERT(info != nullptr && view != nullptr && levels.size() == resident.size());
   KARST_ASSERT((rim != nullptr) != (blocks != nullptr));
-  return blocks != nullptr ? run_along(*blocks) : run_along(*rim);
+  if (blocks == nullptr) return run_along(*rim);
+  const std::size_t used = run_along(*blocks);
+  return used + fill_loops(out.subspan(used));
+}
+
+// From the first point of each.
+std::size_t BuildBelts::fill_loops(std::span<std::uint32_t> to) const {
+  std::size_t used = 0;
+  for (std::size_t n = 0; n < blocks->loops(); ++n) {
+    const std::span<const BlockRim::Point> points = blocks->loop(n);
+    if (points.size() < 3 || used + 3 * (points.size() - 2) > to.size()) continue;
+    for (std::size_t k = 1; k + 1 < points.size(); ++k) {
+      for (const std::size_t v : {std::size_t{0}, k + 1, k})
+        to[used++] = first_mesh_page * kPageVertices + points[v].vertex;
+    }
+  }
+  return used;
 }
 
 template <class Rim>

@@ -27,8 +27,8 @@ namespace karst::core {
 struct BuildBelts {
   // Inputs, borrowed.
   const GroundInfo* info = nullptr;
-  std::size_t region = 0;            // its number in info
-  const RegionRim* rim = nullptr;    // built of it; or, where an isosurface stands there:
+  std::size_t region = 0;          // its number in info
+  const RegionRim* rim = nullptr;  // built of it; or, where an isosurface stands there:
   const BlockRim* blocks = nullptr;
   const GroundView* view = nullptr;  // selected, with the region drawn
   // By patch of the region: what it is drawn at, and what it is held at; the lesser counts. 0: its part of
@@ -51,6 +51,7 @@ struct BuildBelts {
   struct Piece;
   template <class Rim>
   std::size_t run_along(const Rim& line) const;
+  std::size_t fill_loops(std::span<std::uint32_t> to) const;
   template <class Walk>
   std::size_t write(Walk walk, const Piece& piece, std::span<std::uint32_t> to) const;
 };
