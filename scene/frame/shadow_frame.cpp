@@ -257,8 +257,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     pass.pages.family_texels = terrain_->ground.texels();
     pass.pages.family_places = terrain_->ground.places();
   }
-  if (meshes_->exists() && ground_->draws_meshes(parts)) {
-    pass.meshes = mesh_casters.items;
+  if (meshes_->exists()) {
+    if (ground_->draws_meshes(parts)) pass.meshes = mesh_casters.items;
     pass.mesh_pages = meshes_->pages();
     pass.pages.mesh_texels = meshes_->texels();
   }
