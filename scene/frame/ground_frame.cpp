@@ -68,8 +68,7 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions =
-        drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part());
+    request.regions = drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part());
   }
   all_ = motions.empty();
   complete(0, views.size(), all_, wait);

@@ -347,6 +347,7 @@ void RendererObject::count_views() {
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
     if (!meshes_.list(n).items.empty()) views_[n].shading |= kShadeBlend;
     costs.culled_frustum += meshes_.list(n).culled;
+    costs.blocks_drawn += static_cast<std::uint32_t>(meshes_.list(n).items.size());
   }
 }
 

@@ -272,9 +272,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   }
   status = renderer_->draw_cascade(index, pass);
   ++costs.cascades_drawn;
-  costs.shadow_triangles +=
-      casters.triangles + ground_->sum(ground_->shadow_view()).triangles +
-      (ground_->draws_meshes(parts) ? mesh_casters.triangles : 0);
+  costs.shadow_triangles += casters.triangles + ground_->sum(ground_->shadow_view()).triangles +
+                            (ground_->draws_meshes(parts) ? mesh_casters.triangles : 0);
   costs.submit_ms += ms_since(listed);
   map.drawn = status.ok();
   map.cascade = cascade;

@@ -103,7 +103,7 @@ class BlockRim {
   // One that is not used.
   Run* find_run(std::int64_t side_along, std::int64_t up);
   template <class Pool, class BeginOf>
-  bool trace(const Pool& pool, const FieldInfo& info, Run& start, unsigned& sides, const BeginOf& begin_of);
+  bool trace(const Pool& pool, const FieldInfo& info, Run& start, int& turns, const BeginOf& begin_of);
   bool set_marks(const FieldInfo& info, std::int64_t column);
 
   // A side is a part of one number, of which places along it are others.
@@ -164,37 +164,36 @@ void BlockRim::build(const Pool& pool, std::span<const std::uint32_t> meshes, co
   std::size_t first = 0;
   while (first < run_count_ && storage_.runs[first].side_along == 0) ++first;
   bool found = false;
+  int turns = 0;
   while (!found && first-- > 0) {
     all_points_ = 0;
-    unsigned sides = 0;
     for (Run& run : storage_.runs.first(run_count_)) run.used = false;
-    found = trace(pool, info, storage_.runs[first], sides, begin_of) && sides == 15;
+    found = trace(pool, info, storage_.runs[first], turns, begin_of) && turns == 4;
   }
   if (!found) return;
   const std::uint32_t rim_points = all_points_;
   for (Run& run : storage_.runs.first(run_count_)) {
-    unsigned sides = 0;
     if (run.used) continue;
     if (loop_count_ == storage_.loops.size()) return;
     storage_.loops[loop_count_++] = all_points_;
     // What is cut all around has no wall.
-    if (!trace(pool, info, run, sides, begin_of) || sides == 15) return;
+    if (!trace(pool, info, run, turns, begin_of) || turns != 0) return;
   }
   point_count_ = rim_points;
   if (!set_marks(info, column)) point_count_ = 0;
 }
 
-// From a run on until that comes again. sides: bit s, where it went along side s. False: it does not, or
-// there is no room.
+// From a run on until that comes again. turns: corners that it went around, less those backwards. False:
+// it does not, or there is no room.
 template <class Pool, class BeginOf>
-bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, unsigned& sides,
+bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, int& turns,
                      const BeginOf& begin_of) {
   Run* at = &start;
+  turns = 0;
   for (;;) {
     at->used = true;
     const typename Pool::Mesh& mesh = pool.mesh(at->mesh);
     const int side = at->side;
-    sides |= 1u << side;
     Run end;
     for (std::uint32_t n = 0; n < at->count; ++n) {
       const std::uint32_t value = at->first + n * static_cast<std::uint32_t>(FindRuns::kPointValues);
@@ -205,9 +204,11 @@ bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, unsign
                                         end.side_along};
     }
     end.side_along = join(info, end);
-    if (end.side_along == start.side_along && end.up == start.up) return true;
-    at = find_run(end.side_along, end.up);
+    const bool closes = end.side_along == start.side_along && end.up == start.up;
+    at = closes ? &start : find_run(end.side_along, end.up);
     if (at == nullptr) return false;
+    turns += at->side == side ? 0 : (at->side == (side + 1) % 4 ? 1 : -1);
+    if (closes) return true;
   }
 }
 
