@@ -148,14 +148,15 @@ void EditSession::begin_stroke() {
   stroke_changed_ = false;
 }
 
+// Those that are begun have their changes for certain.
 Error EditSession::apply(const Edit& edit, EditResult& result) {
-  if (const Status status = editor_->apply(edit, result); !status.ok()) {
+  if (const Status status = editor_->start(edit, result); !status.ok()) {
     const std::string_view field = status.field() == nullptr ? "" : status.field();
     const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches";
     const Error error("edit", status);
     return room ? Error(error.text() + "; --edit-memory takes more") : error;
   }
-  if (!result.changed) return {};
+  if (!result.changed && !result.pending) return {};
   ScriptStep step;
   step.joined = in_stroke_ && stroke_changed_;
   step.what = edit;
@@ -167,6 +168,15 @@ Error EditSession::apply(const Edit& edit, EditResult& result) {
   stroke_changed_ = true;
   note(step, !in_stroke_);
   return {};
+}
+
+void EditSession::advance(EditResult& result) {
+  result = {};
+  if (editor_ != nullptr) editor_->advance(result);
+}
+
+void EditSession::finish() {
+  for (EditResult result; is_pending();) editor_->advance(result);
 }
 
 Error EditSession::end_stroke() {
@@ -185,6 +195,7 @@ std::size_t EditSession::redo_steps() const {
 
 Error EditSession::undo(bool& changed) {
   changed = false;
+  finish();
   if (undo_steps() == 0) return {};
   EditResult result;
   const std::uint32_t steps = editor_->undo_state().undo_steps;
@@ -205,6 +216,7 @@ Error EditSession::undo(bool& changed) {
 
 Error EditSession::redo(bool& changed) {
   changed = false;
+  finish();
   if (redo_steps() == 0) return {};
   EditResult result;
   const std::uint32_t steps = editor_->undo_state().redo_steps;

@@ -48,8 +48,12 @@ class EditSession {
   void end();
 
   void begin_stroke();
-  // Changes nothing where it fails.
+  // Changes nothing where it fails. What takes long is begun, and goes on with advance(); all other calls do
+  // it first.
   Error apply(const Edit& edit, EditResult& result);
+  bool is_pending() const { return editor_ != nullptr && editor_->is_pending(); }
+  // A part of it, for a frame. result: Editor::advance()'s.
+  void advance(EditResult& result);
   Error end_stroke();
   // changed false: there is nothing. What was done before the world was saved in place the journal does not
   // know any more: then all of the world is saved to WORLD.autosave, which the journal is of from then on.
@@ -68,6 +72,7 @@ class EditSession {
 
  private:
   Error replay();
+  void finish();
   void note(const ScriptStep& step, bool on_disk);
   void note(ScriptStep::Kind kind);
   Error begin_journal(std::uint64_t id, bool of_checkpoint);

@@ -195,18 +195,26 @@ void HandEditor::save() {
 
 void HandEditor::frame(const ViewState& view, int quarter_turns, std::int64_t now_ns) {
   const auto aim = [&] { aimed_ = aim_.at(brush_, view, quarter_turns, pointer_); };
+  if (is_busy()) {
+    EditResult told;
+    session_->advance(told);
+    changes_ += told.changed;
+    changed_ = true;
+  }
   if (std::exchange(saves_next_, false)) save();
   for (const Asked& asked : std::exchange(asked_, {})) {
     end_stroke();
     run(asked);
   }
   aim();
-  if (is_drawing()) {
+  const bool waits = is_busy();
+  if (is_drawing() && !waits) {
     draw_stroke(now_ns);
     aim();
   }
   if (!held_) end_stroke();
-  tapped_ = false;
+  tapped_ = tapped_ && waits;
+  changed_ = changed_ || is_busy();
 }
 
 void HandEditor::end_stroke() {

@@ -33,9 +33,11 @@ class HandEditor {
   bool take_changed() { return std::exchange(changed_, false); }
   // A stroke is under way.
   bool is_drawing() const { return held_ || tapped_; }
+  // An edit that takes several frames.
+  bool is_busy() const { return session_->is_pending(); }
 
-  // What comes with a picture of this view at a time: commands, the stroke's next edit, and then where the
-  // brush is.
+  // What comes with a picture of this view at a time: a part of an edit that takes several, commands, the
+  // stroke's next edit, and then where the brush is. A stroke waits for an edit that is under way.
   void frame(const ViewState& view, int quarter_turns, std::int64_t now_ns);
   // After frame(): into a mesh that was started with the same view.
   void draw(OverlayMesh& mesh) const;

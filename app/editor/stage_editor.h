@@ -46,7 +46,7 @@ class StageEditor {
   void before_frame(StageView& view, int quarter_turns, std::int64_t now_ns);
   // After it: whether there is more to do in the next one.
   bool take_changed() { return hand_ && hand_->take_changed(); }
-  // Milliseconds of the frames' edits, those alone that changed the world.
+  // Milliseconds of the frames' edits, those alone that changed the world, or did a part of that.
   const Series& edit_ms() const { return edit_ms_; }
 
  private:

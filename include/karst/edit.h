@@ -9,6 +9,8 @@
 //   Edit dig;  dig.tool = EditTool::clear;  dig.place = hit.place;  dig.radius_m = 3;
 //   EditResult changed;
 //   editor->apply(dig, changed);   // changed.low .. high: for the host's physics
+//   editor->start(dig, changed);   // or in parts, one a frame
+//   if (editor->is_pending()) editor->advance(changed);
 //   editor->undo(changed);
 //   editor->save(sink);
 #pragma once
@@ -72,6 +74,7 @@ struct EditResult {
   // Of apply(): whether it can be taken back. Where undo_bytes has no room for what its step keeps, the edit
   // is made all the same, and neither that step nor any before it can be taken back.
   bool can_undo = false;
+  bool pending = false;  // of start(): what it changes is to come, by advance()
 };
 
 struct UndoState {
@@ -117,6 +120,19 @@ class KARST_API Editor {
   // field of Needs that is too small, or "max_octets", with what it would take. After an error nothing has
   // changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
+
+  // As apply(), but what takes longer than a frame has is only begun: an edit that makes a region. All errors
+  // come now, and until the last part the world is what it was, for frames and queries. advance() does a
+  // part, counted, some 3 ms; with the last one all of the edit is there at once, and result is apply()'s.
+  // Frames with a limit of time draw it some frames later: when they have made vertices of all of the region.
+  // All other edits, undo(), redo(), begin_stroke() and save() do first what is pending; advance() then tells
+  // what it changed. A stroke that ends meanwhile has it as its last edit; undo_state() does not count it
+  // yet.
+  Status start(const Edit& edit, EditResult& result) noexcept;
+  // Whether there is something for advance() to do or to tell.
+  bool is_pending() const noexcept;
+  // result.changed: it is there now. Nothing pending: it does nothing.
+  void advance(EditResult& result) noexcept;
 
   // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second
   // begin_stroke() end it; a step that changed nothing is none.

@@ -69,7 +69,7 @@ bool wants_region(const World& world, const Edit& edit) {
   return world.ground().can_be_dug && regions_reached(edit, world) == 0;
 }
 
-Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
+Status begin_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   World& terrain = world.terrain.world;
   if (world.ground_edits == nullptr) {
     return {StatusCode::limit_reached, "there is no room for what a new region changes of the ground",
@@ -104,15 +104,33 @@ Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   made.bottom = static_cast<std::int32_t>(std::floor(std::min(low, box.low.y))) - kBelow;
   if (edit.tool == EditTool::fill) high = std::max(high, box.high.y);
   made.top = static_cast<std::int32_t>(std::ceil(high)) + kAbove;
-  return made.run();
+  Status status = made.begin();
+  bool changes = false;
+  if (status.ok()) {
+    status = try_part(terrain, terrain.spare().region, edit, changes);
+    if (!changes) made.take_back();
+  }
+  // It has used what it lends.
+  world.terrain.residency.take_scratch();
+  if (!changes) made.world = nullptr;
+  return status;
 }
 
 void show_region(WorldObject& world) {
   World& terrain = world.terrain.world;
+  terrain.open_region();
   const std::size_t n = terrain.parts().size() - 1;
   const WorldPart& part = terrain.parts()[n];
   // All of it is apart from the ground by as much as surface and voxels are.
   const LatticeBox whole{glm::ivec3(0), part.extent * kStepsPerVoxel};
+  if (terrain.is_paintable()) {
+    const std::span<PatchId> all = world.terrain.residency.lend_list();
+    std::size_t count = 0;
+    for (PatchId own = 0; own < part.patches(); ++own) {
+      if (!part.surface.is_free(own)) all[count++] = part.first + own;
+    }
+    static_cast<void>(mark_painted(terrain, world.span(), all.first(count)));
+  }
   world.terrain.ground.set_regions(terrain.ground());
   static_cast<void>(grow_region(world, n, whole, nullptr));
   world.terrain.residency.follow_region(n);

@@ -50,6 +50,15 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 }
 
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
+  if (const Status status = begin(edit, result); !status.ok() || !result.pending) return status;
+  while (!step_dig(result)) {
+  }
+  return {};
+}
+
+// Of what makes a region, the first part.
+Status EditorObject::begin(const karst::Edit& edit, EditResult& result) {
+  finish();
   result = {};
   result.version = version;
   // In a stroke a step is open.
@@ -59,6 +68,7 @@ Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
   result.can_undo = result.changed && log.exists() && !log.is_lost();
   if (alone) log.end();
   if (result.changed) result.version = ++version;
+  if (result.pending) dig.alone = alone;
   return status;
 }
 
@@ -73,17 +83,9 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  MakeRegion made;
-  const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
-  if (digs) {
-    const Status status = make_region_for(world, edit, made);
-    if (!status.ok() || made.world == nullptr) return status;
-  }
+  if (edits_voxels(edit.tool) && wants_region(terrain, edit)) return begin_dig(edit, result);
   if (terrain.ground().exists()) {
-    if (const Status status = reserve_region(world, edit); !status.ok()) {
-      if (digs) made.take_back();
-      return status;
-    }
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
   }
   EditChange change;
   if (edits_heights(edit.tool)) {
@@ -91,13 +93,7 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     return status.ok() ? follow(change, result) : status;
   }
   Status status = edit_shape(terrain, edit, kept, change);
-  if (digs && !change.changed) made.take_back();
   if (!status.ok()) return status;
-  if (digs && change.changed) {
-    show_region(world);
-    ground_changed = true;
-    ++sky_version;
-  }
   status = follow(change, result);
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
@@ -232,6 +228,7 @@ bool EditorObject::is_settled() const {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
+  finish();
   settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
@@ -250,6 +247,18 @@ Status EditorObject::save(const Sink& sink) {
 
 Status Editor::apply(const Edit& edit, EditResult& result) noexcept {
   return core::self(this).apply(edit, result);
+}
+
+Status Editor::start(const Edit& edit, EditResult& result) noexcept {
+  return core::self(this).start(edit, result);
+}
+
+bool Editor::is_pending() const noexcept {
+  return static_cast<const core::EditorObject*>(this)->is_pending();
+}
+
+void Editor::advance(EditResult& result) noexcept {
+  core::self(this).advance(result);
 }
 
 Status Editor::save(const Sink& sink) noexcept {

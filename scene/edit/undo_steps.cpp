@@ -15,12 +15,17 @@ EditorObject& self(karst::Editor* editor) {
 }  // namespace
 
 void EditorObject::begin_stroke() {
+  finish();
   end_stroke();
   if (log.exists()) log.begin();
 }
 
 void EditorObject::end_stroke() {
-  if (log.is_open()) log.end();
+  if (dig.stage != PendingDig::Stage::none && !dig.alone) {
+    dig.ends_stroke = true;
+  } else if (log.is_open()) {
+    log.end();
+  }
 }
 
 // A part of a step that is taken back or done again, and what follows from it for frames and queries.
@@ -52,6 +57,7 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
 }
 
 Status EditorObject::take_step(bool back, EditResult& result) {
+  finish();
   end_stroke();
   result = {};
   Status first;

@@ -68,7 +68,9 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions = drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part());
+    request.regions =
+        drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part()) &
+        ~terrain_->residency.fresh_parts();
   }
   all_ = motions.empty();
   complete(0, views.size(), all_, wait);
@@ -102,7 +104,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   const std::uint32_t ground_families = terrain_->ground.row_count() - 1;
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
-  request.regions = drawable(parts);
+  request.regions = drawable(parts) & ~terrain_->residency.fresh_parts();
   complete(shadow_view(), shadow_view() + 1, all_ || wait, wait);
   costs.select_ms += ms_since(start);
   return terrain_->ground.view(shadow_view()).result().lacks_tile == 0;

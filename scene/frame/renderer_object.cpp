@@ -30,6 +30,8 @@ constexpr double kWhiteSunDeg = 45;
 // That edits have touched and a frame with a limit of time makes; counted, so that frames of a replay are
 // alike.
 constexpr std::uint32_t kRemadePatches = 128;
+// The same of regions that were made, of whose patches the coarsest levels are made.
+constexpr std::uint32_t kBasePatches = 512;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
@@ -253,11 +255,16 @@ Status RendererObject::follow_edits(double work_ms) {
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
   const bool at_once = first_frame_ || work_ms == 0;
-  if (const Status status = work_.remake(at_once ? 0xffffffffu : kRemadePatches, costs); !status.ok())
+  if (const Status status = work_.remake(at_once ? VertexWork::kAllPatches : kRemadePatches, costs);
+      !status.ok())
     return status;
-  // A region with a patch that lacks vertices would close.
+  // A region with a patch that lacks vertices would close. One that was just made is drawn when it has all.
   if (world.terrain.world.ground().region_count > 0) {
-    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+    const std::uint32_t fresh = world.terrain.residency.fresh_parts();
+    if (const Status status = work_.make_bases(costs, at_once ? VertexWork::kAllPatches : kBasePatches);
+        !status.ok())
+      return status;
+    if (world.terrain.residency.fresh_parts() != fresh) shadows_.forget();
   }
   edit_version_ = editor.version;
   return {};
@@ -382,7 +389,9 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.editor.is_settled() || world.terrain.residency.has_plain()) limits_ |= kLimitWork;
+  const Residency& residency = world.terrain.residency;
+  if (!world.editor.is_settled() || residency.has_plain() || residency.fresh_parts() != 0)
+    limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;

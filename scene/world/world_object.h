@@ -16,6 +16,7 @@
 #include "terrain/edit/edit.h"
 #include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/paint/edit_paint.h"
+#include "terrain/edit/regions/make_region.h"
 #include "terrain/edit/regions/region_growth.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/undo_log.h"
@@ -25,6 +26,22 @@ namespace karst::core {
 
 struct WorldObject;
 
+// An edit of voxels where there was only ground, from when it is begun to when all see it.
+struct PendingDig {
+  enum class Stage : std::uint8_t { none, region, hole, show };
+
+  Stage stage = Stage::none;
+  core::Edit edit;
+  MakeRegion make;
+  bool alone = false;        // is a step of undo of its own
+  bool ends_stroke = false;  // the stroke that it is in ended meanwhile
+  // Of the hole: what it changed, from the region's corner, and patches that it touched.
+  LatticeBox box{};
+  std::uint32_t touched = 0;
+  // That advance() is still to tell of.
+  EditResult untold;
+};
+
 // karst::Editor over the core's edits: places of the simulator's frame to voxels, and what follows from an
 // edit beyond the core's world (editor_object.cpp).
 struct EditorObject final : karst::Editor {
@@ -32,6 +49,12 @@ struct EditorObject final : karst::Editor {
   ~EditorObject() = default;
 
   Status apply(const karst::Edit& edit, EditResult& result);
+  // pending_dig.cpp
+  Status start(const karst::Edit& edit, EditResult& result);
+  bool is_pending() const { return dig.stage != PendingDig::Stage::none || dig.untold.changed; }
+  void advance(EditResult& result);
+  // Does what is pending.
+  void finish();
   // undo_steps.cpp
   void begin_stroke();
   void end_stroke();
@@ -52,11 +75,18 @@ struct EditorObject final : karst::Editor {
   std::uint32_t loose = 0;  // bit n: the columns of region n are still to be looked at
   ColumnsOfRegion columns;
   PaintChange unshown;  // paint that is not on the GPU yet
+  PendingDig dig;
   std::atomic<bool> taken{false};
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
+  Status begin(const karst::Edit& edit, EditResult& result);
   Status make(const core::Edit& edit, EditResult& result);
+  Status begin_dig(const core::Edit& edit, EditResult& result);
+  // True: all see the hole, and result tells of it.
+  bool step_dig(EditResult& result);
+  void dig_hole();
+  void show_dig(EditResult& result);
   Status make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result);
   void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);

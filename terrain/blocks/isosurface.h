@@ -21,8 +21,8 @@
 
 namespace karst::core {
 
-// The region of a ground whose field it is: where that begins, voxels from the world's corner, and the width of
-// its columns (block_rim.h), lattice steps. Cameras and frustums are the region's then.
+// The region of a ground whose field it is: where that begins, voxels from the world's corner, and the width
+// of its columns (block_rim.h), lattice steps. Cameras and frustums are the region's then.
 struct FieldRegion {
   glm::ivec3 corner{0};
   std::int64_t column = 0;

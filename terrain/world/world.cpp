@@ -209,7 +209,7 @@ void World::unload() {
 }
 
 bool World::is_settled(std::size_t part) const {
-  return queues_[part].left() == 0 && !skies_[part].is_behind();
+  return is_staged(part) || (queues_[part].left() == 0 && !skies_[part].is_behind());
 }
 
 bool World::is_settled() const {
@@ -222,7 +222,7 @@ bool World::is_settled() const {
 std::uint32_t World::free_patches() const {
   std::uint32_t used = 0;
   if (!is_editable()) return 0;
-  for (std::size_t n = 0; n < part_count_; ++n) used += tables_[n].size();
+  for (std::size_t n = 0; n < part_count_; ++n) used += is_staged(n) ? 0 : tables_[n].size();
   return patch_slots_ - used;
 }
 
@@ -349,11 +349,12 @@ void World::place_parts() {
     skies_[n].set_least_cell(one ? 0 : sky_atlas_.places[n].grid.cell_log2);
     part.corner = spare ? glm::ivec3(0) : octrees[n].corner;
     part.extent = spare ? info_.extent : octrees[n].extent;
-    part.octree = &octrees_[n];
-    part.tree = &trees_[n];
-    part.occluders = &occluders_[n];
-    part.sky = &skies_[n];
-    part.rim = &rims_[n];
+    Nothing& nothing = state_.nothing;
+    part.octree = spare ? &nothing.octree : &octrees_[n];
+    part.tree = spare ? &nothing.tree : &trees_[n];
+    part.occluders = spare ? &nothing.occluders : &occluders_[n];
+    part.sky = spare ? &nothing.sky : &skies_[n];
+    part.rim = spare ? &nothing.rim : &rims_[n];
   }
 }
 
@@ -375,7 +376,7 @@ Status World::load_parts() {
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
-    set_spans(n);
+    set_spans(part);
     if (const Status status = trees_[n].build(part.surface, part.bounds); !status.ok()) return status;
     const std::size_t count = PatchBoxes::count_for(part.patches());
     fill_patch_boxes(part.surface, part.bounds, 0, part.patches(),
@@ -391,8 +392,7 @@ Status World::load_parts() {
 }
 
 // Of arrays by patch, those of a part.
-void World::set_spans(std::size_t n) {
-  WorldPart& part = parts_[n];
+void World::set_spans(WorldPart& part) const {
   part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(patch_slots_)));
   part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(patch_slots_)));
   part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(patch_slots_)));
@@ -582,12 +582,12 @@ void World::spread_heights() {
 }
 
 World::Editable World::edit(std::size_t n) {
-  KARST_ASSERT(state_.editable && n < part_count_);
-  const WorldPart& part = parts_[n];
+  KARST_ASSERT(state_.editable && (n < part_count_ || is_staged(n)));
+  const WorldPart& part = this->part(n);
   const std::size_t values = level_error_values(info_.level);
   Editable all;
   all.extent = part.extent;
-  all.mirrors = ground_.region_count > 0;
+  all.mirrors = ground_.region_count > 0 || is_staged(n);
   all.first = part.first;
   all.octree = &octrees_[n];
   all.slots = &slots_[n];

@@ -306,7 +306,7 @@ class World {
   };
   // Where Config::edit_patches is not 0 and a world with voxels is loaded, or a ground that can be dug.
   bool is_editable() const { return state_.editable; }
-  // Precondition: is_editable(), part < parts().size().
+  // Precondition: is_editable(), part < parts().size() or is_staged(part).
   Editable edit(std::size_t part);
   // Regions that may still be made.
   std::size_t spare_regions() const {
@@ -329,11 +329,18 @@ class World {
   };
   // Precondition: spare_regions() > 0.
   Spare spare();
-  // A part as edit() gives it, of what was made in a spare's memory: surface, heights, measures for the time
-  // being, rim. region: with counts, extent, depth, first node and height of its corner.
-  void open_region(const GroundRegion& region);
-  // Takes the last one away, which was made: it is a spare again. Whoever made it empties its memory.
-  void close_region();
+  // A region that is under way in a spare's memory: edit() has it, and nobody else knows of it. Of surface
+  // and rim that were made there; with counts, extent, depth, first node and place of its corner.
+  void stage_region(const GroundRegion& region);
+  // Boxes, tree, rock that hides and sky of what is staged, from its heights and measures.
+  void build_staged();
+  // What is staged is the last of parts() from now on.
+  void open_region();
+  // It is a spare again. Whoever made it empties its memory.
+  void unstage_region();
+  bool is_staged(std::size_t part) const { return state_.staged.exists && part == ground_.regions().size(); }
+  // Of parts(), or what is staged.
+  const WorldPart& part(std::size_t n) const { return is_staged(n) ? state_.staged.part : parts_[n]; }
   // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
   bool is_settled(std::size_t part) const;
   bool is_settled() const;
@@ -438,7 +445,7 @@ class World {
   static constexpr std::size_t kMostOccluderWords = 131'072;
   // Of an edit's new octree, beside the old one, along the ways to a few voxels.
   static constexpr std::uint32_t kEditPathOctets = 64;
-  void set_spans(std::size_t part);
+  void set_spans(WorldPart& part) const;
   Status extract_part(std::size_t n);
   void place_slots();
   void place_parts();
@@ -472,7 +479,23 @@ class World {
   SkyAtlas sky_atlas_;
   std::array<MeasureQueue, kMostRegions> queues_;
   FieldBlocks field_;
+  // What edit() has and parts() do not.
+  struct Staged {
+    bool exists = false;
+    WorldPart part;
+    GroundRegion region;
+  };
+  // What a part refers to whose region is not there.
+  struct Nothing {
+    Octree octree;
+    BoundsTree tree;
+    Occluders occluders;
+    SkyVisibility sky;
+    RegionRim rim;
+  };
   struct State {
+    Staged staged;
+    Nothing nothing;
     bool editable = false;
     bool spares = false;            // regions may be made
     std::size_t file_regions = 0;   // where they may: those of the file

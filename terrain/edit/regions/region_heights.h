@@ -49,6 +49,8 @@ class RegionHeights {
     }
     return {};
   }
+  // What read() has left in its room.
+  void use(std::span<float> room) { samples_ = room; }
   double at(double x, double z) const {
     const double along[2] = {(x - 0.5) / spacing_, (z - 0.5) / spacing_};
     int quad[2];

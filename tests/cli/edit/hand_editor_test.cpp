@@ -5,14 +5,18 @@
 #include <gtest/gtest.h>
 #include <linux/input-event-codes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <glm/geometric.hpp>
 
 #include "tests/cli/edit/hand_world.h"
+#include "tests/library/ground_file.h"
+#include "tests/support/memory_ground.h"
 
 namespace karst::app {
 namespace {
@@ -27,11 +31,12 @@ glm::dvec3 vec(Vec3 v) {
 class HandEditorTest : public testing::Test {
  protected:
   void SetUp() override { open(4096); }
-  void open(std::uint32_t edit_patches) {
-    folder_.write("w.karst", hand_world_file());
+  void open(std::uint32_t edit_patches) { open(edit_patches, hand_world_file()); }
+  void open(std::uint32_t edit_patches, std::span<const std::byte> file, bool digs = false) {
+    folder_.write("w.karst", file);
     const std::string path = folder_.path("w.karst");
     ASSERT_EQ(session_.open({path, folder_.path("out.karst")}).text(), "");
-    world_.emplace(path, edit_patches);
+    world_.emplace(path, edit_patches, digs);
     ASSERT_EQ(session_.begin(*world_->world).text(), "");
     hand_.emplace(*world_->world, *world_->query, session_);
     view_.width_px = 640;
@@ -97,6 +102,91 @@ TEST_F(HandEditorTest, ATapIsOneEditAndOneStep) {
   tap(KEY_Y);
   EXPECT_EQ(hand_->message(), "there is nothing to do again");
   EXPECT_TRUE(camera_.empty());
+}
+
+// Where there is only ground a hole takes several frames, one part each; what else is asked for waits, or
+// comes after it.
+TEST_F(HandEditorTest, AHoleInTheGroundTakesSeveralFrames) {
+  TearDown();
+  const auto ground = test::MemoryGround::to_dig(257, 257, 4096, [](std::int64_t i, std::int64_t k) {
+    const double height = 12 + 5 * test::value_noise(9, glm::dvec3(double(i), 0, double(k)) / 28.0);
+    return static_cast<std::int32_t>(height * core::kStepsPerVoxel / core::kVertexStep);
+  });
+  open(4096, test::ground_file(ground, 0.5), true);
+  const Vec3 middle = world_->world->info().origin_m;
+  look({middle.x + 64, middle.y + 40, middle.z + 80}, {middle.x + 64, middle.y + 12, middle.z + 64});
+  frame();
+  const Aimed at = aimed(hand_->brush());
+  ASSERT_TRUE(at.found);
+  const glm::dvec3 deep = at.place - 1.5 * at.normal;
+  const auto frames_until_dug = [&] {
+    int frames = 0;
+    for (; hand_->is_busy(); ++frames) {
+      EXPECT_TRUE(rock(deep));
+      EXPECT_TRUE(hand_->take_changed());
+      frame();
+    }
+    return frames;
+  };
+  tap(KEY_SPACE);
+  ASSERT_TRUE(hand_->is_busy()) << hand_->message();
+  EXPECT_EQ(hand_->changes(), 0u);
+  EXPECT_FALSE(session_.is_saved());
+  EXPECT_GT(frames_until_dug(), 4);
+  EXPECT_FALSE(rock(deep));
+  EXPECT_EQ(hand_->changes(), 1u);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  const std::string path = JournalFile::path_for(folder_.path("w.karst"));
+  const auto lines = [&] {
+    const std::string journal = test::read_text(path);
+    return std::count(journal.begin(), journal.end(), '\n');
+  };
+  const auto before = lines();
+  // Held elsewhere: the next edit of the stroke waits for the first.
+  look({middle.x + 30, middle.y + 40, middle.z + 110}, {middle.x + 30, middle.y + 12, middle.z + 94});
+  event(Kind::key, KEY_SPACE, true);
+  frame();
+  ASSERT_TRUE(hand_->is_busy()) << hand_->message();
+  while (hand_->is_busy()) {
+    EXPECT_EQ(lines(), before + 1);
+    frame();
+  }
+  frame(40);
+  event(Kind::key, KEY_SPACE, false);
+  frame();
+  EXPECT_GT(lines(), before + 2);
+  EXPECT_EQ(session_.undo_steps(), 2u);
+  // Taken back while it is under way.
+  tap(KEY_Z, 2);
+  EXPECT_TRUE(rock(deep));
+  EXPECT_EQ(session_.undo_steps(), 0u);
+}
+
+// What is under way when the program ends is in the journal, and is done again.
+TEST_F(HandEditorTest, AHoleThatIsUnderWayIsInTheJournal) {
+  TearDown();
+  const auto ground = test::MemoryGround::to_dig(257, 257, 4096, [](std::int64_t, std::int64_t) {
+    return 12 * core::kStepsPerVoxel / core::kVertexStep;
+  });
+  open(4096, test::ground_file(ground, 0.5), true);
+  const Vec3 origin = world_->world->info().origin_m;
+  look({origin.x + 64, origin.y + 40, origin.z + 80}, {origin.x + 64, origin.y + 12, origin.z + 64});
+  frame();
+  const Aimed at = aimed(hand_->brush());
+  tap(KEY_SPACE);
+  ASSERT_TRUE(hand_->is_busy()) << hand_->message();
+  EXPECT_TRUE(rock(at.place - 1.5 * at.normal));
+  hand_->end();
+  session_.end();
+  world_.reset();
+  const std::string path = folder_.path("w.karst");
+  EditSession again;
+  ASSERT_EQ(again.open({path, folder_.path("out.karst")}).text(), "");
+  EXPECT_EQ(again.found(), 1u);
+  world_.emplace(path, 4096, true);
+  ASSERT_EQ(again.begin(*world_->world).text(), "");
+  EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
+  again.end();
 }
 
 // Held, it goes into the rock, four times a second; all of it is one step.

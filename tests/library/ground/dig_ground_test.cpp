@@ -10,7 +10,7 @@
 #include "tests/library/colours.h"
 #include "tests/library/edit/live_world.h"
 #include "tests/library/edit/saved_ground.h"
-#include "tests/library/ground_file.h"
+#include "tests/library/ground/ground_to_dig.h"
 #include "tests/library/host.h"
 #include "tests/support/edited_world.h"
 #include "tests/support/heap_count.h"
@@ -21,45 +21,12 @@
 namespace karst {
 namespace {
 
+using test::ball;
+using test::file_to_dig;
+using test::height;
 using test::LiveWorld;
+using test::needs_to_dig;
 using test::Pixels;
-
-// Samples are half a voxel of 1 m apart, nodes of size 0 two voxels wide: 150 x 125 voxels.
-constexpr int kWide = 301, kDeep = 251;
-constexpr double kSpacing_m = 0.5;
-
-double height(double x, double z) {
-  return 12 + 5 * test::value_noise(9, glm::dvec3(x, 0, z) / 14.0);
-}
-
-std::vector<std::byte> file_to_dig(const core::WorldMaterials& materials = core::WorldMaterials()) {
-  const auto ground = test::MemoryGround::to_dig(kWide, kDeep, 4096, [](std::int64_t i, std::int64_t k) {
-    return static_cast<std::int32_t>(height(0.5 * double(i), 0.5 * double(k)) * core::kStepsPerVoxel /
-                                     core::kVertexStep);
-  });
-  return test::ground_file(ground, kSpacing_m, {}, materials);
-}
-
-Needs needs_to_dig() {
-  Needs needs;
-  needs.queries = 1;
-  needs.edit_patches = 1'500;
-  needs.edit_tiles = 400;
-  needs.undo_bytes = 1 << 20;
-  needs.dig_regions = 3;
-  // So few that regions and what is loaded have cells of the sky as fine as they can be.
-  needs.region_patches = 1'000;
-  return needs;
-}
-
-// Metres from the ground's north-western sample.
-Edit ball(const World& world, double x, double z, double radius, double below = 0) {
-  Edit edit;
-  edit.radius_m = radius;
-  const Vec3 origin = world.info().origin_m;
-  edit.place = world.from_world({origin.x + 0.5 + x, origin.y + height(x, z) - below, origin.z + 0.5 + z});
-  return edit;
-}
 
 EditResult apply(LiveWorld& live, const Edit& edit) {
   EditResult result;
