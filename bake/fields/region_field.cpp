@@ -30,13 +30,22 @@ class Sampler {
         origin_m_(grid.origin_m + 0.5 * grid.voxel_m),
         steepest_(steepest) {}
 
+  // Of a block and the samples around it; NaN: not asked for yet.
+  struct Values {
+    static constexpr int kSide = kBlock + 2;
+    glm::ivec3 corner{0};
+    std::array<double, std::size_t{kSide} * kSide * kSide> value;
+  };
+
   // False: no sample tells a distance, and all are like `filling`.
-  bool block(glm::ivec3 corner, Samples& out, std::int8_t& filling) const {
+  bool block(glm::ivec3 corner, Values& values, Samples& out, std::int8_t& filling) const {
     double value = 0;
     if (is_far(corner, kBlock, value)) {
       filling = value > 0 ? std::int8_t{-128} : std::int8_t{127};
       return false;
     }
+    values.corner = corner;
+    values.value.fill(std::numeric_limits<double>::quiet_NaN());
     constexpr int kHalf = kBlock / 2;
     for (int o = 0; o < 8; ++o) {
       const glm::ivec3 from = kHalf * glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
@@ -44,7 +53,7 @@ class Sampler {
       for (int n = 0; n < kHalf * kHalf * kHalf; ++n) {
         const glm::ivec3 at = from + glm::ivec3(n % kHalf, n / kHalf % kHalf, n / kHalf / kHalf);
         const auto place = static_cast<std::size_t>(at.x + kBlock * (at.y + kBlock * at.z));
-        out[place] = far ? (value > 0 ? std::int8_t{-128} : std::int8_t{127}) : sample(corner + at);
+        out[place] = far ? (value > 0 ? std::int8_t{-128} : std::int8_t{127}) : sample(corner + at, values);
       }
     }
     filling = out[0];
@@ -63,22 +72,29 @@ class Sampler {
   }
 
   // A distance: the value over what it changes by over a length.
-  std::int8_t sample(glm::ivec3 s) const {
-    const glm::dvec3 at(s);
-    double v = value(at);
-    constexpr double kStep = 0.5;
-    if (std::abs(v) < 2 * steepest_ * cell_m_ * RegionField::kReachCells) {
+  std::int8_t sample(glm::ivec3 s, Values& values) const {
+    double v = at(s, values);
+    if (std::abs(v) < steepest_ * cell_m_ * RegionField::kReachCells) {
       glm::dvec3 slope;
       for (int axis = 0; axis < 3; ++axis) {
-        glm::dvec3 step(0.0);
-        step[axis] = kStep;
-        slope[axis] = (value(at + step) - value(at - step)) / (2 * kStep * cell_m_);
+        glm::ivec3 step(0);
+        step[axis] = 1;
+        slope[axis] = (at(s + step, values) - at(s - step, values)) / (2 * cell_m_);
       }
       // Where surfaces meet, opposite slopes cancel.
       v /= std::max(glm::length(slope), 0.5);
     }
     const double scaled = std::floor(-v / cell_m_ * 128 / RegionField::kReachCells);
     return static_cast<std::int8_t>(std::clamp(scaled, -128.0, 127.0));
+  }
+
+  // Each is asked for once.
+  double at(glm::ivec3 s, Values& values) const {
+    const glm::ivec3 inside = s - values.corner + 1;
+    double& known = values.value[static_cast<std::size_t>(
+        inside.x + Values::kSide * (inside.y + Values::kSide * inside.z))];
+    if (std::isnan(known)) known = value(glm::dvec3(s));
+    return known;
   }
 
   const Solid& solid_;
@@ -110,8 +126,9 @@ Error RegionField::sample(const Solid& solid, const WorldGrid& grid, int cells_l
   };
   parallel_chunks(count, 16, threads, [&](std::size_t first, std::size_t last, int) {
     auto room = std::make_unique<Samples>();
+    const auto values = std::make_unique<Sampler::Values>();
     for (std::size_t n = first; n < last; ++n) {
-      if (!sampler.block(place_of(n) * kBlock, *room, fillings[n])) continue;
+      if (!sampler.block(place_of(n) * kBlock, *values, *room, fillings[n])) continue;
       made[n] = std::move(room);
       room = std::make_unique<Samples>();
     }

@@ -126,7 +126,6 @@ bool BlockRim::set_marks(const FieldInfo& info, std::int64_t column) {
       storage_.marks[c] = next;
     }
   }
-  for (Point& point : storage_.points.first(point_count_)) point.along %= kSide;
   return true;
 }
 

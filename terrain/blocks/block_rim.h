@@ -41,9 +41,11 @@ unsigned sides_of(const FieldInfo& info, BlockKey block);
 
 class BlockRim {
  public:
+  static constexpr std::int64_t kSide = std::int64_t{1} << 32;
+
   struct Point {
     std::uint32_t vertex = 0;  // of the pages of meshes
-    std::int64_t along = 0;    // lattice steps from the beginning of its side
+    std::int64_t along = 0;    // kSide a side that was gone along, and lattice steps from its beginning
   };
   // Of a mesh: its vertices' place in the walk.
   struct Run {
@@ -106,8 +108,6 @@ class BlockRim {
   bool trace(const Pool& pool, const FieldInfo& info, Run& start, int& turns, const BeginOf& begin_of);
   bool set_marks(const FieldInfo& info, std::int64_t column);
 
-  // A side is a part of one number, of which places along it are others.
-  static constexpr std::int64_t kSide = std::int64_t{1} << 32;
   static std::int64_t length(const FieldInfo& info, int side) {
     return info.drawn_steps()[side % 2 == 0 ? 2 : 0];
   }
@@ -190,6 +190,8 @@ bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, int& t
                      const BeginOf& begin_of) {
   Run* at = &start;
   turns = 0;
+  // In the first corner the last side ends.
+  const int first = start.side_along == 0 && start.side == 3 ? -1 : 0;
   for (;;) {
     at->used = true;
     const typename Pool::Mesh& mesh = pool.mesh(at->mesh);
@@ -201,7 +203,7 @@ bool BlockRim::trace(const Pool& pool, const FieldInfo& info, Run& start, int& t
       if (n + 1 == at->count) break;  // the first of the next run
       if (all_points_ == storage_.points.size()) return false;
       storage_.points[all_points_++] = {pool.vertex_place(at->mesh, pool.rim_value(at->mesh, value)),
-                                        end.side_along};
+                                        end.side_along + kSide * (first + turns - side)};
     }
     end.side_along = join(info, end);
     const bool closes = end.side_along == start.side_along && end.up == start.up;

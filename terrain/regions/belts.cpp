@@ -91,15 +91,15 @@ class RimWalk {
 // ends there.
 class PointWalk {
  public:
-  PointWalk(const BuildBelts& job, std::uint32_t first, std::uint32_t end, std::int64_t end_along)
-      : job_(job), at_(first), end_(end), end_along_(end_along) {}
+  PointWalk(const BuildBelts& job, int side, std::uint32_t first, std::uint32_t end, std::int64_t end_along)
+      : job_(job), side_begin_(BlockRim::kSide * side), at_(first), end_(end), end_along_(end_along) {}
 
   bool next(RimVertex& vertex) {
     if (at_ > end_) return false;
     const std::span<const BlockRim::Point> points = job_.blocks->points();
     const BlockRim::Point& point = points[at_ == points.size() ? 0 : at_];
     vertex.index = job_.first_mesh_page * kPageVertices + point.vertex;
-    vertex.along = at_ == end_ ? end_along_ : point.along * kAlongAStep;
+    vertex.along = at_ == end_ ? end_along_ : (point.along - side_begin_) * kAlongAStep;
     ++at_;
     return true;
   }
@@ -108,6 +108,7 @@ class PointWalk {
   static constexpr std::int64_t kAlongAStep = kAlong / (kStepsPerVoxel / 2);
 
   const BuildBelts& job_;
+  std::int64_t side_begin_;
   std::uint32_t at_, end_;
   std::int64_t end_along_;
 };
@@ -215,8 +216,8 @@ std::size_t BuildBelts::run_along(const Rim& line) const {
         }
         if constexpr (std::is_same_v<Rim, BlockRim>) {
           const std::int64_t end_along = piece.ground[static_cast<std::size_t>(piece.count) - 1].along;
-          used +=
-              write(PointWalk(*this, piece.first_edge, piece.end_edge, end_along), piece, out.subspan(used));
+          used += write(PointWalk(*this, s, piece.first_edge, piece.end_edge, end_along), piece,
+                        out.subspan(used));
         } else {
           used += write(RimWalk(*this, piece.first_edge, piece.end_edge), piece, out.subspan(used));
         }
