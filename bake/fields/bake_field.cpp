@@ -11,7 +11,7 @@
 #include "bake/base/parallel.h"
 #include "bake/base/print_text.h"
 #include "bake/fields/field_file.h"
-#include "bake/fields/readers/field_world.h"
+#include "bake/fields/field_world.h"
 #include "platform/base/text.h"
 #include "terrain/base/lattice.h"
 #include "terrain/file/world_writer.h"

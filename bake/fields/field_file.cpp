@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/fields/field_file.h"
 
-#include "bake/fields/readers/field_vdb.h"
+#include "bake/fields/field_vdb.h"
 
 #include <zlib.h>
 

@@ -11,7 +11,7 @@
 
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation.h"
-#include "bake/fields/region_field.h"
+#include "bake/voxels/region_field.h"
 #include "bake/pipeline/bake.h"
 #include "bake/samples/sample_ground.h"
 #include "bake/voxels/voxel_surface.h"

@@ -352,6 +352,7 @@ void RendererObject::count_views() {
     costs.left_out += ground.left_out;
     costs.sizes_left_out = std::max(costs.sizes_left_out, ground.sizes_left_out);
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
+    if (!ground_.draws_meshes(ground_.parts_drawn(n))) meshes_.leave_out(n);
     if (!meshes_.list(n).items.empty()) views_[n].shading |= kShadeBlend;
     costs.culled_frustum += meshes_.list(n).culled;
     costs.blocks_drawn += static_cast<std::uint32_t>(meshes_.list(n).items.size());
@@ -448,10 +449,6 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
   ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
-  for (std::uint32_t n = 0; n < view_count_; ++n) {
-    if (!ground_.draws_meshes(ground_.parts_drawn(n))) meshes_.leave_out(n);
-  }
-
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
   shadow.view = input.shadow_view;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/fields/region_field.h"
+#include "bake/voxels/region_field.h"
 
 #include <algorithm>
 #include <array>

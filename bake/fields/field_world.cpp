@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/fields/readers/field_world.h"
+#include "bake/fields/field_world.h"
 
 #include <algorithm>
 #include <cmath>

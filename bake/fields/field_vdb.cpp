@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/fields/readers/field_vdb.h"
+#include "bake/fields/field_vdb.h"
 
 #ifdef KARST_OPENVDB
 #include <openvdb/openvdb.h>
