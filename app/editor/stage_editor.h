@@ -40,7 +40,7 @@ class StageEditor {
 
   // camera: called with what the camera is to make of the event. Whether the picture differs from then on.
   bool handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
-  bool is_drawing() const { return hand_ && hand_->is_drawing(); }
+  bool is_busy() const { return hand_ && hand_->is_busy(); }
 
   // Edits before a frame, which is drawn over then.
   void before_frame(StageView& view, int quarter_turns, std::int64_t now_ns);

@@ -49,7 +49,9 @@ inline constexpr std::uint8_t kNoMaterial = 255;  // takes paint away: the world
 struct Edit {
   EditTool tool = EditTool::clear;
   BrushShape shape = BrushShape::sphere;
-  std::uint8_t octree_level = 0;  // of BrushShape::voxel; 0 is the whole octree
+  // Of BrushShape::voxel: from WorldInfo::octree_depth, one voxel, down; each level is twice as wide, up to
+  // the whole of an octree.
+  std::uint8_t octree_level = 0;
   // Of paint: a material's number in the world, or kNoMaterial. Paint lies in a map seen from above, of which
   // a texel is over a whole column: a brush paints what is below and above its place, too, but not what faces
   // down, nor caves. Four materials are painted at most.
@@ -81,6 +83,7 @@ struct UndoState {
   std::uint32_t undo_steps = 0;  // that can be taken back
   std::uint32_t redo_steps = 0;  // that were taken back and can be done again
   std::uint64_t lost_steps = 0;  // that were done and can't be taken back any more, for want of undo_bytes
+  bool is_taking = false;        // a step is half way: the same call goes on with it
 };
 
 // Where bytes go, in order. write returns false where it cannot take them.
@@ -104,9 +107,8 @@ class KARST_API Editor {
   //
   // Where a ground can be dug (WorldInfo::can_be_dug), an edit of voxels where no region is makes one first,
   // of whole nodes around the brush (Needs::dig_regions, Needs::region_patches, and edit_tiles for what it
-  // changes of the ground). "place": too near to the ground's border or to another region; "shape": a voxel
-  // of an octree that is not there. The region stays when the edit is taken back, and looks as the ground
-  // then.
+  // changes of the ground). "place": too near to the ground's border or to another region, four voxels and a
+  // node of ground at least. The region stays when the edit is taken back, and looks as the ground then.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
@@ -146,6 +148,12 @@ class KARST_API Editor {
   // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
   Status redo(EditResult& result) noexcept;
+  // The same in pieces, of as many edits of the step as fit into most_ms, one at least: for long strokes,
+  // between frames. Frames and queries see all of an edit or nothing of it. While UndoState::is_taking the
+  // next call of the same kind goes on; the other one, edits, begin_stroke() and save() do the rest first,
+  // and advance() then tells what that changed.
+  Status undo(EditResult& result, double most_ms) noexcept;
+  Status redo(EditResult& result, double most_ms) noexcept;
   UndoState undo_state() const noexcept;
 
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;

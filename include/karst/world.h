@@ -21,6 +21,7 @@ struct WorldInfo {
   double voxel_size_m = 0;
   Vec3 origin_m;                // of the octree's minimum corner, in the world's own metres (Placement)
   std::int32_t extent[3] = {};  // voxels in use: to the east, up, to the south
+  // Of the deepest octree; of a ground that can be dug, of any that there may be: 9.
   std::int32_t octree_depth = 0;
   std::int32_t level = 0;  // finest that the file has
   std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;

@@ -35,6 +35,7 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
   out.tool = static_cast<EditTool>(edit.tool);
   out.shape = static_cast<BrushShape>(edit.shape);
   out.octree_level = edit.octree_level;
+  out.octree_depth = static_cast<std::uint8_t>(world.shown.octree_depth);
   out.material = edit.material;
   out.place = placement.voxels(edit.place);
   out.to = placement.voxels(edit.to);
@@ -50,23 +51,24 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 }
 
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
-  if (const Status status = begin(edit, result); !status.ok() || !result.pending) return status;
+  if (const Status status = begin(edit, false, result); !status.ok() || !result.pending) return status;
   while (!step_dig(result)) {
   }
   return {};
 }
 
 // Of what makes a region, the first part.
-Status EditorObject::begin(const karst::Edit& edit, EditResult& result) {
+Status EditorObject::begin(const karst::Edit& edit, bool spreads, EditResult& result) {
   finish();
   result = {};
   result.version = version;
   // In a stroke a step is open.
   const bool alone = log.exists() && !log.is_open();
   if (alone) log.begin();
+  dig.spreads = spreads;
   const Status status = make(in_voxels(edit), result);
   result.can_undo = result.changed && log.exists() && !log.is_lost();
-  if (alone) log.end();
+  if (alone && dig.stage != PendingDig::Stage::boxes) log.end();
   if (result.changed) result.version = ++version;
   if (result.pending) dig.alone = alone;
   return status;
@@ -92,9 +94,16 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  Status status = edit_shape(terrain, edit, kept, change);
+  if (const Status status = part_of_edit(edit, terrain, change.part); !status.ok()) return status;
+  const std::size_t exact = dig.spreads ? PendingDig::kExact : MeasureQueue::kAll;
+  Status status = edit_part(terrain, change.part, edit, kept, change, exact);
   if (!status.ok()) return status;
   status = follow(change, result);
+  if (change.changed && terrain.edit(change.part).queue->loose() > 0) {
+    fit_later(change);
+    result.pending = true;
+    return status;
+  }
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
   return status;
@@ -207,7 +216,8 @@ void EditorObject::settle(double most_ms) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
   core::World& terrain = world.terrain.world;
-  while (!terrain.is_settled() && spent_ms() < most_ms) {
+  // Frames leave boxes to advance(): queries read them.
+  while (dig.stage != PendingDig::Stage::boxes && !terrain.is_settled() && spent_ms() < most_ms) {
     Settled done;
     settle_some(terrain, done);
     if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
@@ -215,10 +225,11 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
-  while (loose != 0 && spent_ms() < most_ms) {
+  while (dig.stage != PendingDig::Stage::boxes && loose != 0 && spent_ms() < most_ms) {
     if (measure_columns(world)) ground_changed = true;
   }
-  while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
+  const EditGround* const ground = world.ground_edits;
+  while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) settle_ground(world);
 }
 
 bool EditorObject::is_settled() const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Edits that make a region, part by part: the region, the hole in it, and then all see both.
+// Edits in parts. Those that make a region: the region, the hole in it, and then all see both. Others: boxes.
 #include <algorithm>
-#include <numeric>
+#include <limits>
 
 #include <glm/common.hpp>
 
@@ -9,7 +9,7 @@
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/base/check.h"
-#include "terrain/edit/paint/edit_paint.h"
+#include "terrain/edit/settle.h"
 #include "terrain/edit/shape/edit_shape.h"
 
 namespace karst::core {
@@ -19,6 +19,7 @@ using Stage = PendingDig::Stage;
 
 // What two edits changed, as one.
 void join(EditResult& told, const EditResult& more) {
+  if (!more.changed) return;
   if (!told.changed) {
     told = more;
     return;
@@ -34,7 +35,7 @@ void join(EditResult& told, const EditResult& more) {
 }  // namespace
 
 Status EditorObject::start(const karst::Edit& edit, EditResult& result) {
-  return begin(edit, result);
+  return begin(edit, true, result);
 }
 
 void EditorObject::advance(EditResult& result) {
@@ -49,6 +50,14 @@ void EditorObject::advance(EditResult& result) {
 }
 
 void EditorObject::finish() {
+  if (log.is_taking()) {
+    EditResult rest;
+    static_cast<void>(take_parts(log.takes_back(), std::numeric_limits<double>::infinity(), rest));
+    if (rest.changed) {
+      rest.version = ++version;
+      join(dig.untold, rest);
+    }
+  }
   if (dig.stage == Stage::none) return;
   EditResult made;
   while (!step_dig(made)) {
@@ -75,14 +84,57 @@ bool EditorObject::step_dig(EditResult& result) {
       return false;
     case Stage::hole:
       dig_hole();
-      dig.stage = Stage::show;
+      dig.stage = Stage::hole_boxes;
+      return false;
+    case Stage::hole_boxes:
+      if (fit_boxes(world.terrain.world.spare().region)) dig.stage = Stage::show;
       return false;
     case Stage::show:
       show_dig(result);
       dig.stage = Stage::none;
       return true;
+    case Stage::boxes:
+      result = {};
+      if (!fit_boxes(dig.part)) return false;
+      grow_at_last();
+      dig.stage = Stage::none;
+      return true;
   }
   return true;
+}
+
+// Frames and queries have the edit, with boxes that hold exact ones. Thresholds allow for what those may be.
+void EditorObject::fit_later(const EditChange& change) {
+  dig.stage = Stage::boxes;
+  dig.ends_stroke = false;
+  dig.part = change.part;
+  dig.box = change.tight;
+  if (!world.terrain.world.ground().exists()) return;
+  dig.growth = world.ground_edits->growth(change.part);
+  if (grow_region(world, change.part, change.box, nullptr)) ground_changed = true;
+}
+
+bool EditorObject::fit_boxes(std::size_t part) {
+  core::World& terrain = world.terrain.world;
+  const auto of_patch = static_cast<std::uint32_t>(patch_vertices(terrain.info().level));
+  Settled done;
+  const std::uint32_t most = std::clamp(PendingDig::kFittedVertices / of_patch, 1u, PendingDig::kFitted);
+  for (std::uint32_t n = 0; n < most; ++n) {
+    if (!fit_next(terrain, part, done, dig.box)) break;
+    if (!terrain.is_staged(part)) world.terrain.residency.follow_measures(done.measured);
+  }
+  return terrain.edit(part).queue->loose() == 0;
+}
+
+// As it is where all boxes are exact at once.
+void EditorObject::grow_at_last() {
+  world.show_box();
+  const core::World& terrain = world.terrain.world;
+  if (terrain.ground().exists()) {
+    world.ground_edits->restore_growth(dig.part, dig.growth);
+    if (grow_region(world, dig.part, dig.box, log.exists() ? &log : nullptr)) ground_changed = true;
+  }
+  if (log.exists() && (dig.alone || dig.ends_stroke)) log.end();
 }
 
 // Nobody sees it yet.
@@ -90,11 +142,11 @@ void EditorObject::dig_hole() {
   if (log.exists() && dig.alone) log.begin();
   core::World& terrain = world.terrain.world;
   EditChange change;
-  const Status status =
-      edit_part(terrain, terrain.spare().region, dig.edit, log.exists() ? &log : nullptr, change);
+  const Status status = edit_part(terrain, terrain.spare().region, dig.edit, log.exists() ? &log : nullptr,
+                                  change, PendingDig::kExact);
   KARST_ASSERT(status.ok() && change.changed);  // tried before
   static_cast<void>(status);
-  dig.box = change.box;
+  dig.box = change.tight;
   dig.touched = static_cast<std::uint32_t>(change.touched.size());
 }
 

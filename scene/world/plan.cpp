@@ -359,7 +359,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.voxel_size_m = info.voxel_size_m;
   out.origin_m = {info.origin_m[0], info.origin_m[1], info.origin_m[2]};
   for (int axis = 0; axis < 3; ++axis) out.extent[axis] = info.extent[axis];
-  out.octree_depth = info.depth;
+  out.octree_depth = reader.ground().can_be_dug ? kMaxDepth : info.depth;
   out.level = info.level;
   out.octets = info.octets;
   out.volumes = info.volumes;

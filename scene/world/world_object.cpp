@@ -140,6 +140,7 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
 
 Status WorldObject::show_world(QueryObject& query) const {
   const core::World& world = terrain.world;
+  query.octree_depth = shown.octree_depth;
   const Status status = query.show(query_world(world), world.parts());
   if (status.ok() && world.ground().exists())
     query.asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());

@@ -26,18 +26,27 @@ namespace karst::core {
 
 struct WorldObject;
 
-// An edit of voxels where there was only ground, from when it is begun to when all see it.
+// An edit of voxels that takes several calls. Where there was only ground, from when it is begun to when all
+// see it; else boxes of its patches are left, which are loose.
 struct PendingDig {
-  enum class Stage : std::uint8_t { none, region, hole, show };
+  enum class Stage : std::uint8_t { none, region, hole, hole_boxes, show, boxes };
+
+  // Patches of an edit that get exact boxes at once; those whose boxes a call finds, and their vertices.
+  static constexpr std::size_t kExact = 32;
+  static constexpr std::uint32_t kFitted = 256, kFittedVertices = 120'000;
 
   Stage stage = Stage::none;
   core::Edit edit;
   MakeRegion make;
+  bool spreads = false;      // start()'s
   bool alone = false;        // is a step of undo of its own
   bool ends_stroke = false;  // the stroke that it is in ended meanwhile
   // Of the hole: what it changed, from the region's corner, and patches that it touched.
   LatticeBox box{};
   std::uint32_t touched = 0;
+  // Of boxes: of which part, and what its region's growth was before.
+  std::size_t part = 0;
+  RegionGrowth growth;
   // That advance() is still to tell of.
   EditResult untold;
 };
@@ -53,12 +62,12 @@ struct EditorObject final : karst::Editor {
   Status start(const karst::Edit& edit, EditResult& result);
   bool is_pending() const { return dig.stage != PendingDig::Stage::none || dig.untold.changed; }
   void advance(EditResult& result);
-  // Does what is pending.
+  // Does what is pending, and the rest of a step that is half way.
   void finish();
   // undo_steps.cpp
   void begin_stroke();
   void end_stroke();
-  Status take_step(bool back, EditResult& result);
+  Status take_step(bool back, double most_ms, EditResult& result);
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
@@ -80,13 +89,17 @@ struct EditorObject final : karst::Editor {
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
-  Status begin(const karst::Edit& edit, EditResult& result);
+  Status begin(const karst::Edit& edit, bool spreads, EditResult& result);
   Status make(const core::Edit& edit, EditResult& result);
   Status begin_dig(const core::Edit& edit, EditResult& result);
   // True: all see the hole, and result tells of it.
   bool step_dig(EditResult& result);
   void dig_hole();
   void show_dig(EditResult& result);
+  void fit_later(const EditChange& change);
+  // Some of those of a part. True: all are exact.
+  bool fit_boxes(std::size_t part);
+  void grow_at_last();
   Status make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result);
   void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
@@ -95,6 +108,7 @@ struct EditorObject final : karst::Editor {
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
   // regions: bit n is set where region n may be another now.
   Status take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result);
+  Status take_parts(bool back, double most_ms, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

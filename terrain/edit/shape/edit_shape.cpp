@@ -20,6 +20,11 @@ Edit from_part(const Edit& edit, const WorldPart& part) {
   Edit own = edit;
   own.place -= glm::dvec3(part.corner);
   own.to -= glm::dvec3(part.corner);
+  if (edit.octree_depth > 0 && part.octree != nullptr) {
+    const int level = edit.octree_level - edit.octree_depth + part.octree->depth();
+    own.octree_level = static_cast<std::uint8_t>(std::max(level, 0));
+    own.octree_depth = 0;
+  }
   return own;
 }
 
@@ -60,12 +65,13 @@ bool reaches(const Edit& edit, const WorldPart& part) {
 class ShapeEdit {
  public:
   // edit: from the part's corner.
-  ShapeEdit(World& world, std::size_t part, const Edit& edit)
+  ShapeEdit(World& world, std::size_t part, const Edit& edit, std::size_t exact = MeasureQueue::kAll)
       : all_(world.edit(part)),
         room_(*all_.room),
         part_(static_cast<std::uint32_t>(part)),
         edit_(edit),
-        level_(world.info().level) {}
+        level_(world.info().level),
+        exact_(exact) {}
 
   // log: may be null.
   Status run(UndoLog* log, EditChange& change) {
@@ -214,7 +220,7 @@ class ShapeEdit {
     if (part != nullptr) restore_patches(all_, level_, *part);
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
     follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
-               room_.changed.first(vanished), {}, true);
+               room_.changed.first(vanished), {}, true, exact_);
   }
 
   World::Editable all_;
@@ -222,6 +228,7 @@ class ShapeEdit {
   std::uint32_t part_;
   const Edit& edit_;
   int level_;
+  std::size_t exact_;
 };
 
 }  // namespace
@@ -240,7 +247,7 @@ Status check_edit(const Edit& edit, const World& world) {
   if (static_cast<int>(edit.shape) >= kBrushShapes) return refuse("not a shape", "shape");
   if (edits_voxels(edit.tool) && edit.shape == BrushShape::cylinder)
     return refuse("cylinders are for heights alone", "shape");
-  int depth = 0;
+  int depth = edit.octree_depth;
   for (const WorldPart& part : world.parts()) depth = std::max(depth, part.octree->depth());
   if (edit.octree_level > depth) return refuse("finer than the octree", "octree_level");
   if (!is_within(edit.place, kFarthest)) return refuse("not finite, or too far away", "place");
@@ -278,7 +285,7 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
   if (part < world.ground().regions().size() && world.ground().regions()[part].is_field())
     return {StatusCode::unsupported, "an isosurface stands there, which has no voxels to edit", "place"};
   const WorldPart& own = world.parts()[part];
-  if (edit.shape == BrushShape::voxel && edit.octree_level > own.octree->depth())
+  if (edit.shape == BrushShape::voxel && from_part(edit, own).octree_level > own.octree->depth())
     return refuse("finer than the octree of the region", "octree_level");
   return {};
 }
@@ -292,10 +299,11 @@ Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& chan
   return edit_part(world, part, edit, log, change);
 }
 
-Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change) {
+Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change,
+                 std::size_t exact) {
   change = {};
   change.part = part;
-  return ShapeEdit(world, part, from_part(edit, world.part(part))).run(log, change);
+  return ShapeEdit(world, part, from_part(edit, world.part(part)), exact).run(log, change);
 }
 
 Status try_part(World& world, std::size_t part, const Edit& edit, bool& changes) {

@@ -146,8 +146,8 @@ TEST(PendingDig, PartsAreCounted) {
   const auto calls = [&](std::uint32_t vertices) {
     return (make.patches + vertices / of_patch - 1) / (vertices / of_patch);
   };
-  // Boxes, the hole, and to show it.
-  EXPECT_EQ(parts, calls(MakeRegion::kFitted) + calls(MakeRegion::kBounded) + 3);
+  // Boxes, the hole, its boxes, and to show it.
+  EXPECT_EQ(parts, calls(MakeRegion::kFitted) + calls(MakeRegion::kBounded) + 4);
 }
 
 // Errors come in the first call, which then has changed nothing.
@@ -172,7 +172,9 @@ TEST(PendingDig, RefusesAtOnce) {
   refused(live, ball(world, 75, 60, 40), "region_patches");
   Edit voxel = ball(world, 75, 60, 3);
   voxel.shape = BrushShape::voxel;
-  refused(live, voxel, "shape");
+  refused(live, voxel, "place");  // 512 voxels wide
+  voxel.octree_level = 10;
+  refused(live, voxel, "octree_level");
   EditResult result;
   EXPECT_TRUE(live.editor->start(ball(world, 75, 60, 3, -30), result).ok());
   EXPECT_FALSE(result.pending || result.changed);
@@ -312,6 +314,68 @@ TEST(PendingDig, IsOfItsStroke) {
   apply(live, rise);
   live.editor->end_stroke();
   EXPECT_EQ(live.editor->undo_state().undo_steps, 2u);
+}
+
+// A large hole in a region is there at once; boxes of its patches, and what follows from them, come in parts.
+// In the end all is what one call makes of it, whatever was done between.
+TEST(PendingDig, LargeHolesInRegions) {
+  Needs needs = needs_to_dig();
+  needs.region_patches = 4'000;
+  needs.edit_patches = 4'000;
+  const std::vector<std::byte> file = file_to_dig();
+  const auto prepare = [&](LiveWorld& live) { apply(live, ball(*live.host.world, 60, 60, 9, -6)); };
+  LiveWorld whole(needs, file);
+  const Edit hole = ball(*whole.host.world, 60, 60, 8, 3);
+  prepare(whole);
+  EXPECT_EQ(whole.world().ground().region_count, 1);
+  const EditResult made = apply(whole, hole);
+  ASSERT_GT(made.patches, 2 * core::PendingDig::kExact);
+  const std::uint64_t state = whole.state();
+  for (int way = 0; way < 3; ++way) {
+    LiveWorld live(needs, file);
+    Query* query = nullptr;
+    ASSERT_TRUE(live.host.world->take_query(query).ok());
+    prepare(live);
+    if (way == 2) live.settle();
+    const EditResult begun = start(live, hole);
+    EXPECT_TRUE(begun.changed && begun.pending);
+    EXPECT_LE(begun.low.y, made.low.y);
+    EXPECT_GE(begun.high.y, made.high.y);
+    EXPECT_EQ(begun.patches, made.patches);
+    const core::MeasureQueue& queue = *live.world().edit(0).queue;
+    EXPECT_GT(queue.loose(), 100u);
+    // Boxes hold the exact ones, and errors are no less: so says what measures from scratch.
+    EXPECT_LT(ground_at(live, *query, 60, 60), height(60, 60) - 8);
+    EditResult told;
+    for (int parts = 0; live.editor->is_pending(); ++parts) {
+      const std::uint32_t loose = queue.loose();
+      if (way == 1) live.settle();
+      EXPECT_EQ(queue.loose(), loose);  // not by frames
+      EXPECT_EQ(live.editor->undo_state().undo_steps, 1u);
+      live.editor->advance(told);
+      EXPECT_FALSE(told.changed);
+      ASSERT_LT(parts, 100);
+    }
+    EXPECT_EQ(queue.loose(), 0u);
+    EXPECT_EQ(live.editor->undo_state().undo_steps, 2u);
+    EXPECT_EQ(live.state(), state);
+    EditResult back, other;
+    ASSERT_TRUE(live.editor->undo(back).ok());
+    if (way == 0) {
+      ASSERT_TRUE(whole.editor->undo(other).ok());
+      EXPECT_EQ(live.state(), whole.state());
+      ASSERT_TRUE(whole.editor->redo(other).ok());
+    }
+    // And what comes meanwhile comes after it.
+    start(live, hole);
+    EXPECT_GT(queue.loose(), 100u);
+    ASSERT_TRUE(live.editor->undo(back).ok());
+    EXPECT_EQ(queue.loose(), 0u);
+    start(live, hole);
+    EXPECT_TRUE(live.saved() == whole.saved());
+    EXPECT_EQ(live.state(), state);
+    live.host.world->release(query);
+  }
 }
 
 class PendingDigPictures : public test::HostTest {
