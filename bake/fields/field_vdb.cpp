@@ -61,7 +61,7 @@ Error read_vdb(const std::string& path, FieldGrid& grid) {
       const auto found = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(*name));
       if (found != nullptr) return copy_grid(*found, grid);
     }
-    return "it has no grid of floats";
+    return "OpenVDB finds no grid of floats in it";
   } catch (const std::exception& failure) {
     return std::string("OpenVDB: ") + failure.what();
   }

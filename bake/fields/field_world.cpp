@@ -119,7 +119,9 @@ class Distances {
   void collect() {
     const WorldPart& part = world_.parts()[0];
     const Heights heights = world_.heights();
-    const int level = heights.level, n = patch_cells(level), side = patch_side(level);
+    // Vertices as near to each other as samples are.
+    const int wanted = static_cast<int>(std::ceil(std::log2(a_step_ * kStepsPerVoxel) - 1e-6));
+    const int level = std::clamp(wanted, 1, heights.level), n = patch_cells(level), side = patch_side(level);
     std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
     by_slice_.resize(static_cast<std::size_t>(grid_.size.z));
     for (PatchId id = 0; id < part.patches(); ++id) {

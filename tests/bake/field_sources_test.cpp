@@ -55,8 +55,8 @@ test::ProcessResult bake(const std::vector<std::string>& words) {
 TEST(FieldSources, AWorldOfVoxelsBecomesAField) {
   const test::Folder folder;
   const std::string world = folder.path("arches.karst");
-  ASSERT_EQ(bake({"--sample", "arches", "--no-ground", "--voxel", "6", "--materials", "none", "--quiet", "-o",
-                  world})
+  ASSERT_EQ(bake({"--sample", "arches", "--no-ground", "--voxel", "10", "--levels", "3", "--materials",
+                  "none", "--quiet", "-o", world})
                 .code,
             0);
   FieldGrid grid, again;
