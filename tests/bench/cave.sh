@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The same cave in a ground as patches and as a field (karst-bake --carve-as): bytes, triangles, error from the
-# shape both ways, time to bake; then time a frame from inside and from above, in turns.
+# The same cave in a ground as patches and as a field (karst-bake --carve-as): bytes, triangles, error from
+# the shape both ways, time to bake; then time a frame from inside and from above, in turns.
 #   cave.sh [BUILD [ROUNDS]]    (build/release 9); needs shared/data for the frames
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
