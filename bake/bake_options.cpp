@@ -101,6 +101,11 @@ Error store_crs(void* options, const OptionValue& value) {
   return {};
 }
 
+Error store_carve_as(void* options, const OptionValue& value) {
+  bake_of(options).job.carves_field = value.text == "field";
+  return {};
+}
+
 Error store_basis(void* options, const OptionValue& value) {
   BakeBasis& basis = bake_of(options).job.basis;
   const std::size_t colon = value.text.find(':');
@@ -252,6 +257,14 @@ constexpr OptionRow kWorldRows[] = {
      .value = "FILE",
      .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
      .store = put<&BakeOptions::job, &Bake::carve_path>},
+    {.name = "carve-as",
+     .kind = Kind::word,
+     .value = "KIND",
+     .initial = "patches",
+     .words = "patches field",
+     .help = "what stands in a ground where shapes are carved: patches with heights, or the field of an "
+             "isosurface",
+     .store = store_carve_as},
     {.name = "dig",
      .help = "makes a ground that edits can dig anywhere, with voxels of --voxel; tunnels and caves are made "
              "where somebody digs them (docs/editing.md)",
@@ -594,6 +607,9 @@ Error check_source(const CommandLine& line) {
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && line.has("carve"))
     return "--basis: carved shapes lie on a plane alone; leave --basis away";
+  if (line.has("carve-as") && !line.has("carve")) return "--carve-as: without --carve";
+  if (line.has("carve-as") && line.has("no-ground"))
+    return "--carve-as: only in a ground of tiles; leave --no-ground away";
   if (line.has("basis") && line.has("dig"))
     return "--basis: a ground is dug on a plane alone; leave --basis or --dig away";
   if (line.has("dig") && line.has("no-ground"))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "app/common/json_writer.h"
@@ -11,6 +12,7 @@
 #include "bake/base/print_text.h"
 #include "bake/fields/field_file.h"
 #include "bake/fields/field_materials_file.h"
+#include "bake/fields/field_world.h"
 #include "platform/base/text.h"
 #include "terrain/base/lattice.h"
 #include "terrain/file/world_writer.h"
@@ -36,6 +38,13 @@ Error place_field(glm::ivec3 blocks, FieldInfo& field, WorldInfo& info, double s
     return {};
   }
   return "--field: its sides are not within 2 to 4080 samples: cut or resample it";
+}
+
+bool is_world_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(16, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return is_world(head);
 }
 
 class Baker {
@@ -113,6 +122,9 @@ class Baker {
     if (!job_.shape.empty()) {
       if (Error error = fill_shape(job_.shape, job_.size, job_.spacing_m, job_.threads, grid_); !error.ok())
         return error;
+    } else if (job_.type.empty() && is_world_file(job_.path)) {
+      Error error = read_world_surface(job_.path, job_.spacing_m, job_.threads, grid_);
+      if (!error.ok()) return error;
     } else {
       ReadField read;
       read.path = job_.path;
@@ -202,8 +214,12 @@ class Baker {
     WorldInfo& world = report_.info;
     world.level = 1;
     if (Error error = place_field(info.blocks, info, world, grid_.spacing_m); !error.ok()) return error;
-    world.origin_m[0] = -0.5 * (grid_.size.x - 1) * grid_.spacing_m;
-    world.origin_m[2] = -0.5 * (grid_.size.z - 1) * grid_.spacing_m;
+    if (grid_.is_placed) {
+      for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = grid_.low_m[axis];
+    } else {
+      world.origin_m[0] = -0.5 * (grid_.size.x - 1) * grid_.spacing_m;
+      world.origin_m[2] = -0.5 * (grid_.size.z - 1) * grid_.spacing_m;
+    }
     const std::string name =
         job_.shape.empty() ? job_.path.substr(job_.path.find_last_of('/') + 1) : job_.shape;
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)

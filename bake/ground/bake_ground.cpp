@@ -284,6 +284,8 @@ class GroundBaker {
     std::uint64_t edges_of_all = 0;
     for (std::size_t n = 0; n < info_.regions().size(); ++n) {
       const GroundRegion& region = info_.regions()[n];
+      edges_of_all += region.rim_edges;
+      if (region.is_field()) continue;
       std::vector<RegionRim::Edge> edges(region.rim_edges);
       std::vector<std::uint32_t> marks(region.rim_edges);
       RegionRim rim;
@@ -293,7 +295,6 @@ class GroundBaker {
         return std::string("--carve: a region cannot be joined to the ground: ") + status.what() +
                "; try a smaller --voxel";
       }
-      edges_of_all += region.rim_edges;
     }
     if (edges_of_all <= kMostRimEdges) return {};
     return "--carve: the regions' borders have " + std::to_string(edges_of_all) + " edges, and the most is " +
@@ -304,8 +305,21 @@ class GroundBaker {
     report_.shapes = regions_.shapes();
     report_.unmet = regions_.unmet();
     for (const RegionBaker::Region& region : regions_.regions()) {
-      report_.regions.push_back({region.grid.extent, region.surface.surface().patches.size(), region.bytes(),
-                                 region.misses, region.folds_left, region.deviation_m, region.seconds});
+      BakeGround::Report::Region told;
+      told.extent = region.grid.extent;
+      told.patches = region.surface.surface().patches.size();
+      told.bytes = region.bytes();
+      told.misses = region.misses;
+      told.folds_left = region.folds_left;
+      told.deviation_m = region.deviation_m;
+      told.seconds = region.seconds;
+      if (region.field != nullptr) {
+        const FieldInfo& field = region.field->field().info();
+        told.field_triangles = region.field->triangles();
+        told.field_blocks = field.stored;
+        told.cell_m = std::ldexp(region.grid.voxel_m, field.cell_log2 - kMostCellLog2);
+      }
+      report_.regions.push_back(told);
     }
   }
 
@@ -343,6 +357,9 @@ class GroundBaker {
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
     writer_.ground.earth = earth();
+    for (const RegionBaker::Region& region : regions_.regions()) {
+      if (region.field != nullptr) writer_.field = &region.field->field();
+    }
     return {};
   }
 

@@ -41,6 +41,7 @@ struct Bake {
   int level = 0;       // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
   std::optional<double> water_m{};  // height of still water; none: the world has none
   std::string carve_path{};         // empty: nothing is carved
+  bool carves_field = false;        // of a ground: an isosurface stands where shapes are, no patches
   bool can_be_dug = false;          // a ground: wherever edits dig, voxels of voxel_m may stand
   int max_carve = 0;  // columns that all shapes may reach together; CarvedSolid has what is free
   MaterialOptions materials{};

@@ -86,8 +86,8 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions =
-        (views[v].selection().whole_parts | requests[v].skipped_parts) & ~terrain_->residency.fresh_parts();
+    request.regions = drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part()) &
+                      ~terrain_->residency.fresh_parts();
   }
   all_ = motions.empty();
   complete_views(views, wait);
@@ -151,7 +151,7 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   terrain_->ground.leave_families(0);
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
-  request.regions = parts & ~terrain_->residency.fresh_parts();
+  request.regions = drawable(parts) & ~terrain_->residency.fresh_parts();
   for (double times = error_scale_; times < 2 * kMostScale; times *= 2) {
     aim(view, times, request);
     request.scale.least_cos2 = cascade.least_cos2;
@@ -247,12 +247,18 @@ void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> le
     if ((parts_drawn(view) >> n & 1u) == 0) continue;
     BuildBelts belts;
     belts.region = n;
+    belts.first_node_page = renderer_->settings().vertex_pages;
+    if ((mesh_part() >> n & 1u) != 0) {
+      belts.blocks = &terrain_->isosurface.rim();
+      belts.first_mesh_page = belts.first_node_page + renderer_->settings().family_pages;
+      terrain_->ground.add_belt(view, belts);
+      continue;
+    }
     belts.rim = part.rim;
     belts.levels = part.of(levels);
     belts.resident = part.of(pool.levels());
     belts.pages = pool.pages();
     belts.pages.first_page = part.of(belts.pages.first_page);
-    belts.first_node_page = renderer_->settings().vertex_pages;
     if (terrain_->ground.add_belt(view, belts) == 0) continue;
     // The GPU reads vertices of patches that are out of view, too: they must not be given to others.
     for (const RegionRim::Edge& edge : part.rim->edges()) {

@@ -49,6 +49,17 @@ class GroundFrame {
   std::uint32_t parts_drawn(std::size_t view) const {
     return exists() ? terrain_->ground.view(view).result().regions : kAllParts;
   }
+  // Whether the isosurface is drawn where these parts are: of a region, where that is.
+  bool draws_meshes(std::uint32_t parts) const { return (parts & mesh_part()) == mesh_part(); }
+  // The isosurface's part, where there is one, and it can be drawn.
+  std::uint32_t mesh_part() const {
+    const int part = terrain_->world.field_part();
+    return part < 0 ? 0 : std::uint32_t{1} << part;
+  }
+  // Of some parts, those that can be drawn: the isosurface's only where its meshes end in one closed line.
+  std::uint32_t drawable(std::uint32_t parts) const {
+    return terrain_->isosurface.rim().exists() ? parts : parts & ~mesh_part();
+  }
   // The belts of a view, whose patches are drawn at these levels. Not before upload().
   void build_belts(std::size_t view, std::span<const std::uint8_t> levels);
   std::span<const std::uint32_t> belts(std::size_t view) const { return terrain_->ground.belts(view); }

@@ -338,8 +338,10 @@ void RendererObject::count_views() {
     costs.left_out += ground.left_out;
     costs.sizes_left_out = std::max(costs.sizes_left_out, ground.sizes_left_out);
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
+    if (!ground_.draws_meshes(ground_.parts_drawn(n))) meshes_.leave_out(n);
     if (!meshes_.list(n).items.empty()) views_[n].shading |= kShadeBlend;
     costs.culled_frustum += meshes_.list(n).culled;
+    costs.blocks_drawn += static_cast<std::uint32_t>(meshes_.list(n).items.size());
   }
 }
 
@@ -413,6 +415,8 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
+  // Before the ground, which stands for a region whose meshes are not there.
+  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
   ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
@@ -433,8 +437,6 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
   ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
-  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
-
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
   shadow.view = input.shadow_view;

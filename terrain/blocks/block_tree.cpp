@@ -36,7 +36,7 @@ void BlockTree::reset(const FieldBlocks& field) {
   info_ = field.info();
   levels_ = 0;
   std::size_t count = 0;
-  for (glm::ivec3 size = info_.blocks; levels_ <= kIsoMaxLevel; size = (size + 1) / 2) {
+  for (glm::ivec3 size = info_.drawn_blocks(); levels_ <= kIsoMaxLevel; size = (size + 1) / 2) {
     const auto n = static_cast<std::size_t>(levels_++);
     size_[n] = size;
     first_[n] = count;
@@ -44,6 +44,8 @@ void BlockTree::reset(const FieldBlocks& field) {
              static_cast<std::size_t>(size.z);
     first_[n + 1] = count;
     if (size == glm::ivec3(1)) break;
+    // In a region no block reaches beyond the sides.
+    if (info_.in_region && (size.x % 2 != 0 || size.z % 2 != 0)) break;
   }
   KARST_ASSERT(count <= storage_.nodes.size() && first_[1] <= storage_.divided.size());
   for (const std::span<std::uint8_t> bytes : {storage_.nodes, storage_.steps, storage_.errors})
@@ -54,7 +56,7 @@ void BlockTree::reset(const FieldBlocks& field) {
 void BlockTree::refresh(const FieldBlocks& field, glm::ivec3 low, glm::ivec3 high) {
   // A block has cells up to the first samples of the next one.
   glm::ivec3 first = glm::max((low - 1) >> 4, glm::ivec3(0));
-  glm::ivec3 last = glm::min(high >> 4, info_.blocks - 1);
+  glm::ivec3 last = glm::min(high >> 4, info_.drawn_blocks() - 1);
   field.with([&](const auto& samples) {
     for (int z = first.z; z <= last.z; ++z) {
       for (int y = first.y; y <= last.y; ++y) {
@@ -152,7 +154,7 @@ float BlockTree::block_error(BlockKey block) const {
 
 LatticeBox BlockTree::box(BlockKey block) const {
   const int cell = 1 << (info_.cell_log2 + block.level);
-  const glm::ivec3 low = info_.corner * kStepsPerVoxel + block.place() * (cell * kIsoCells);
+  const glm::ivec3 low = info_.low_steps() + block.place() * (cell * kIsoCells);
   // Half a cell: vertices near transition cells move a fourth along their tangent plane.
   return {low - cell / 2, low + cell * kIsoCells + cell / 2};
 }

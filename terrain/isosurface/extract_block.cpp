@@ -192,6 +192,15 @@ class Extraction {
   }
 
   glm::vec3 gradient(glm::ivec3 s) const {
+    glm::vec3 slope = central_gradient(s);
+    if (job_.sides == 0) return slope;
+    if ((job_.sides & 1u) != 0 && s.x == 0)
+      slope.x = static_cast<float>(2 * (sample({1, s.y, s.z}) - sample(s)));
+    if ((job_.sides & 8u) != 0 && s.z == 0)
+      slope.z = static_cast<float>(2 * (sample({s.x, s.y, 1}) - sample(s)));
+    return slope;
+  }
+  glm::vec3 central_gradient(glm::ivec3 s) const {
     return {static_cast<float>(sample({s.x + 1, s.y, s.z}) - sample({s.x - 1, s.y, s.z})),
             static_cast<float>(sample({s.x, s.y + 1, s.z}) - sample({s.x, s.y - 1, s.z})),
             static_cast<float>(sample({s.x, s.y, s.z + 1}) - sample({s.x, s.y, s.z - 1}))};
@@ -299,6 +308,8 @@ class Extraction {
       const float v = way[k] - n[k] * along;
       out[k] = static_cast<int>(v + (v < 0 ? -0.5f : 0.5f));
     }
+    if ((job_.sides & (planes.x < 0 ? 1u : 4u)) != 0 && planes.x != 0) out.x = 0;
+    if ((job_.sides & (planes.z < 0 ? 8u : 2u)) != 0 && planes.z != 0) out.z = 0;
     // A surface along the side cannot make way.
     for (int k = 0; k < 3; ++k) {
       if (way[k] != 0 && out[k] == 0) return glm::ivec3(0);

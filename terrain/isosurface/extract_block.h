@@ -57,6 +57,9 @@ struct ExtractBlock {
   int level = 0;                              // 0..kIsoMaxLevel
   // (x + 1) + 3 (y + 1) + 9 (z + 1) for the place at (x, y, z), each -1..1.
   std::array<IsoNeighbour, 27> around{};
+  // Of a field in a ground, the sides of its region that the block ends at: bit 0 west, 1 south, 2 east, 3
+  // north. Vertices in them stay there, and beyond them the field goes on as it changes at them.
+  unsigned sides = 0;
 
   // Outputs, borrowed.
   std::span<IsoVertex> vertices;

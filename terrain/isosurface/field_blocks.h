@@ -49,14 +49,20 @@ struct FieldInfo {
   float reach_cells = 2;
   bool has_materials = false;         // other than by rules
   std::uint32_t material_blocks = 0;  // blocks that take codes of materials; 0 without has_materials
+  // Of a region of a ground, as its file says: then `corner` counts from the region's, sample (0, 0, 0) lies
+  // half a voxel further each way, and the last blocks along x and z are not drawn: the region's sides are
+  // the first samples and the first of those blocks.
+  bool in_region = false;
 
   bool exists() const { return blocks.x > 0; }
   std::size_t table_blocks() const {
     return static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y) *
            static_cast<std::size_t>(blocks.z);
   }
-  // Lattice steps, of all blocks.
-  glm::ivec3 size_steps() const { return blocks * (16 << cell_log2); }
+  glm::ivec3 drawn_blocks() const { return in_region ? blocks - glm::ivec3(1, 0, 1) : blocks; }
+  // Lattice steps: where sample (0, 0, 0) lies, and the size of all blocks that are drawn.
+  glm::ivec3 low_steps() const { return corner * kStepsPerVoxel + (in_region ? kStepsPerVoxel / 2 : 0); }
+  glm::ivec3 drawn_steps() const { return drawn_blocks() * (16 << cell_log2); }
   friend bool operator==(const FieldInfo&, const FieldInfo&) = default;
 };
 

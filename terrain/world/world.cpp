@@ -126,8 +126,8 @@ LatticeBox World::box() const {
   bool any = ground().exists();
   LatticeBox all = any ? ground_box(ground()) : LatticeBox();
   if (field_.exists()) {
-    const glm::ivec3 low = field_.info().corner * kStepsPerVoxel;
-    const LatticeBox box{low, low + field_.info().size_steps()};
+    const glm::ivec3 low = field_corner() * kStepsPerVoxel + field_.info().low_steps();
+    const LatticeBox box{low, low + field_.info().drawn_steps()};
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;
   }
@@ -383,9 +383,10 @@ Status World::load_parts() {
                      blocks_.patch_boxes.subspan(eights, count));
     eights += count;
     if (state_.spares && n >= ground_.regions().size()) continue;
-    occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
+    const bool is_field = ground_.region_count > 0 && ground_.regions()[n].is_field();
+    if (!is_field) occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
     skies_[n].build(octrees_[n], part.extent, ground_.region_count > 0);
-    if (ground_.region_count > 0) measure_belt(part, ground_.region_list[n]);
+    if (ground_.region_count > 0 && !is_field) measure_belt(part, ground_.region_list[n]);
   }
   return load_heights();
 }
@@ -419,6 +420,7 @@ Status World::load_surface() {
   }
   for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
     const GroundRegion& region = ground_.regions()[n];
+    if (region.is_field()) continue;
     if (const Status status = rims_[n].build(region, ground_.lattice_size, parts_[n].surface); !status.ok())
       return status;
     if (rims_[n].edges().size() != region.rim_edges)
@@ -429,6 +431,7 @@ Status World::load_surface() {
 
 Status World::extract_part(std::size_t n) {
   const WorldPart& part = parts_[n];
+  if (ground_.region_count > 0 && ground_.regions()[n].is_field()) return {};
   const Counts slots = slot_counts(n);
   ExtractSurface extract;
   extract.octree = &octrees_[n];

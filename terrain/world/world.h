@@ -223,6 +223,17 @@ class World {
   FieldBlocks& field() { return field_; }
   // By block: the part of a step of UndoLog that kept it last; empty where Config::undo_bytes is 0.
   std::span<std::uint32_t> field_kept() { return blocks_.field_kept; }
+  // Which part it is, of a field in a ground, or -1; and where that part begins, else 0.
+  int field_part() const {
+    for (std::size_t n = 0; field_.info().in_region && n < ground_.regions().size(); ++n) {
+      if (ground_.regions()[n].is_field()) return static_cast<int>(n);
+    }
+    return -1;
+  }
+  glm::ivec3 field_corner() const {
+    const int part = field_part();
+    return part < 0 ? glm::ivec3(0) : parts_[static_cast<std::size_t>(part)].corner;
+  }
 
   // --- Edits (terrain/edit)
 

@@ -20,9 +20,9 @@
 #include <glm/geometric.hpp>
 
 #include "terrain/blocks/isosurface.h"
-#include "terrain/edit/field/edit_field.h"
 #include "terrain/draw/expand_indices.h"
 #include "terrain/draw/index_batches.h"
+#include "terrain/edit/field/edit_field.h"
 #include "tests/support/field_shapes.h"
 #include "tests/support/test_world.h"
 

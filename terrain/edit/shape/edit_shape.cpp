@@ -282,6 +282,8 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
   if (found == 0)
     return refuse("a ground is dug in its regions, and none has voxels there that may change", "place");
   if (found > 1) return refuse("the edit reaches two regions at once", "place");
+  if (part < world.ground().regions().size() && world.ground().regions()[part].is_field())
+    return {StatusCode::unsupported, "an isosurface stands there, which has no voxels to edit", "place"};
   const WorldPart& own = world.parts()[part];
   if (edit.shape == BrushShape::voxel && from_part(edit, own).octree_level > own.octree->depth())
     return refuse("finer than the octree of the region", "octree_level");
