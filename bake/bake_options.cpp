@@ -194,6 +194,12 @@ constexpr OptionRow kWorldRows[] = {
      .words = "canyon caves arches hills",
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
+    {.name = "features",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "a ground of noise, hills, mountains, dunes and rivers instead of a DEM, as the JSON file says "
+             "(docs/features.md)",
+     .store = put<&BakeOptions::job, &Bake::features_path>},
     {.name = "no-ground",
      .help = "voxels alone, 512 a side at most, and no ground around them: a slab with sides; a DEM becomes "
              "that with --voxel, --levels, --accept-fit or --nodata hole, too, but where --carve is given",
@@ -546,11 +552,20 @@ Error check_source(const CommandLine& line) {
     if (line.has(row.name)) return std::string("--") + row.name + ": without --field or --field-shape";
   }
   const bool sample = line.has("sample");
+  const bool features = line.has("features");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
-  if (!sample && line.positional().empty()) return "a DEM or --sample NAME is needed; see --help";
+  if (features && (sample || !line.positional().empty()))
+    return "--features: a DEM or --sample is given, too";
+  if (!sample && !features && line.positional().empty())
+    return "a DEM, --sample NAME or --features FILE is needed; see --help";
+  if (features) {
+    for (const char* name : {"basis", "no-ground", "accept-fit", "levels", "imagery"}) {
+      if (line.has(name)) return std::string("--") + name + ": not for --features; leave it away";
+    }
+  }
   for (const OptionRow& row : kDemRows) {
-    if (sample && line.has(row.name))
-      return std::string("--") + row.name + ": only for a DEM, not for --sample";
+    if ((sample || features) && line.has(row.name))
+      return std::string("--") + row.name + ": only for a DEM, not for --sample and --features";
   }
   if (line.has("ground") && line.has("no-ground")) return "both --ground and --no-ground are given";
   if (asks_for_ground(line)) {
@@ -585,6 +600,7 @@ constinit const CommandSpec kBakeSpec = {
     .brief = "makes a .karst world from an elevation image or a procedural sample",
     .usage =
         "DEM... -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]\n"
+        "--features FILE -o WORLD.karst [options]\n"
         "--field FILE -o WORLD.karst [options]",
     .about =
         "DEM is a raster that GDAL reads as GeoTIFF, PNG, ESRI's and ENVI's raw files with a .hdr beside "
@@ -600,6 +616,7 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake dem.tif -o world.karst --imagery region.tif,city.tif\n"
+        "karst-bake --features valley.json -o valley.karst\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"
         "karst-bake --field scan.nrrd -o scan.karst --field-iso 300 --field-solid above\n"
         "karst-bake --field sdf.raw -o rock.karst --field-size 256,128,256 --field-type float "
@@ -611,7 +628,7 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   if (line.wants_help() || line.has("version")) return {};
   if (Error error = check_source(line); !error.ok()) return error;
   const bool field = line.has("field") || line.has("field-shape");
-  if (!line.has("sample") && !field) {
+  if (!line.positional().empty()) {
     options.job.read.path = line.positional()[0];
     options.job.read.more.assign(line.positional().begin() + 1, line.positional().end());
   }
@@ -621,7 +638,8 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   options.field.threads = options.job.threads;
   if (options.field.size.x == 0) options.field.size = glm::ivec3(129);
   if (field) return {};
-  options.ground = line.has("sample") ? !options.no_ground : !means_voxels(line, options.job.leave_holes);
+  options.ground = line.has("sample") || line.has("features") ? !options.no_ground
+                                                              : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)
     return "--nodata hole: only for a world of voxels; leave --ground, --basis and --imagery away, or fill "
            "voids";

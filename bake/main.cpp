@@ -28,7 +28,8 @@ namespace {
 // The files that a bake reads.
 std::vector<app::NamedFile> files_read(const BakeOptions& options) {
   const Bake& job = options.job;
-  std::vector<app::NamedFile> files{{"--carve", job.carve_path}, {"--materials", job.materials.path}};
+  std::vector<app::NamedFile> files{
+      {"--carve", job.carve_path}, {"--materials", job.materials.path}, {"--features", job.features_path}};
   for (std::string& file : job.read.files()) {
     const bool named = file == job.read.path;
     files.push_back({named ? "DEM" : "a file of the DEM", std::move(file)});

@@ -184,7 +184,9 @@ KARST_BLOCK(FrameBlock) {
   // xy: voxels along x and z; z: first layer of cells; w: layers of cells
   vec4 sky_box[KARST_REGIONS];
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
-  vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
+  // xyz: light space's x is its dot product with from_eye; w: how far what casts may stray, a voxel from the
+  // eye
+  vec4 shadow_x;
   vec4 shadow_y;           // the same for y
   vec4 shadow_z;           // depth in a map is the dot product of xyz with from_eye, plus w
   vec4 shadow_box_0;       // of a map: place in it is light space's xy * z + xy; w: a texel, voxels

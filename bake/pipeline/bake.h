@@ -29,9 +29,10 @@ struct BakeBasis {
 };
 
 struct Bake {
-  // What: either an elevation image (read.path) or a sample by name.
+  // What: an elevation image (read.path), a sample by name, or features.
   ReadElevation read;
   std::string sample{};
+  std::string features_path{};  // a land of features (bake/features/feature_map.h)
   bool accept_fit = false;   // a world that misses its elevation by more than a voxel is none, else
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 

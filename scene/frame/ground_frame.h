@@ -25,9 +25,10 @@ class GroundFrame {
   void begin_frame(double work_ms, FrameCosts& costs);
   // Chooses for all views, which were selected and keep the parts that they draw, and asks for what they
   // lack. motions: of each, lattice steps a frame; empty: nothing is left out, and as much is asked for as
-  // the reader takes. wait: until nothing is lacking that can be had; needs them empty.
+  // the reader takes. wait: until nothing is lacking that can be had; needs them empty. casts: shadow maps
+  // are drawn afterwards.
   void select(std::span<ViewState> views, std::span<const ViewRequest> requests,
-              std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs);
+              std::span<const glm::dvec3> motions, bool wait, bool casts, FrameCosts& costs);
   // Of which parts patches need not be chosen for a view: in its last frame the ground stood for them
   // although their patches were there. Of parts that its request skips, select() takes them to be there
   // still.
@@ -88,9 +89,21 @@ class GroundFrame {
   };
   Sum sum(std::size_t view) const;
 
+  // How many times as large as asked for errors are aimed at, for want of families; of the next frame, where
+  // it does not wait.
+  double error_scale() const { return error_scale_; }
+  // The error that a view aims at, as a share of the distance. In parallel views what is seen and what casts
+  // have the same levels.
+  float casters_stray(const ErrorScale& scale) const {
+    if (scale.least_cos2 < 0 || !(scale.steps_per_step > 1)) return 0;
+    return static_cast<float>(error_scale_) / (scale.steps_per_step - 1);
+  }
+
  private:
+  void complete_views(std::span<const ViewState> views, bool wait);
   void complete(std::size_t first, std::size_t end, bool all, bool wait);
 
+  double error_scale_ = 1;
   TerrainParts* terrain_ = nullptr;
   Renderer* renderer_ = nullptr;
   const Inspection* inspection_ = nullptr;

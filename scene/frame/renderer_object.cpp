@@ -50,20 +50,6 @@ LodMode lod_mode(karst::LodMode mode) {
   return LodMode::error;
 }
 
-Show shown(karst::Show show) {
-  switch (show) {
-    case karst::Show::cascades:
-      return Show::cascades;
-    case karst::Show::levels:
-      return Show::levels;
-    case karst::Show::lookups:
-      return Show::lookups;
-    case karst::Show::materials:
-      break;
-  }
-  return Show::materials;
-}
-
 }  // namespace
 
 std::size_t renderer_object_bytes() {
@@ -378,7 +364,7 @@ void RendererObject::fill_result(FrameResult& result) {
   }
   result.lacking += imagery_.lacking();
   if (imagery_.full()) without_room += imagery_.lacking();
-  if (governor.pool_full || meshes_.full()) limits_ |= kLimitVertexMemory;
+  if (governor.pool_full || meshes_.full() || ground_.error_scale() > 1) limits_ |= kLimitVertexMemory;
   result.lacking += meshes_.lacking();
   if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
@@ -395,7 +381,7 @@ void RendererObject::fill_result(FrameResult& result) {
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
   result.complete = !unread && (result.lacking == without_room || (governor.pool_full && result.made == 0));
-  costs.error_scale = governor.error_scale;
+  costs.error_scale = std::max(governor.error_scale, static_cast<float>(ground_.error_scale()));
   costs.wanted_pages = governor.wanted_pages;
   costs.resident = world.terrain.residency.pool().resident();
 }
@@ -429,13 +415,15 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
-  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                 costs);
   if (ground_.lacks_skipped(requests)) {
     for (ViewRequest& request : requests_) request.skipped_parts = 0;
     status = select(cuts);
     if (status.ok() && waits) status = complete(cuts);
     if (!status.ok()) return status;
-    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                   costs);
   }
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
@@ -495,62 +483,9 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  block.shadow_x.w = ground_.casters_stray(view.error_scale());
   set_surroundings(views_[n].camera, surroundings_, block);
   return block;
-}
-
-Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
-  if (n >= view_count_) return refuse("not one of the frame's views", "view");
-  const std::int64_t start = clock_ns();
-  const ViewState& view = world.terrain.views[n];
-  ViewInput input;
-  input.camera = views_[n].camera;
-  input.light = light_;
-  input.least_cos2 = view.error_scale().least_cos2;
-  input.items = view.items();
-  input.shading = views_[n].shading;
-  input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
-                 inspection.skip_sun};
-  if (inspection.lamps) input.lights = world.terrain.world.lights();
-  input.pages = world.terrain.residency.pages();
-  input.surroundings = surroundings_;
-  input.index_table = world.terrain.world.index_table();
-  input.max_level = world.terrain.world.info().level;
-  input.first_morph_row = world.terrain.residency.first_morph_row(view);
-  if (ground_.exists()) {
-    input.nodes = ground_.nodes(n);
-    input.belts = ground_.belts(n);
-    input.first_family_row = ground_.first_row(n);
-    input.foot = ground_.foot();
-    input.level = ground_.level(input.camera);
-    input.has_long_chords = ground_.has_long_chords(n);
-    input.pages.family_texels = world.terrain.ground.texels();
-    input.pages.family_places = world.terrain.ground.places();
-  }
-  if (meshes_.exists()) {
-    input.meshes = meshes_.list(n).items;
-    input.mesh_pages = meshes_.pages();
-    input.pages.mesh_texels = meshes_.texels();
-  }
-  if (imagery_.exists()) {
-    input.images = imagery_.place(n);
-    input.image_view = n;
-  }
-  input.light_space = shadows_.light_space();
-  input.cascades = shadows_.cascades();
-  input.show = shown(inspection.show);
-  DrawTarget where;
-  where.viewport = target.viewport;
-  where.framebuffer = target.framebuffer;
-  where.sky = target.sky;
-  where.linear = target.output == Output::linear;
-  where.depth_zero_to_one = target.depth_zero_to_one;
-  where.two_ranges = target.two_ranges;
-  if (const DepthRanges ranges = ranges_of(input, where); ranges.count == 2 && ground_.exists())
-    input.near_nodes = ground_.nodes_within(n, ranges.far_of(0) * kStepsPerVoxel);
-  const Status status = gl.draw(input, where);
-  costs.submit_ms += ms_since(start);
-  return status;
 }
 
 Status RendererObject::end() {

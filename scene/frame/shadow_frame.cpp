@@ -83,10 +83,14 @@ void ShadowFrame::forget() {
   count_ = 0;
 }
 
+bool ShadowFrame::casts(const FrameLight& light) const {
+  return settings_.count > 0 && !(light.sun_elevation_deg < kSunset);
+}
+
 Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& limits) {
   count_ = 0;
   const int count = settings_.count;
-  if (count == 0 || input.light.sun_elevation_deg < kSunset) {
+  if (!casts(input.light)) {
     costs.cascades_skipped += static_cast<std::uint32_t>(count);
     return {};
   }

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "terrain/base/check.h"
+#include "terrain/measure/bounds/quick_bounds.h"
 #include "terrain/measure/level_triangles.h"
-#include "terrain/measure/quick_bounds.h"
 #include "terrain/measure/shading_cone.h"
 
 namespace karst::core {

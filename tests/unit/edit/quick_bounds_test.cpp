@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Quick bounds hold what is measured: boxes, errors and reaches, of patches of all cases with any heights.
-#include "terrain/measure/quick_bounds.h"
+#include "terrain/measure/bounds/quick_bounds.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 //   1/2 (D_u(v + s) + D_u(v - s)) + D_v +- 1/2 (P(+,+) - P(-,+) - P(+,-) + P(-,-)),
 // D being those along one axis; the last is 2 s^2 |P_uv| at most, and P_uv 4 times a mean of mixed
 // differences of four neighbouring control points.
-#include "terrain/measure/quick_bounds.h"
+#include "terrain/measure/bounds/quick_bounds.h"
 
 #include <algorithm>
 #include <cmath>
