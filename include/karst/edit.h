@@ -129,13 +129,14 @@ class KARST_API Editor {
   // changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
 
-  // As apply(), but what takes longer than a frame has is only begun: an edit that makes a region. All errors
-  // come now, and until the last part the world is what it was, for frames and queries. advance() does a
-  // part, counted, some 3 ms; with the last one all of the edit is there at once, and result is apply()'s.
-  // Frames with a limit of time draw it some frames later: when they have made vertices of all of the region.
-  // All other edits, undo(), redo(), begin_stroke() and save() do first what is pending; advance() then tells
-  // what it changed. A stroke that ends meanwhile has it as its last edit; undo_state() does not count it
-  // yet.
+  // As apply(), but what takes longer than a frame has is only begun, and result.pending says so. All errors
+  // come now. advance() does a part, counted, some 3 ms. Of an edit that makes a region nothing is there
+  // until the last part, for frames and queries; then all of it is, and result is apply()'s. Frames with a
+  // limit of time draw it some frames later: when they have made vertices of all of the region. Of a large
+  // hole elsewhere all is there now, and result tells of a box that is a little too large; boxes of its
+  // patches are found in parts, and a little more is drawn until then. Other edits, undo(), redo(),
+  // begin_stroke() and save() do first what is pending; advance() then tells what it changed. A stroke that
+  // ends meanwhile has it as its last edit; undo_state() does not count it yet.
   Status start(const Edit& edit, EditResult& result) noexcept;
   // Whether there is something for advance() to do or to tell.
   bool is_pending() const noexcept;

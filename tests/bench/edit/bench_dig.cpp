@@ -100,7 +100,7 @@ int run_dig(bool smoke) {
     most = 0;
     all = 0;
     for (bool more = true; more; ++steps) {
-      for (std::uint32_t n = 0; n < kFittedBoxes && more; ++n)
+      for (std::uint32_t k = 0; k < kFittedBoxes && more; ++k)
         more = fit_next(world, 0, fitted, change.tight);
       std::vector<double> one;
       lap(one);
