@@ -118,7 +118,8 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
 // What reaches a field is of it alone.
 bool EditorObject::is_of_field(const core::Edit& edit) const {
   const core::World& terrain = world.terrain.world;
-  if (!terrain.field().exists()) return false;
+  // Belts and thresholds around one in a ground are made for it as it was baked.
+  if (!terrain.field().exists() || terrain.field().info().in_region) return false;
   const bool is_alone = terrain.patch_count() == 0 && !terrain.ground().exists();
   return is_alone || (edits_fields(edit.tool) && reaches_field(edit, terrain.field().info()));
 }

@@ -142,7 +142,7 @@ Status WorldObject::show_world(QueryObject& query) const {
   const core::World& world = terrain.world;
   query.octree_depth = shown.octree_depth;
   const Status status = query.show(query_world(world), world.parts());
-  if (status.ok() && world.field().exists()) query.asked.set_field(&world.field());
+  if (status.ok() && world.field().exists()) query.asked.set_field(&world.field(), world.field_corner());
   if (status.ok() && world.ground().exists())
     query.asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());
   return status;

@@ -158,6 +158,7 @@ LatticeBox Query::world_box() const {
   LatticeBox all = any ? ground_box(ground_.info()) : LatticeBox();
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
+    if (part.tree->rows() == 0) continue;  // a field's, or one that all patches were taken from
     const LatticeBox box = part.tree->around_all(part.corner);
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;

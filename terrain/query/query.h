@@ -106,7 +106,7 @@ class Query {
 
   // Forgets all patches. invalid_argument ("bounds", "tree", "heights"), limit_reached ("max_level").
   Status set_world(const QueryWorld& world) {
-    field_.set_field(nullptr);
+    field_.set_field(nullptr, glm::ivec3(0));
     return patches_.set_world(world);
   }
   // As QueryGround's; after set_world(). The ground is met at size 0, and coarser where Wait::never has no
@@ -116,7 +116,9 @@ class Query {
   }
 
   // After set_world(); borrowed. Null: there is no isosurface.
-  void set_field(const FieldBlocks* field) { field_.set_field(field); }
+  void set_field(const FieldBlocks* field, glm::ivec3 corner = glm::ivec3(0)) {
+    field_.set_field(field, corner);
+  }
 
   // Of the ground, after an edit.
   void set_ground_heights(std::int32_t low, std::int32_t high) { ground_.set_heights(low, high); }

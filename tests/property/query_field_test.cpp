@@ -67,7 +67,7 @@ struct Asked {
     soup = field_soup(own.field);
     query->set_field(&own.field);
     low = glm::dvec3(own.field.info().corner);
-    size = glm::dvec3(own.field.info().size_steps()) * kStep;
+    size = glm::dvec3(own.field.info().drawn_steps()) * kStep;
   }
   static FieldInfo info_of(const Case& c) {
     FieldInfo info = test::field_info(c.blocks, 0);

@@ -138,7 +138,7 @@ void each_field_triangle(const FieldBlocks& field, const Visit& visit) {
 inline std::size_t open_edges(const FieldBlocks& field) {
   using Position = std::array<std::int32_t, 3>;
   std::map<std::pair<Position, Position>, int> edges;
-  const glm::ivec3 low = field.info().corner * kStepsPerVoxel, high = low + field.info().size_steps();
+  const glm::ivec3 low = field.info().corner * kStepsPerVoxel, high = low + field.info().drawn_steps();
   each_field_triangle(field, [&](const std::array<glm::ivec3, 3>& c) {
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::ivec3 a = c[k], b = c[(k + 1) % 3];

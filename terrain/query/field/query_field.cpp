@@ -68,12 +68,13 @@ class FieldWalk {
  public:
   using Field = ScalarField<Sample>;
 
-  FieldWalk(const Field& field, const FieldInfo& info, QueryField::Walk& walk)
-      : field_(field), walk_(walk), corner_(info.corner * kStepsPerVoxel), cell_log2_(info.cell_log2) {}
+  // low: where sample (0, 0, 0) lies, lattice steps.
+  FieldWalk(const Field& field, const FieldInfo& info, glm::ivec3 low, QueryField::Walk& walk)
+      : field_(field), walk_(walk), low_(low), drawn_(info.drawn_blocks()), cell_log2_(info.cell_log2) {}
 
   void run(const CellWay& way) const {
     const auto limit = [&] { return walk_.limit(); };
-    way.each_box(glm::ivec3(0), field_.blocks() - 1, kBlock, limit, [&](glm::ivec3 block) {
+    way.each_box(glm::ivec3(0), drawn_ - 1, kBlock, limit, [&](glm::ivec3 block) {
       if (is_uniform(block)) return;
       const glm::ivec3 first = block * kBlock;
       way.each_box(first, first + kBlock - 1, 1, limit, [&](glm::ivec3 cell) { visit_cell(block, cell); });
@@ -132,12 +133,13 @@ class FieldWalk {
     const glm::ivec3 from = cell + glm::ivec3(start[0], start[1], start[2]);
     glm::ivec3 place = from << cell_log2_;
     place[axis] += edge_steps(steps, 0, side_line(axis, from)) << (cell_log2_ - kLeastCellLog2);
-    return glm::dvec3(corner_ + place);
+    return glm::dvec3(low_ + place);
   }
 
   const Field& field_;
   QueryField::Walk& walk_;
-  glm::ivec3 corner_;
+  glm::ivec3 low_;
+  glm::ivec3 drawn_;  // blocks
   int cell_log2_;
 };
 
@@ -149,7 +151,7 @@ void QueryField::run(const glm::dvec3& from, const glm::dvec3& way_steps, double
   const FieldInfo& info = field_->info();
   const double cells = 1.0 / (1 << info.cell_log2);  // a lattice step
   CellWay way;
-  way.from = (from - glm::dvec3(info.corner) * double{kStepsPerVoxel}) * cells;
+  way.from = (from - glm::dvec3(low())) * cells;
   way.way = way_steps * cells;
   way.reach = 1.000002 * radius * cells + kMargin;
   way.along = 0;
@@ -158,7 +160,7 @@ void QueryField::run(const glm::dvec3& from, const glm::dvec3& way_steps, double
   }
   field_->with([&](const auto& field) {
     using Sample = std::remove_cvref_t<decltype(field.filling(glm::ivec3(0)))>;
-    FieldWalk<Sample>(field, info, walk).run(way);
+    FieldWalk<Sample>(field, info, low(), walk).run(way);
   });
 }
 

@@ -15,14 +15,17 @@ namespace karst::core {
 
 class QueryField {
  public:
-  // Borrowed, constant while questions are asked; null: there is none.
-  void set_field(const FieldBlocks* field) { field_ = field; }
+  // Borrowed, constant while questions are asked; null: there is none. corner: voxels, of the part of a
+  // ground that it is (World::field_corner()).
+  void set_field(const FieldBlocks* field, glm::ivec3 corner) {
+    field_ = field;
+    corner_ = corner;
+  }
   bool exists() const { return field_ != nullptr && field_->exists(); }
 
   // Of all its triangles, lattice steps.
   LatticeBox box() const {
-    const glm::ivec3 low = field_->info().corner * kStepsPerVoxel;
-    return {low, low + field_->info().size_steps()};
+    return {low(), low() + field_->info().drawn_steps()};
   }
 
   // What walks through triangles.
@@ -43,7 +46,11 @@ class QueryField {
   void run(const glm::dvec3& from, const glm::dvec3& way, double radius, Walk& walk) const;
 
  private:
+  // Where sample (0, 0, 0) lies, lattice steps.
+  glm::ivec3 low() const { return corner_ * kStepsPerVoxel + field_->info().low_steps(); }
+
   const FieldBlocks* field_ = nullptr;
+  glm::ivec3 corner_{0};
 };
 
 }  // namespace karst::core
