@@ -101,6 +101,11 @@ Error store_crs(void* options, const OptionValue& value) {
   return {};
 }
 
+Error store_carve_as(void* options, const OptionValue& value) {
+  bake_of(options).job.carves_field = value.text == "field";
+  return {};
+}
+
 Error store_basis(void* options, const OptionValue& value) {
   BakeBasis& basis = bake_of(options).job.basis;
   const std::size_t colon = value.text.find(':');
@@ -194,6 +199,12 @@ constexpr OptionRow kWorldRows[] = {
      .words = "canyon caves arches hills",
      .help = "a procedural world instead of a DEM: canyon, caves, arches or hills",
      .store = store_sample},
+    {.name = "features",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help = "a ground of noise, hills, mountains, dunes and rivers instead of a DEM, as the JSON file says "
+             "(docs/features.md)",
+     .store = put<&BakeOptions::job, &Bake::features_path>},
     {.name = "no-ground",
      .help = "voxels alone, 512 a side at most, and no ground around them: a slab with sides; a DEM becomes "
              "that with --voxel, --levels, --accept-fit or --nodata hole, too, but where --carve is given",
@@ -246,6 +257,14 @@ constexpr OptionRow kWorldRows[] = {
      .value = "FILE",
      .help = "fills or empties boxes, spheres and tunnels (docs/formats.md)",
      .store = put<&BakeOptions::job, &Bake::carve_path>},
+    {.name = "carve-as",
+     .kind = Kind::word,
+     .value = "KIND",
+     .initial = "patches",
+     .words = "patches field",
+     .help = "what stands in a ground where shapes are carved: patches with heights, or the field of an "
+             "isosurface",
+     .store = store_carve_as},
     {.name = "dig",
      .help = "makes a ground that edits can dig anywhere, with voxels of --voxel; tunnels and caves are made "
              "where somebody digs them (docs/editing.md)",
@@ -413,6 +432,11 @@ Error store_field_bits(void* options, const OptionValue& value) {
   return value.integer == 8 || value.integer == 16 ? std::string() : wrong(value, "neither 8 nor 16");
 }
 
+Error store_field_materials(void* options, const OptionValue& value) {
+  bake_of(options).field.materials_path = value.text;
+  return {};
+}
+
 constexpr OptionRow kFieldRows[] = {
     {.name = "field",
      .kind = Kind::file,
@@ -482,6 +506,13 @@ constexpr OptionRow kFieldRows[] = {
      .max = 64,
      .help = "how far from the surface samples tell distances; farther is coarser",
      .store = put<&BakeOptions::field, &BakeField::reach_cells>},
+    {.name = "field-materials",
+     .kind = Kind::file,
+     .value = "FILE",
+     .help =
+         "what samples are made of: a byte each, raw or NRRD; 0: by the rules of --materials, 1 to 8: the "
+         "material of that number; or the word layers: strata",
+     .store = store_field_materials},
 };
 
 constexpr OptionRow kRunRows[] = {
@@ -527,7 +558,7 @@ Error check_field(const CommandLine& line) {
   if (shape && line.has("field")) return "both --field and --field-shape are given";
   if (line.has("sample") || !line.positional().empty())
     return "--field and --field-shape: a DEM or --sample is given, too";
-  for (const OptionGroup& group : {kGroups[0], kGroups[1], kGroups[2], kGroups[3]}) {
+  for (const OptionGroup& group : {kGroups[0], kGroups[1], kGroups[3]}) {
     for (const OptionRow& row : group.rows) {
       if (line.has(row.name) && std::string_view(row.name) != "output")
         return std::string("--") + row.name + ": not for an isosurface; leave it or --field away";
@@ -546,11 +577,20 @@ Error check_source(const CommandLine& line) {
     if (line.has(row.name)) return std::string("--") + row.name + ": without --field or --field-shape";
   }
   const bool sample = line.has("sample");
+  const bool features = line.has("features");
   if (sample && !line.positional().empty()) return "both a DEM and --sample are given";
-  if (!sample && line.positional().empty()) return "a DEM or --sample NAME is needed; see --help";
+  if (features && (sample || !line.positional().empty()))
+    return "--features: a DEM or --sample is given, too";
+  if (!sample && !features && line.positional().empty())
+    return "a DEM, --sample NAME or --features FILE is needed; see --help";
+  if (features) {
+    for (const char* name : {"basis", "no-ground", "accept-fit", "levels", "imagery"}) {
+      if (line.has(name)) return std::string("--") + name + ": not for --features; leave it away";
+    }
+  }
   for (const OptionRow& row : kDemRows) {
-    if (sample && line.has(row.name))
-      return std::string("--") + row.name + ": only for a DEM, not for --sample";
+    if ((sample || features) && line.has(row.name))
+      return std::string("--") + row.name + ": only for a DEM, not for --sample and --features";
   }
   if (line.has("ground") && line.has("no-ground")) return "both --ground and --no-ground are given";
   if (asks_for_ground(line)) {
@@ -567,6 +607,9 @@ Error check_source(const CommandLine& line) {
   if (line.has("basis") && sample) return "--basis: only for a DEM, not for --sample";
   if (line.has("basis") && line.has("carve"))
     return "--basis: carved shapes lie on a plane alone; leave --basis away";
+  if (line.has("carve-as") && !line.has("carve")) return "--carve-as: without --carve";
+  if (line.has("carve-as") && line.has("no-ground"))
+    return "--carve-as: only in a ground of tiles; leave --no-ground away";
   if (line.has("basis") && line.has("dig"))
     return "--basis: a ground is dug on a plane alone; leave --basis or --dig away";
   if (line.has("dig") && line.has("no-ground"))
@@ -585,6 +628,7 @@ constinit const CommandSpec kBakeSpec = {
     .brief = "makes a .karst world from an elevation image or a procedural sample",
     .usage =
         "DEM... -o WORLD.karst [options]\n--sample NAME -o WORLD.karst [options]\n"
+        "--features FILE -o WORLD.karst [options]\n"
         "--field FILE -o WORLD.karst [options]",
     .about =
         "DEM is a raster that GDAL reads as GeoTIFF, PNG, ESRI's and ENVI's raw files with a .hdr beside "
@@ -600,18 +644,19 @@ constinit const CommandSpec kBakeSpec = {
         "karst-bake coast.tif -o world.karst --water 0\n"
         "karst-bake height.png -o world.karst --pixel-size 2 --z-scale 0.01\n"
         "karst-bake dem.tif -o world.karst --imagery region.tif,city.tif\n"
+        "karst-bake --features valley.json -o valley.karst\n"
         "karst-bake --sample canyon -o canyon.karst --json\n"
         "karst-bake --field scan.nrrd -o scan.karst --field-iso 300 --field-solid above\n"
         "karst-bake --field sdf.raw -o rock.karst --field-size 256,128,256 --field-type float "
         "--field-spacing 0.5\n"
-        "karst-bake --field-shape caves -o caves.karst --field-size 257,65,257\n"};
+        "karst-bake --field-shape caves -o caves.karst --field-size 257,65,257 --field-materials layers\n"};
 
 Error parse_bake_options(std::span<const char* const> words, CommandLine& line, BakeOptions& options) {
   if (Error error = line.parse(words, kBakeSpec); !error.ok()) return error;
   if (line.wants_help() || line.has("version")) return {};
   if (Error error = check_source(line); !error.ok()) return error;
   const bool field = line.has("field") || line.has("field-shape");
-  if (!line.has("sample") && !field) {
+  if (!line.positional().empty()) {
     options.job.read.path = line.positional()[0];
     options.job.read.more.assign(line.positional().begin() + 1, line.positional().end());
   }
@@ -620,8 +665,14 @@ Error parse_bake_options(std::span<const char* const> words, CommandLine& line, 
   if (Error error = line.store(targets); !error.ok()) return error;
   options.field.threads = options.job.threads;
   if (options.field.size.x == 0) options.field.size = glm::ivec3(129);
-  if (field) return {};
-  options.ground = line.has("sample") ? !options.no_ground : !means_voxels(line, options.job.leave_holes);
+  if (field) {
+    for (const OptionRow& row : kMaterialRows)
+      options.field.has_materials = options.field.has_materials || line.has(row.name);
+    options.field.materials = options.job.materials;
+    return {};
+  }
+  options.ground = line.has("sample") || line.has("features") ? !options.no_ground
+                                                              : !means_voxels(line, options.job.leave_holes);
   if (options.ground && options.job.leave_holes)
     return "--nodata hole: only for a world of voxels; leave --ground, --basis and --imagery away, or fill "
            "voids";

@@ -9,6 +9,7 @@
 #include "bake/bake_options.h"
 #include "bake/base/child.h"
 #include "bake/child_tasks.h"
+#include "bake/fields/field_materials_file.h"
 #include "bake/ground/bake_ground.h"
 #include "bake/pipeline/report.h"
 
@@ -28,7 +29,8 @@ namespace {
 // The files that a bake reads.
 std::vector<app::NamedFile> files_read(const BakeOptions& options) {
   const Bake& job = options.job;
-  std::vector<app::NamedFile> files{{"--carve", job.carve_path}, {"--materials", job.materials.path}};
+  std::vector<app::NamedFile> files{
+      {"--carve", job.carve_path}, {"--materials", job.materials.path}, {"--features", job.features_path}};
   for (std::string& file : job.read.files()) {
     const bool named = file == job.read.path;
     files.push_back({named ? "DEM" : "a file of the DEM", std::move(file)});
@@ -37,6 +39,8 @@ std::vector<app::NamedFile> files_read(const BakeOptions& options) {
     files.push_back({"an image of --materials", std::move(image)});
   }
   files.push_back({"--field", options.field.path});
+  const std::string& codes = options.field.materials_path;
+  files.push_back({"--field-materials", codes == kLayers ? std::string() : codes});
   for (const std::string& image : options.imagery.files) files.push_back({"--imagery", image});
   return files;
 }

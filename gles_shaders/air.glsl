@@ -17,7 +17,10 @@
 #define shadow_box_1 karst_shadow_box_1
 #define shadow_box_2 karst_shadow_box_2
 #define shadow_scale karst_shadow_scale
+#define ray_forward karst_ray_forward
 #define kNormalTexels karst_kNormalTexels
+#define kStraysFrom karst_kStraysFrom
+#define kMostStrayTexels karst_kMostStrayTexels
 #define kSlopeTexels karst_kSlopeTexels
 #define kLeastFacing karst_kLeastFacing
 #define kDepthSteps karst_kDepthSteps
@@ -69,7 +72,10 @@
 #undef shadow_box_1
 #undef shadow_box_2
 #undef shadow_scale
+#undef ray_forward
 #undef kNormalTexels
+#undef kStraysFrom
+#undef kMostStrayTexels
 #undef kSlopeTexels
 #undef kLeastFacing
 #undef kDepthSteps

@@ -7,6 +7,10 @@ precision highp int;
 #include "interface.glsl"
 #include "place.glsl"
 #include "level.glsl"
+#ifdef KARST_VOXEL_MATERIALS
+#define KARST_VOXEL_VERTEX
+#include "voxel_materials.glsl"
+#endif
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 rim;  // xyz: lattice steps; w: normal's yaw, 2^16 a turn
 
@@ -33,6 +37,9 @@ void main() {
   gl_Position = clip_from_lattice * vec4(position, 1.0);
   float yaw = float(rim.w) * (6.283185307 / 65536.0);
   normal_ws = vec3(cos(yaw), 0.0, sin(yaw));
+#ifdef KARST_VOXEL_MATERIALS
+  put_voxels(0);
+#endif
 #ifdef KARST_GEOMETRY
   patch_bits = 0u;
 #else

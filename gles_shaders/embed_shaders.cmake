@@ -65,11 +65,13 @@ foreach(line ${lines})
   make_text(${vertex_file} vertex)
   make_text(${fragment_file} fragment)
   # Of worlds with water, whose shaders are those of dry ones and more, and the same on devices with
-  # anisotropic lookups.
-  write_text(${TEXT_DIR}/${name}.vert "${defines}#define KARST_WATER 1\n" "${vertex}")
+  # anisotropic lookups, where voxels have materials.
+  write_text(${TEXT_DIR}/${name}.vert "${defines}#define KARST_WATER 1\n#define KARST_VOXEL_MATERIALS 1\n"
+             "${vertex}")
   write_text(${TEXT_DIR}/${name}.frag "${defines}#define KARST_WATER 1\n" "${fragment}")
   write_text(${TEXT_DIR}/${name}_anisotropic.frag
-             "${defines}#define KARST_BLEND_MAP 1\n#define KARST_ANISOTROPY 4\n" "${fragment}")
+             "${defines}#define KARST_BLEND_MAP 1\n#define KARST_ANISOTROPY 4\n\
+#define KARST_VOXEL_MATERIALS 1\n" "${fragment}")
   string(APPEND entries "    {\"${name}\",\n     R\"glsl(${defines})glsl\",\n")
   string(APPEND entries "     R\"glsl(${vertex})glsl\",\n")
   string(APPEND entries "     R\"glsl(${fragment})glsl\"},\n")

@@ -15,4 +15,7 @@ void main() {
   normal_ws = morphed_normal(v.share);
   patch_bits = uint(v.material + 1) << KARST_GEOMETRY_MATERIAL_SHIFT |
                uint(v.cave) << KARST_GEOMETRY_CAVE_SHIFT;
+#ifdef KARST_VOXEL_MATERIALS
+  put_voxels(v.voxels);
+#endif
 }

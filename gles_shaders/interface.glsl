@@ -22,6 +22,7 @@
 #define KARST_UNIT_BLEND_MAP 10
 #define KARST_UNIT_IMAGE_TILES 11
 #define KARST_UNIT_IMAGE_TABLE 12
+#define KARST_UNIT_GEOMETRY_VOXELS KARST_UNIT_DRAPE  // under a drape there is no G-buffer
 #define KARST_UNITS 13
 
 // Binding points of the uniform blocks, from the first that a host gives.
@@ -184,7 +185,9 @@ KARST_BLOCK(FrameBlock) {
   // xy: voxels along x and z; z: first layer of cells; w: layers of cells
   vec4 sky_box[KARST_REGIONS];
   // Shadow maps, terrain/shadow/cascades.h. from_eye: a point less the eye, voxels.
-  vec4 shadow_x;           // xyz: light space's x is its dot product with from_eye
+  // xyz: light space's x is its dot product with from_eye; w: how far what casts may stray, a voxel from the
+  // eye
+  vec4 shadow_x;
   vec4 shadow_y;           // the same for y
   vec4 shadow_z;           // depth in a map is the dot product of xyz with from_eye, plus w
   vec4 shadow_box_0;       // of a map: place in it is light space's xy * z + xy; w: a texel, voxels

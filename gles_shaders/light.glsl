@@ -6,7 +6,8 @@
 //
 // Macros leave out what no patch of a frame needs (terrain/shading/shading.h): KARST_BLEND (more than one
 // material), KARST_CAVE (some lie under rock), KARST_LAMPS (and lamps of the world light some),
-// KARST_SHADOWS (shadow maps). The renderer defines KARST_IMAGERY where the world has images.
+// KARST_SHADOWS (shadow maps). The renderer defines KARST_IMAGERY where the world has images, and
+// KARST_VOXEL_MATERIALS where the voxels of an isosurface have materials.
 // KARST_SHOW_LOOKUPS counts lookups, of pixels and not of vertices.
 #ifdef KARST_SHOW_LOOKUPS
 int lookups = 0;
@@ -18,6 +19,9 @@ int lookups = 0;
 #define KARST_UPWARDS(v) dot(v, up)
 #else
 #define KARST_UPWARDS(v) (v).y
+#endif
+#ifdef KARST_VOXEL_MATERIALS
+#include "voxel_materials.glsl"
 #endif
 #include "materials.glsl"
 #ifdef KARST_IMAGERY
@@ -31,6 +35,12 @@ int lookups = 0;
 #include "shadow.glsl"
 #endif
 
+#ifdef KARST_VOXEL_MATERIALS
+#define KARST_OF_VOXELS , point.voxels
+#else
+#define KARST_OF_VOXELS
+#endif
+
 struct Point {
   vec3 normal;    // unit length
   vec3 from_eye;  // voxels
@@ -39,6 +49,9 @@ struct Point {
   vec3 in_voxel;
   int material;  // of all of its patch, or less than 0
   bool cave;     // its patch may be a cave or lit by lamps
+#ifdef KARST_VOXEL_MATERIALS
+  Voxels voxels;
+#endif
 #ifdef KARST_CURVED
   float height;  // voxels above height 0
 #ifdef KARST_IMAGERY
@@ -117,7 +130,7 @@ vec3 light_from(Point point) {
         (vec3(point.voxel & (KARST_VARIATION_REPEAT - 1)) + point.in_voxel) / float(KARST_VARIATION_REPEAT);
     vec2 column = vec2(point.voxel.xz) + point.in_voxel.xz;
     choice = choice_of(KARST_UPWARDS(normal), height, noise_place, cave,
-                       painted_at(column, footprint, KARST_UPWARDS(normal), cave));
+                       painted_at(column, footprint, KARST_UPWARDS(normal), cave) KARST_OF_VOXELS);
   }
   Surface ground = blended_surface(choice, at, normal);
 #else

@@ -260,7 +260,12 @@ KARST_MEDIUM float blend_by_height(KARST_MEDIUM float share, KARST_MEDIUM float 
 // loops unroll and the limits are read at fixed places, each once: reading them is what costs.
 //
 // painted: weights of the blend map; the rules share what they leave.
-Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_MEDIUM vec4 painted) {
+// voxels: what they have besides rules lies before all else.
+Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_MEDIUM vec4 painted
+#ifdef KARST_VOXEL_MATERIALS
+                 , Voxels voxels
+#endif
+) {
   vec4 ways[KARST_MATERIALS];
   float frays[KARST_MATERIALS];
   float caves[KARST_MATERIALS];
@@ -285,6 +290,9 @@ Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_
   int second = 0;
   vec3 most = vec3(0.0);
   float left = 1.0;
+#ifdef KARST_VOXEL_MATERIALS
+  float by_rules = (voxels.first == 0 ? 1.0 - voxels.share : 0.0) + (voxels.second == 0 ? voxels.share : 0.0);
+#endif
 #ifdef KARST_BLEND_MAP
   KARST_MEDIUM float unpainted = 1.0 - dot(painted, vec4(1.0));
 #endif
@@ -293,6 +301,10 @@ Choice choice_of(float slope, float height, vec3 noise_place, float cave, KARST_
     left -= covers;
 #ifdef KARST_BLEND_MAP
     covers = covers * unpainted + dot(painted, material_blend[m]);
+#endif
+#ifdef KARST_VOXEL_MATERIALS
+    covers = covers * by_rules + (voxels.first == m + 1 ? 1.0 - voxels.share : 0.0) +
+             (voxels.second == m + 1 ? voxels.share : 0.0);
 #endif
     bool is_first = covers > most.x;
     bool is_second = covers > most.y;

@@ -18,6 +18,12 @@ precision highp int;
 #include "geometry.glsl"
 
 uniform highp usampler2D geometry;
+#ifdef KARST_VOXEL_MATERIALS
+uniform highp usampler2D geometry_voxels;  // of geometry.frag
+#define KARST_AT_VOXELS , unpack_voxels(texelFetch(geometry_voxels, place, 0).x)
+#else
+#define KARST_AT_VOXELS
+#endif
 
 #ifdef KARST_EDGES
 #include "silhouette.glsl"
@@ -42,7 +48,8 @@ uvec2 of_block(ivec2 place, uvec2 texel) {
 uvec2 of_block(ivec2 place, uvec2 texel) { return texel; }
 #endif
 
-vec4 colour_of(uvec2 texel) {
+// place: of the texel.
+vec4 colour_of(uvec2 texel, ivec2 place) {
 #ifdef KARST_EDGES
   if (texel.y == 0u) return target_colour(background(normalize(ray_ws)));
 #endif
@@ -50,7 +57,7 @@ vec4 colour_of(uvec2 texel) {
   vec3 in_voxel = camera_fine.xyz / KARST_STEPS_PER_VOXEL + from_eye;
   Point point = Point(unpack_normal(texel.x), from_eye, camera_voxel.xyz, in_voxel,
                       int(texel.x >> KARST_GEOMETRY_MATERIAL_SHIFT & 15u) - 1,
-                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u
+                      (texel.x >> KARST_GEOMETRY_CAVE_SHIFT & 1u) > 0u KARST_AT_VOXELS
 #ifdef KARST_CURVED
                       , level_height(from_eye)
 #ifdef KARST_IMAGERY
@@ -66,9 +73,9 @@ void main() {
   uvec2 texel = texelFetch(geometry, place, 0).xy;
 #ifdef KARST_EDGES
   if (texel.y == 0u && (screen_place.z & 1) == 0) discard;
-  colour = colour_of(texel);
+  colour = colour_of(texel, place);
 #else
-  colour = colour_of(of_block(place, texel));
+  colour = colour_of(of_block(place, texel), place);
 #ifndef KARST_SHARE_DEPTH
   if (texel.y == 0u) discard;
 #endif
@@ -77,7 +84,8 @@ void main() {
 #ifdef KARST_EDGES
   Silhouette edge = silhouette_at(place, over_w);
   if (edge.cover > 0.0) {
-    colour = mix(colour, colour_of(texelFetch(geometry, place + edge.side, 0).xy), edge.cover);
+    ivec2 beside = place + edge.side;
+    colour = mix(colour, colour_of(texelFetch(geometry, beside, 0).xy, beside), edge.cover);
   }
 #endif
 #ifndef KARST_SHARE_DEPTH

@@ -7,8 +7,11 @@ uniform highp sampler2DArrayShadow shadow_maps;  // depth of what is nearest to 
 // is with the depth that the plane through the point has at its own place; it mixes texels up to one texel
 // from there, in which the plane's depth differs by its slope. That much the point is lifted along the light,
 // which moves no shadow's edge; and a little along its normal, because what casts is of a coarser level and
-// no plane.
+// no plane. Away from the picture's middle what is seen is finer than what casts, whose levels are the same
+// all around the eye (terrain/shadow/cascades.h): there the point is lifted by as much as that may stray.
 const float kNormalTexels = 0.75;
+const float kStraysFrom = 4.0;  // all of it from here on: where 1 - cos^2 of the angle is a fourth
+const float kMostStrayTexels = 4.0;  // and no more, so that what is small still casts
 const float kSlopeTexels = 1.0;
 const float kLeastFacing = 0.05;  // below, next to nothing of the sun is left
 // Steps of depth in a map of 16 bits.
@@ -65,7 +68,11 @@ float sun_reaches(vec3 from_eye, vec3 normal) {
   int map = cascade_of(light, box);
   if (map < 0) return 1.0;
   vec3 in_light = vec3(dot(shadow_x.xyz, normal), dot(shadow_y.xyz, normal), dot(sun_direction.xyz, normal));
-  vec3 moved = from_eye + normal * (kNormalTexels * box.w);
+  float ahead = dot(ray_forward.xyz, from_eye);
+  float r2 = max(dot(from_eye, from_eye), 1e-6);
+  float strays = shadow_x.w * sqrt(r2) * clamp(kStraysFrom * (1.0 - ahead * ahead / r2), 0.0, 1.0);
+  strays = min(strays, kMostStrayTexels * box.w);
+  vec3 moved = from_eye + normal * (kNormalTexels * box.w + strays);
   vec2 at = vec2(dot(shadow_x.xyz, moved), dot(shadow_y.xyz, moved)) * box.z + box.xy;
   vec2 slope = in_light.xy / max(in_light.z, kLeastFacing) * (box.w * shadow_scale.w);
   float depth = dot(shadow_z.xyz, moved) + shadow_z.w;

@@ -9,6 +9,12 @@ precision highp int;
 #include "level.glsl"
 #include "sky_colour.glsl"
 #include "water.glsl"
+#ifdef KARST_VOXEL_MATERIALS
+#define KARST_VOXEL_PIXEL
+#define KARST_AT_VOXELS , unpack_voxels(pack_voxels())
+#else
+#define KARST_AT_VOXELS
+#endif
 #include "light.glsl"
 #include "cull.glsl"
 
@@ -34,7 +40,7 @@ out vec4 colour;
 void main() {
   cull_back_face();
   vec3 light = light_from(Point(normalize(normal_ws), from_eye_ws, patch_voxel, in_patch, patch_shading.x,
-                                patch_shading.y > 0 KARST_AT_HEIGHT));
+                                patch_shading.y > 0 KARST_AT_VOXELS KARST_AT_HEIGHT));
 #ifdef KARST_SHOW_LOOKUPS
   // Red counts, for programs; blue says that it does.
   float many = float(lookups) / 20.0;

@@ -39,4 +39,7 @@ void main() {
 #ifdef KARST_SHOW_LEVELS
   node_size = v.node_size;
 #endif
+#ifdef KARST_VOXEL_MATERIALS
+  put_voxels(v.voxels);
+#endif
 }

@@ -10,6 +10,10 @@
 #include "morph.glsl"
 #include "place.glsl"
 #include "level.glsl"
+#ifdef KARST_VOXEL_MATERIALS
+#define KARST_VOXEL_VERTEX
+#include "voxel_materials.glsl"
+#endif
 
 layout(location = KARST_LOCATION_POSITION) in ivec4 position_normal;
 layout(location = KARST_LOCATION_MORPH) in ivec4 morph_normal;
@@ -29,6 +33,7 @@ struct TerrainVertex {
   int material;       // of all of its patch, or less than 0
   int cave;           // 1 where its patch may be a cave or lit by lamps, or 0
   int node_size;      // of a node or a mesh, or less than 0 of a patch
+  int voxels;         // of a mesh: its materials (voxel_materials.glsl), else 0
 #if defined(KARST_CURVED) && defined(KARST_IMAGERY)
   vec2 image_place;  // tiles of size 0 from the corner of the one that windows lie around
 #endif
@@ -81,6 +86,7 @@ TerrainVertex read_terrain_vertex() {
       apparent, threshold,
       place < KARST_FIRST_GROUND_PLACE ? KARST_MORPH_SHARE : KARST_NODE_MORPH_SHARE);
   if (place == KARST_MESH_PLACE) result.share = 0.0;
+  result.voxels = place == KARST_MESH_PLACE ? morph_normal.w & 0xffff : 0;
   result.patch_voxel = origin << size;
   result.in_patch = (vec3(position_normal.xyz) + way * result.share) * reference.unit;
   result.material = int(texel.w >> KARST_MATERIAL_SHIFT) - 1;

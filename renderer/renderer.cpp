@@ -104,6 +104,7 @@ Status Renderer::create_objects() {
                                  .curved = settings_.curved,
                                  .blend_map = settings_.blend_width > 0,
                                  .imagery = settings_.image_layers > 0,
+                                 .voxel_materials = settings_.mesh_materials,
                                  .edges = settings_.smooth_edges,
                                  .share_depth = settings_.share_depth,
                                  .shadows = settings_.cascades > 0,

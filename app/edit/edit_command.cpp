@@ -75,6 +75,7 @@ class EditedWorld {
     if (info.ground_samples[0] == 0) plan.needs.edit_tiles = 0;
     if (info.patches == 0 && !info.can_be_dug) plan.needs.edit_patches = 0;
     if (!info.can_be_dug) plan.needs.dig_regions = 0;
+    if (info.field_samples[0] == 0) plan.needs.field_sample_blocks = 0;
     if (info.materials == 0) plan.needs.paint_width = plan.needs.paint_depth = 0;
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
@@ -144,6 +145,8 @@ constexpr std::uint32_t kMostEditPatches = 1u << 20;
 constexpr std::uint64_t kFirstUndoBytes = 1u << 20;
 constexpr std::uint64_t kMostUndoBytes = 1u << 30;
 constexpr std::uint32_t kFirstEditTiles = 256;
+constexpr std::uint32_t kFirstFieldBlocks = 512;
+constexpr std::uint64_t kMostFieldBlocks = 1u << 20;
 // Texels of the painted map of a world that has none.
 constexpr std::uint32_t kPaintSide = 1'024;
 bool paints(const ScriptStep& step) {
@@ -170,6 +173,11 @@ bool raise(const Status& full, Needs& needs) {
   if (field == "region_patches" && needs.region_patches < kMostEditPatches) {
     needs.region_patches = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
         2 * full.value(), 2 * std::uint64_t{needs.region_patches}, kMostEditPatches));
+    return true;
+  }
+  if (field == "field_sample_blocks" && needs.field_sample_blocks + full.value() <= kMostFieldBlocks) {
+    needs.field_sample_blocks = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(2 * (needs.field_sample_blocks + full.value()), kMostFieldBlocks));
     return true;
   }
   if (field == "edit_tiles" && full.value() <= kMostEditTiles) {
@@ -200,6 +208,7 @@ Error run_script(const EditOptions& options, const std::string& path) {
   if (std::ranges::any_of(steps, [](const ScriptStep& one) { return one.kind == ScriptStep::undo; }))
     needs.undo_bytes = kFirstUndoBytes;
   needs.edit_tiles = kFirstEditTiles;
+  needs.field_sample_blocks = kFirstFieldBlocks;
   if (std::ranges::any_of(steps, paints)) needs.paint_width = needs.paint_depth = kPaintSide;
   for (;;) {
     EditedWorld edited;
@@ -234,7 +243,8 @@ constinit const CommandSpec kEditSpec = {
         "fill are of voxels, in worlds without a ground (karst-bake --no-ground) and where a ground has a "
         "region (--carve) or can be dug (--dig); extrude, smooth, noise, flatten and level are of heights, "
         "of such voxels' surface "
-        "where there is no ground or of a ground on a plane with its regions; paint is of materials.",
+        "where there is no ground or of a ground on a plane with its regions; paint is of materials. A field "
+        "(karst-bake --field) is cut with clear, fill, smooth, flatten and level.",
     .parts = kParts,
     .examples =
         "karst-bake --sample hills --no-ground -o hills.karst\n"
@@ -244,7 +254,9 @@ constinit const CommandSpec kEditSpec = {
         "karst edit dem.karst --script tunnel.json -o dug.karst\n"
         "echo '{\"tool\": \"extrude\", \"shape\": \"cylinder\", \"place_m\": [0, 0, 0], \"radius_m\": 300, "
         "\"strength_m\": 80}' > hill.json\n"
-        "karst edit dem.karst --script hill.json -o dem.karst\n"};
+        "karst edit dem.karst --script hill.json -o dem.karst\n"
+        "karst-bake --field-shape gyroid --field-size 128,128,128 -o cave.karst\n"
+        "karst edit cave.karst --script hole.json -o dug.karst\n"};
 
 int run_edit(std::span<const char* const> words) {
   CommandLine line;

@@ -97,7 +97,13 @@ bool Aim::find_voxel(const Brush& brush, const EyeRay& ray, Aimed& aimed) {
   const glm::dvec3 way =
       glm::max(glm::abs(vec(info.low_m) - ray.from), glm::abs(vec(info.high_m) - ray.from));
   const glm::dvec3 end = ray.from + ray.along * glm::length(way);
-  if (!plane && query_->pick(vec(ray.from), vec(end), brush.octree_level(), voxel)) {
+  // Octrees are not looked for behind the ground that stands before them; patches are displaced by less.
+  const auto is_behind = [&] {
+    constexpr double kDisplaced = 4;  // voxels
+    const double most_m = 2 * voxel.side_m + kDisplaced * info.voxel_size_m;
+    return aimed.found && glm::dot(vec(voxel.centre) - aimed.surface, ray.along) > most_m;
+  };
+  if (!plane && query_->pick(vec(ray.from), vec(end), brush.octree_level(), voxel) && !is_behind()) {
     aimed.voxel_side_m = voxel.side_m;
     aimed.place = vec(voxel.centre);
     aimed.surface = aimed.place;

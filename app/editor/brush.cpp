@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace karst::app {
 namespace {
 
 constexpr double kStep = 1.2;                             // of sizes
 constexpr double kLeastVoxels = 0.25, kMostVoxels = 256;  // of the radius
+constexpr double kMostCells = 128;                        // of a field's
 constexpr double kFirstVoxels = 3;
 constexpr double kStrengthStep = 0.1, kOffsetStep = 0.25;
 constexpr double kSlopeStep_deg = 5, kMostSlope_deg = 60;
@@ -41,13 +43,22 @@ Brush::Brush(double voxel_m, int octree_depth, bool has_voxels)
       radius_m_(kFirstVoxels * voxel_m),
       octree_level_(octree_depth) {}
 
+bool Brush::fits(Tool tool) const {
+  return !of_field_ || (tool != Tool::raise && tool != Tool::lower && tool != Tool::noise);
+}
+
 bool Brush::fits(HandShape shape) const {
+  if (of_field_) return shape == HandShape::sphere || shape == HandShape::box;
   if (shape == HandShape::voxel) return of_voxels(tool_);
   return shape != HandShape::cylinder || !of_voxels(tool_);
 }
 
 void Brush::next_tool(int steps) {
-  tool_ = static_cast<Tool>(turn(static_cast<int>(tool_), steps, kTools));
+  for (int n = 0; n < std::abs(steps); ++n) {
+    do {
+      tool_ = static_cast<Tool>(turn(static_cast<int>(tool_), steps < 0 ? -1 : 1, kTools));
+    } while (!fits(tool_));
+  }
   if (!fits(shape_)) shape_ = HandShape::sphere;
 }
 
@@ -62,7 +73,8 @@ void Brush::next_draw_on(int steps) {
 }
 
 void Brush::resize(int steps) {
-  radius_m_ = std::clamp(radius_m_ * std::pow(kStep, steps), kLeastVoxels * voxel_m_, kMostVoxels * voxel_m_);
+  const double most = of_field_ ? kMostCells : kMostVoxels;
+  radius_m_ = std::clamp(radius_m_ * std::pow(kStep, steps), kLeastVoxels * voxel_m_, most * voxel_m_);
 }
 
 void Brush::strengthen(int steps) {

@@ -49,6 +49,8 @@ class Brush {
   int octree_level() const { return octree_level_; }
   int material() const { return material_; }  // one more than the last one: none
 
+  // There is a field alone: its tools and shapes.
+  void set_of_field() { of_field_ = true; }
   void set_materials(std::vector<std::string> names) { materials_ = std::move(names); }
 
   // steps: below 0 back.
@@ -70,9 +72,11 @@ class Brush {
 
  private:
   bool fits(HandShape shape) const;
+  bool fits(Tool tool) const;
 
   double voxel_m_;
   int octree_depth_;
+  bool of_field_ = false;
   Tool tool_;
   HandShape shape_ = HandShape::sphere;
   DrawOn draw_on_ = DrawOn::surface;

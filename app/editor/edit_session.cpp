@@ -96,6 +96,7 @@ Error EditSession::replay() {
 }
 
 void EditSession::end() {
+  if (bool changed = false; is_taking()) static_cast<void>(take_step(takes_back_, kWhole_ms, changed));
   if (editor_ != nullptr) world_->release(editor_);
   editor_ = nullptr;
   // What begin() has not done again is still wanted.
@@ -148,14 +149,16 @@ void EditSession::begin_stroke() {
   stroke_changed_ = false;
 }
 
+// Those that are begun have their changes for certain.
 Error EditSession::apply(const Edit& edit, EditResult& result) {
-  if (const Status status = editor_->apply(edit, result); !status.ok()) {
+  if (const Status status = editor_->start(edit, result); !status.ok()) {
     const std::string_view field = status.field() == nullptr ? "" : status.field();
-    const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches";
+    const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches" ||
+                      field == "field_sample_blocks";
     const Error error("edit", status);
     return room ? Error(error.text() + "; --edit-memory takes more") : error;
   }
-  if (!result.changed) return {};
+  if (!result.changed && !result.pending) return {};
   ScriptStep step;
   step.joined = in_stroke_ && stroke_changed_;
   step.what = edit;
@@ -167,6 +170,15 @@ Error EditSession::apply(const Edit& edit, EditResult& result) {
   stroke_changed_ = true;
   note(step, !in_stroke_);
   return {};
+}
+
+void EditSession::advance(EditResult& result) {
+  result = {};
+  if (editor_ != nullptr) editor_->advance(result);
+}
+
+void EditSession::finish() {
+  for (EditResult result; is_pending();) editor_->advance(result);
 }
 
 Error EditSession::end_stroke() {
@@ -183,39 +195,33 @@ std::size_t EditSession::redo_steps() const {
   return editor_ == nullptr ? 0 : std::min<std::size_t>(editor_->undo_state().redo_steps, undone_.size());
 }
 
-Error EditSession::undo(bool& changed) {
+Error EditSession::take_step(bool back, double most_ms, bool& changed) {
   changed = false;
-  if (undo_steps() == 0) return {};
+  if (!is_taking()) finish();
+  if (!is_taking() && (back ? undo_steps() : redo_steps()) == 0) return {};
+  takes_back_ = back;
+  const auto steps = [&] {
+    const UndoState state = editor_->undo_state();
+    return back ? state.undo_steps : state.redo_steps;
+  };
   EditResult result;
-  const std::uint32_t steps = editor_->undo_state().undo_steps;
-  if (const Status status = editor_->undo(result); !status.ok()) return {"undo", status};
+  const std::uint32_t before = steps();
+  const Status status = back ? editor_->undo(result, most_ms) : editor_->redo(result, most_ms);
+  if (!status.ok()) return {back ? "undo" : "redo", status};
   // What a step did may have been nothing in all.
-  if (editor_->undo_state().undo_steps == steps) return {};
+  if (steps() == before) return {};
   changed = true;
-  undone_.push_back(done_.back());
-  done_.pop_back();
-  if (done_.size() >= journal_begin_) {
-    ++journal_undone_;
-    note(ScriptStep::undo);
-  } else {
-    checkpoint();
-  }
-  return journal_error_;
+  return note_step(back);
 }
 
-Error EditSession::redo(bool& changed) {
-  changed = false;
-  if (redo_steps() == 0) return {};
-  EditResult result;
-  const std::uint32_t steps = editor_->undo_state().redo_steps;
-  if (const Status status = editor_->redo(result); !status.ok()) return {"redo", status};
-  if (editor_->undo_state().redo_steps == steps) return {};
-  changed = true;
-  done_.push_back(undone_.back());
-  undone_.pop_back();
-  if (journal_undone_ > 0) {
-    --journal_undone_;
-    note(ScriptStep::redo);
+Error EditSession::note_step(bool back) {
+  Strokes& from = back ? done_ : undone_;
+  (back ? undone_ : done_).push_back(from.back());
+  from.pop_back();
+  const bool in_journal = back ? done_.size() >= journal_begin_ : journal_undone_ > 0;
+  if (in_journal) {
+    back ? ++journal_undone_ : --journal_undone_;
+    note(back ? ScriptStep::undo : ScriptStep::redo);
   } else {
     checkpoint();
   }

@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -48,13 +49,22 @@ class EditSession {
   void end();
 
   void begin_stroke();
-  // Changes nothing where it fails.
+  // Changes nothing where it fails. What takes long is begun, and goes on with advance(); all other calls do
+  // it first.
   Error apply(const Edit& edit, EditResult& result);
+  bool is_pending() const { return editor_ != nullptr && editor_->is_pending(); }
+  // A part of it, for a frame. result: Editor::advance()'s.
+  void advance(EditResult& result);
   Error end_stroke();
   // changed false: there is nothing. What was done before the world was saved in place the journal does not
   // know any more: then all of the world is saved to WORLD.autosave, which the journal is of from then on.
-  Error undo(bool& changed);
-  Error redo(bool& changed);
+  Error undo(bool& changed) { return take_step(true, kWhole_ms, changed); }
+  Error redo(bool& changed) { return take_step(false, kWhole_ms, changed); }
+  // The same in pieces of about so many milliseconds. Where is_taking() afterwards, the step is not done yet,
+  // and the same again goes on with it; nothing else is called meanwhile, but end().
+  Error take_step(bool back, double most_ms, bool& changed);
+  bool is_taking() const { return editor_ != nullptr && editor_->undo_state().is_taking; }
+  bool takes_back() const { return takes_back_; }
   Error save();
 
   // Whether the output holds all of it.
@@ -67,7 +77,11 @@ class EditSession {
   bool discards() const { return files_.discard; }
 
  private:
+  static constexpr double kWhole_ms = std::numeric_limits<double>::infinity();
+
   Error replay();
+  Error note_step(bool back);
+  void finish();
   void note(const ScriptStep& step, bool on_disk);
   void note(ScriptStep::Kind kind);
   Error begin_journal(std::uint64_t id, bool of_checkpoint);
@@ -90,7 +104,7 @@ class EditSession {
   std::size_t journal_begin_ = 0, journal_undone_ = 0;
   std::uint64_t strokes_ = 0;
   bool in_place_ = true, begun_ = false;
-  bool in_stroke_ = false, stroke_changed_ = false;
+  bool in_stroke_ = false, stroke_changed_ = false, takes_back_ = false;
   Error journal_error_;
 };
 

@@ -16,9 +16,10 @@ namespace {
 
 // Where the brush stands still, tools of voxels go on so often, those of heights so often.
 constexpr std::int64_t kVoxelPause_ns = 250'000'000, kHeightPause_ns = 50'000'000;
-constexpr double kMoved = 0.25;  // radii: sooner, where it moved so far
-constexpr double kClear = 1.75;  // radii, or sides of a voxel: nearer to the eye nothing is filled
-constexpr double kJoined = 2.0;  // radii: so far apart, two places of a stroke are dug as one way
+constexpr double kStepWork_ms = 4;  // of a frame, for a step that is taken back
+constexpr double kMoved = 0.25;     // radii: sooner, where it moved so far
+constexpr double kClear = 1.75;     // radii, or sides of a voxel: nearer to the eye nothing is filled
+constexpr double kJoined = 2.0;     // radii: so far apart, two places of a stroke are dug as one way
 
 constexpr Rgba kBrushColour{255, 226, 84, 255}, kFaintColour{255, 226, 84, 110},
     kVoxelColour{96, 220, 255, 255};
@@ -29,6 +30,7 @@ bool has_voxels(const WorldInfo& info) {
 }
 
 double unit_m(const WorldInfo& info) {
+  if (info.field_samples[0] > 0) return info.field_cell_m;
   return has_voxels(info) ? info.voxel_size_m : info.ground_spacing_m[0];
 }
 
@@ -54,6 +56,7 @@ HandEditor::HandEditor(const World& world, Query& query, EditSession& session)
   std::vector<std::string> materials;
   for (std::uint32_t m = 0; m < info.materials; ++m) materials.emplace_back(info.material_names[m]);
   brush_.set_materials(std::move(materials));
+  if (info.field_samples[0] > 0 && info.patches == 0 && info.ground_samples[0] == 0) brush_.set_of_field();
 }
 
 void HandEditor::say(std::string text, bool is_error) {
@@ -86,11 +89,16 @@ void HandEditor::handle(const InputEvent& event, const std::function<void(const 
     case InputEvent::Kind::pointer:
     case InputEvent::Kind::place:
       changed_ = changed_ || !has_pointer_ || pointer_ != glm::dvec2(event.x, event.y);
+      fingers_.forget();
       has_pointer_ = true;
       pointer_ = {event.x, event.y};
       camera(event);
       break;
     case InputEvent::Kind::motion:
+      if (!has_pointer_ && fingers_.points()) {
+        fingers_.forget();
+        pointer_ = glm::dvec2(0.5);
+      }
       // A mouse without a pointer turns the camera, so that its middle goes where the mouse does.
       if (!has_pointer_ && !keys_.right) {
         InputEvent drag;
@@ -116,9 +124,22 @@ void HandEditor::handle(const InputEvent& event, const std::function<void(const 
       break;
     case InputEvent::Kind::touch:
     case InputEvent::Kind::untouch:
-      camera(event);
+      handle_finger(event, camera);
       break;
   }
+}
+
+void HandEditor::handle_finger(const InputEvent& event,
+                               const std::function<void(const InputEvent&)>& camera) {
+  use_tool(fingers_.handle(event, camera));
+  if (fingers_.points()) pointer_ = fingers_.at();
+  changed_ = true;
+}
+
+void HandEditor::use_tool(Fingers::Tool tool) {
+  if (tool == Fingers::Tool::press) held_ = true;
+  if (tool == Fingers::Tool::release) held_ = false;
+  if (tool == Fingers::Tool::tap) tapped_ = true;
 }
 
 // Whether it was the editor's.
@@ -166,9 +187,9 @@ void HandEditor::run(const Asked& asked) {
     case Command::material:
       return brush_.next_material(asked.steps);
     case Command::undo:
-      return step_back_or_again(true);
+      return take_step(true);
     case Command::redo:
-      return step_back_or_again(false);
+      return take_step(false);
     case Command::save:
       saves_next_ = true;  // when that has been seen
       return say("saving to " + session_->output() + " ...", false);
@@ -178,12 +199,14 @@ void HandEditor::run(const Asked& asked) {
   }
 }
 
-void HandEditor::step_back_or_again(bool undo) {
+// As much of it as a frame has time for.
+void HandEditor::take_step(bool back) {
   bool changed = false;
-  const Error error = undo ? session_->undo(changed) : session_->redo(changed);
+  const Error error = session_->take_step(back, kStepWork_ms, changed);
   if (!error.ok()) return say(error.text(), true);
+  if (session_->is_taking()) return;
   changes_ += changed;
-  if (!changed) say(undo ? "there is nothing to take back" : "there is nothing to do again", false);
+  if (!changed) say(back ? "there is nothing to take back" : "there is nothing to do again", false);
 }
 
 void HandEditor::save() {
@@ -195,18 +218,31 @@ void HandEditor::save() {
 
 void HandEditor::frame(const ViewState& view, int quarter_turns, std::int64_t now_ns) {
   const auto aim = [&] { aimed_ = aim_.at(brush_, view, quarter_turns, pointer_); };
-  if (std::exchange(saves_next_, false)) save();
-  for (const Asked& asked : std::exchange(asked_, {})) {
-    end_stroke();
-    run(asked);
+  if (session_->is_pending()) {
+    EditResult told;
+    session_->advance(told);
+    changes_ += told.changed;
+    changed_ = true;
   }
+  if (std::exchange(saves_next_, false)) save();
+  // What is asked for waits until a step is taken.
+  if (session_->is_taking()) take_step(session_->takes_back());
+  std::size_t done = 0;
+  for (; done < asked_.size() && !session_->is_taking(); ++done) {
+    end_stroke();
+    run(asked_[done]);
+  }
+  asked_.erase(asked_.begin(), asked_.begin() + static_cast<std::ptrdiff_t>(done));
   aim();
-  if (is_drawing()) {
+  use_tool(fingers_.frame(now_ns, aimed_.found));
+  const bool waits = is_working();
+  if (is_drawing() && !waits) {
     draw_stroke(now_ns);
     aim();
   }
   if (!held_) end_stroke();
-  tapped_ = false;
+  tapped_ = tapped_ && waits;
+  changed_ = changed_ || is_working();
 }
 
 void HandEditor::end_stroke() {
@@ -276,7 +312,8 @@ std::string HandEditor::state() const {
 }
 
 std::vector<std::string> HandEditor::help() const {
-  return {std::string("space or left button: ") + (of_voxels(brush_.tool()) ? "digs or fills" : "draws") +
+  return {std::string("space, left button or a finger: ") +
+          (of_voxels(brush_.tool()) ? "digs or fills" : "draws") +
           ", held: a stroke   right button: turns   w a s d q e arrows: move   1 2 3: fly orbit walk   "
           "h: help   F5: save   z: undo   y: redo   t: tool   b: shape   p: where it is drawn   "
           "[ ] wheel: size   - =: strength   i o: offset   , .: octree level   j k: slope   m: material"};
@@ -310,7 +347,7 @@ void HandEditor::draw(OverlayMesh& mesh) const {
   const double margin = 4.0 * scale, step = kLineAdvance * scale;
   const auto letters =
       static_cast<std::size_t>(std::max(1.0, std::floor((width - 2 * margin) / (kLetterAdvance * scale))));
-  if (!has_pointer_) {
+  if (!has_pointer_ && !fingers_.points()) {
     const double arm = 6.0 * scale, thick = scale;
     mesh.box(width / 2 - arm, height / 2 - thick / 2, 2 * arm, thick, kTextColour);
     mesh.box(width / 2 - thick / 2, height / 2 - arm, thick, 2 * arm, kTextColour);

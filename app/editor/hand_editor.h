@@ -15,6 +15,7 @@
 #include "app/editor/aim.h"
 #include "app/editor/brush.h"
 #include "app/editor/edit_session.h"
+#include "app/editor/touch/fingers.h"
 #include "app/overlay/overlay_mesh.h"
 #include "karst/query.h"
 #include "karst/world.h"
@@ -31,11 +32,14 @@ class HandEditor {
   void handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
   // The next picture differs: a command waits, or the pointer moved. Asked once.
   bool take_changed() { return std::exchange(changed_, false); }
-  // A stroke is under way.
-  bool is_drawing() const { return held_ || tapped_; }
+  // More pictures are wanted: of a stroke, of an edit or a step back that takes several frames, or to see
+  // what a finger will do.
+  bool is_busy() const { return is_drawing() || fingers_.waits() || is_working(); }
+  // An edit or a step back that takes several frames.
+  bool is_working() const { return session_->is_taking() || session_->is_pending(); }
 
-  // What comes with a picture of this view at a time: commands, the stroke's next edit, and then where the
-  // brush is.
+  // What comes with a picture of this view at a time: a part of an edit that takes several, commands, the
+  // stroke's next edit, and then where the brush is. A stroke waits for an edit that is under way.
   void frame(const ViewState& view, int quarter_turns, std::int64_t now_ns);
   // After frame(): into a mesh that was started with the same view.
   void draw(OverlayMesh& mesh) const;
@@ -80,9 +84,12 @@ class HandEditor {
   };
   static const Key kKeys[];
 
+  bool is_drawing() const { return held_ || tapped_; }
   bool handle_key(const InputEvent& event);
+  void handle_finger(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
+  void use_tool(Fingers::Tool tool);
   void run(const Asked& asked);
-  void step_back_or_again(bool undo);
+  void take_step(bool back);
   void save();
   void draw_stroke(std::int64_t now_ns);
   void end_stroke();
@@ -109,6 +116,7 @@ class HandEditor {
   Aimed aimed_;
   glm::dvec2 pointer_{0.5};
   bool has_pointer_ = false;  // else the picture's middle
+  Fingers fingers_;
   Held keys_;
   bool held_ = false, tapped_ = false;  // the drawing key or button: down; pressed since the last frame
   std::optional<Stroke> stroke_;

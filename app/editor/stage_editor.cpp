@@ -87,9 +87,11 @@ void StageEditor::before_frame(StageView& view, int quarter_turns, std::int64_t 
   view.draw_over = nullptr;
   if (!hand_) return;
   const std::uint64_t changes = hand_->changes();
+  const bool busy = hand_->is_working();
   const std::int64_t start = karst::now_ns();
   hand_->frame(view.view, quarter_turns, now_ns);
-  if (hand_->changes() != changes) edit_ms_.add(ms_between(start, karst::now_ns()));
+  if (busy || hand_->is_working() || hand_->changes() != changes)
+    edit_ms_.add(ms_between(start, karst::now_ns()));
   if (const std::string news = hand_->take_news(); !news.empty()) say_(news);
   mesh_.start(view.view, quarter_turns);
   hand_->draw(mesh_);

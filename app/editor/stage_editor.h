@@ -40,13 +40,13 @@ class StageEditor {
 
   // camera: called with what the camera is to make of the event. Whether the picture differs from then on.
   bool handle(const InputEvent& event, const std::function<void(const InputEvent&)>& camera);
-  bool is_drawing() const { return hand_ && hand_->is_drawing(); }
+  bool is_busy() const { return hand_ && hand_->is_busy(); }
 
   // Edits before a frame, which is drawn over then.
   void before_frame(StageView& view, int quarter_turns, std::int64_t now_ns);
   // After it: whether there is more to do in the next one.
   bool take_changed() { return hand_ && hand_->take_changed(); }
-  // Milliseconds of the frames' edits, those alone that changed the world.
+  // Milliseconds of the frames' edits, those alone that changed the world, or did a part of that.
   const Series& edit_ms() const { return edit_ms_; }
 
  private:

@@ -76,7 +76,7 @@ void print_json(const WorldInfo& info, std::uint64_t file_bytes) {
     json.key("field").begin_object().key("samples").begin_array();
     for (const std::int32_t samples : info.field_samples) json.value(samples);
     json.end_array().field("cell_m", info.field_cell_m).field("sample_bits", info.field_sample_bits);
-    json.field("blocks", info.field_blocks).end_object();
+    json.field("blocks", info.field_blocks).field("materials", info.field_has_materials).end_object();
   } else {
     json.key("field").null();
   }
@@ -126,7 +126,8 @@ void print_ground(const WorldInfo& info) {
 void print_field(const WorldInfo& info) {
   std::printf("field          %d x %d x %d samples of %d bits, %.10g m apart\n", info.field_samples[0],
               info.field_samples[1], info.field_samples[2], info.field_sample_bits, info.field_cell_m);
-  std::printf("blocks         %u of 16^3 samples that hold surface\n", info.field_blocks);
+  std::printf("blocks         %u of 16^3 samples that hold surface%s\n", info.field_blocks,
+              info.field_has_materials ? "; samples have materials" : "");
 }
 
 void print_text(const WorldInfo& info, std::uint64_t file_bytes) {

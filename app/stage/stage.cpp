@@ -70,6 +70,15 @@ Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
     plan.needs.region_patches =
         static_cast<std::uint32_t>(std::clamp<std::uint64_t>(bytes / 3 / each, kSome, 1u << 20));
   }
+  if (info_of(head).field_samples[0] > 0) {
+    // Of a field's samples a quarter, as many as there are at most.
+    constexpr std::uint64_t kBlockBytes = 4096;
+    const WorldInfo info = info_of(head);
+    std::uint64_t most = static_cast<std::uint64_t>(info.field_sample_bits) / 8;
+    for (const std::int32_t samples : info.field_samples) most *= static_cast<std::uint64_t>(samples) / 16;
+    plan.needs.field_sample_blocks =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(bytes / 4 / kBlockBytes, 1, most));
+  }
   plan.needs.undo_bytes = bytes / 4;
   plan.needs.edit_patches = count(patches - none, 1u << 20);
   plan.needs.edit_tiles = count(tiles - patches, 65'536);

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "app/common/json_writer.h"
 #include "bake/base/parallel.h"
 #include "bake/base/print_text.h"
 #include "bake/fields/field_file.h"
+#include "bake/fields/field_materials_file.h"
+#include "bake/fields/field_world.h"
 #include "platform/base/text.h"
 #include "terrain/base/lattice.h"
 #include "terrain/file/world_writer.h"
@@ -37,11 +40,19 @@ Error place_field(glm::ivec3 blocks, FieldInfo& field, WorldInfo& info, double s
   return "--field: its sides are not within 2 to 4080 samples: cut or resample it";
 }
 
+bool is_world_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(16, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return is_world(head);
+}
+
 class Baker {
  public:
   Baker(const BakeField& job, BakeField::Report& report) : job_(job), report_(report) {}
 
   Error run(std::vector<std::byte>& file) {
+    if (Error error = load_materials(); !error.ok()) return error;
     if (Error error = read(); !error.ok()) return error;
     if (Error error = measure(); !error.ok()) return error;
     if (Error error = place(); !error.ok()) return error;
@@ -50,14 +61,70 @@ class Baker {
     } else {
       fill(field_.bytes());
     }
+    if (Error error = make_materials(); !error.ok()) return error;
     return write(file);
   }
 
  private:
+  // Before all work, so that a mistake in their files costs no time.
+  Error load_materials() {
+    if (!has_materials()) return {};
+    if (job_.materials.none && !job_.materials_path.empty())
+      return "--field-materials: there are none by --materials none";
+    bake_materials_.options = job_.materials;
+    bake_materials_.threads = job_.threads;
+    if (Error error = bake_materials_.load(); !error.ok()) return error;
+    if (!bake_materials_.paints()) return {};
+    return job_.materials.path + ": paint and blend_map are for voxels and grounds; say --field-materials";
+  }
+
+  bool has_materials() const { return job_.has_materials || !job_.materials_path.empty(); }
+
+  // Rows of samples that the surface crosses, along y.
+  std::array<float, 2> surface_rows() const {
+    std::array<float, 2> rows{static_cast<float>(grid_.size.y), 0};
+    const glm::ivec3 n = grid_.size;
+    for (int y = 0; y + 1 < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        for (int x = 0; x < n.x; ++x) {
+          if ((signed_value(grid_.at(x, y, z)) < 0) == (signed_value(grid_.at(x, y + 1, z)) < 0)) continue;
+          rows[0] = std::min(rows[0], static_cast<float>(y));
+          rows[1] = std::max(rows[1], static_cast<float>(y + 1));
+        }
+      }
+    }
+    if (rows[0] > rows[1]) rows = {0, static_cast<float>(n.y - 1)};
+    return rows;
+  }
+
+  Error make_materials() {
+    if (!has_materials()) return {};
+    const WorldInfo& info = report_.info;
+    const float voxels = std::ldexp(1.0f, report_.field.cell_log2 - kMostCellLog2);  // a sample
+    const std::array<float, 2> rows = surface_rows();
+    bake_materials_.grid.voxel_m = info.voxel_size_m;
+    bake_materials_.grid.origin_m = {info.origin_m[0], info.origin_m[1], info.origin_m[2]};
+    bake_materials_.grid.extent = info.extent;
+    bake_materials_.grid.depth = info.depth;
+    bake_materials_.heights = {rows[0] * voxels, rows[1] * voxels};
+    if (Error error = bake_materials_.run(materials_); !error.ok()) return error;
+    report_.materials = materials_.set.count;
+    if (job_.materials_path.empty()) return {};
+    FillMaterials fill;
+    fill.path = job_.materials_path;
+    fill.size = grid_.size;
+    fill.materials = &materials_.set;
+    fill.threads = job_.threads;
+    return fill.run(field_);
+  }
+
   Error read() {
     if (!job_.shape.empty()) {
       if (Error error = fill_shape(job_.shape, job_.size, job_.spacing_m, job_.threads, grid_); !error.ok())
         return error;
+    } else if (job_.type.empty() && is_world_file(job_.path)) {
+      Error error = read_world_surface(job_.path, job_.spacing_m, job_.threads, grid_);
+      if (!error.ok()) return error;
     } else {
       ReadField read;
       read.path = job_.path;
@@ -147,8 +214,12 @@ class Baker {
     WorldInfo& world = report_.info;
     world.level = 1;
     if (Error error = place_field(info.blocks, info, world, grid_.spacing_m); !error.ok()) return error;
-    world.origin_m[0] = -0.5 * (grid_.size.x - 1) * grid_.spacing_m;
-    world.origin_m[2] = -0.5 * (grid_.size.z - 1) * grid_.spacing_m;
+    if (grid_.is_placed) {
+      for (int axis = 0; axis < 3; ++axis) world.origin_m[axis] = grid_.low_m[axis];
+    } else {
+      world.origin_m[0] = -0.5 * (grid_.size.x - 1) * grid_.spacing_m;
+      world.origin_m[2] = -0.5 * (grid_.size.z - 1) * grid_.spacing_m;
+    }
     const std::string name =
         job_.shape.empty() ? job_.path.substr(job_.path.find_last_of('/') + 1) : job_.shape;
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
@@ -156,7 +227,11 @@ class Baker {
     table_.resize(info.table_blocks());
     samples_.resize(info.table_blocks() * FieldBlocks::kBlockBytes *
                     static_cast<std::size_t>(job_.sample_bits / 8));
-    field_.create({table_, samples_});
+    if (!job_.materials_path.empty()) {
+      material_table_.resize(info.table_blocks());
+      codes_.resize(info.table_blocks() * FieldBlocks::kBlockBytes);
+    }
+    field_.create({table_, samples_, material_table_, codes_});
     return Error(subject(), field_.reset(info));
   }
 
@@ -187,6 +262,7 @@ class Baker {
     writer.info = report_.info;
     writer.octree = &none;
     writer.field = &field_;
+    writer.materials = materials_.view();
     file.clear();
     file.reserve(static_cast<std::size_t>(writer.file_bytes()));
     const auto append = [&](std::span<const std::byte> bytes) {
@@ -196,6 +272,11 @@ class Baker {
     const Status status = writer.run(ByteSink::to(append));
     report_.field.stored = static_cast<std::uint32_t>(
         table_.size() - field_.with([](const auto& f) { return std::size_t{f.free_blocks()}; }));
+    if (const FieldMaterials& codes = field_.materials(); codes.exists()) {
+      report_.field.has_materials = true;
+      report_.field.material_blocks =
+          static_cast<std::uint32_t>(material_table_.size() - std::size_t{codes.free_blocks()});
+    }
     return Error("world", status);
   }
 
@@ -204,7 +285,11 @@ class Baker {
   FieldGrid grid_;
   std::vector<std::uint32_t> table_;
   std::vector<std::byte> samples_;
+  std::vector<std::uint32_t> material_table_;
+  std::vector<std::uint8_t> codes_;
   FieldBlocks field_;
+  BakeMaterials bake_materials_;
+  BakedMaterials materials_;
 };
 
 }  // namespace
@@ -227,6 +312,12 @@ std::string field_report_text(const BakeField& job, const BakeField::Report& rep
         job.reach_cells, report.value_a_cell);
   print(out, "blocks        %d x %d x %d, of which %u hold samples\n", report.field.blocks.x,
         report.field.blocks.y, report.field.blocks.z, report.field.stored);
+  if (report.materials > 0) {
+    print(out, "materials     %u, by rules%s", report.materials,
+          report.field.has_materials ? " and by sample" : "\n");
+    if (report.field.has_materials)
+      print(out, "; %u blocks have more than one\n", report.field.material_blocks);
+  }
   print(out, "file          %zu bytes, in %.2f s\n", bytes, seconds);
   return out;
 }
@@ -249,7 +340,9 @@ std::string field_report_json(const BakeField& job, const BakeField::Report& rep
   json.field("value_a_cell", report.value_a_cell).field("sample_bits", job.sample_bits);
   json.field("reach_cells", job.reach_cells);
   each("blocks", report.field.blocks);
-  json.field("stored", std::uint64_t{report.field.stored}).end_object();
+  json.field("stored", std::uint64_t{report.field.stored});
+  json.field("materials", std::uint64_t{report.materials});
+  json.field("material_blocks", std::uint64_t{report.field.material_blocks}).end_object();
   json.field("file_bytes", std::uint64_t{bytes}).field("seconds", seconds);
   json.key("warnings").begin_array();
   for (const std::string& warning : report.warnings) json.value(std::string_view(warning));

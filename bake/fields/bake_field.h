@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "bake/fields/field_grid.h"
+#include "bake/materials/bake_materials.h"
 #include "platform/base/error.h"
 #include "terrain/file/world_file.h"
 #include "terrain/isosurface/field_blocks.h"
@@ -30,6 +31,11 @@ struct BakeField {
   bool solid_above = false;  // what is solid: values above it, else below
   int sample_bits = 8;       // or 16
   double reach_cells = 2;    // how far from the surface samples tell distances
+  // What samples are made of (field_materials_file.h); empty: all lies by the materials' rules.
+  std::string materials_path;
+  // The world's materials; with materials_path alone, procedural ones. None of both: one plain one.
+  bool has_materials = false;
+  MaterialOptions materials;
   int threads = 1;
 
   struct Report {
@@ -40,6 +46,7 @@ struct BakeField {
     double least = 0, most = 0;      // values
     std::uint64_t crossings = 0;     // edges between samples that the surface crosses
     std::uint64_t out_of_reach = 0;  // of them, with an end that is cut off: there the surface is moved
+    std::uint32_t materials = 0;     // of the world
     double value_a_cell = 0;         // change of the value that stands for a cell's width
     std::vector<std::string> warnings;
   };

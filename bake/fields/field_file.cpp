@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bake/fields/field_file.h"
 
+#include "bake/fields/field_vdb.h"
+
 #include <zlib.h>
 
 #include <algorithm>
@@ -330,6 +332,8 @@ Error read_here(const ReadField& settings, FieldGrid& grid) {
       return "it has " + std::to_string(has) + " bytes, and --field-size with --field-type asks for " +
              std::to_string(wanted);
     }
+  } else if (is_vdb(head)) {
+    return read_vdb(settings.path, grid);
   } else if (!head.starts_with("NRRD000")) {
     return "it is not NRRD; for raw samples say --field-size X,Y,Z and --field-type";
   } else if (Error error = read_header(settings.path, head, layout); !error.ok()) {

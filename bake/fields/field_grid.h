@@ -16,6 +16,8 @@ struct FieldGrid {
 
   glm::ivec3 size{0};         // samples each way: x to the east, y up, z to the south
   double spacing_m = 0;       // of samples; 0: not known
+  bool is_placed = false;     // else the middle of its bottom lies at 0, 0, 0
+  glm::dvec3 low_m{0.0};      // of sample (0, 0, 0), where it is
   std::vector<float> values;  // x fastest, then y, then z; finite
 
   float at(int x, int y, int z) const {

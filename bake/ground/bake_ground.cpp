@@ -7,10 +7,13 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "app/files/atomic_file.h"
 #include "app/files/output_place.h"
+#include "bake/features/feature_map.h"
 #include "bake/ground/ground_basis.h"
 #include "bake/ground/ground_pyramid.h"
 #include "bake/ground/ground_rows.h"
@@ -101,7 +104,8 @@ class GroundBaker {
         rows_(job_.read, job_.water_m),
         regions_(job_, progress),
         images_(job.imagery),
-        imagery_(images_, job_.threads) {}
+        imagery_(images_, job_.threads),
+        water_m_(job_.water_m) {}
 
   Error run() {
     materials_.options = job_.materials;
@@ -113,7 +117,7 @@ class GroundBaker {
     }
     if (Error error = regions_.load(); !error.ok()) return error;
     auto start = std::chrono::steady_clock::now();
-    if (Error error = job_.sample.empty() ? rows_.open() : open_sample(); !error.ok()) return error;
+    if (Error error = open_rows(); !error.ok()) return error;
     if (Error error = regions_.run(rows_); !error.ok()) return error;
     tell_of_regions();
     if (Error error = write_tiles(); !error.ok()) return error;
@@ -130,7 +134,31 @@ class GroundBaker {
   bool is_curved() const { return job_.basis.kind != BakeBasis::Kind::plane; }
 
   // What errors begin with.
-  std::string input() const { return job_.sample.empty() ? job_.read.path : "--sample " + job_.sample; }
+  std::string input() const {
+    if (!job_.features_path.empty()) return job_.features_path;
+    return job_.sample.empty() ? job_.read.path : "--sample " + job_.sample;
+  }
+
+  Error open_rows() {
+    if (!job_.features_path.empty()) return open_features();
+    return job_.sample.empty() ? rows_.open() : open_sample();
+  }
+
+  Error open_features() {
+    FeatureMap map;
+    if (Error error = read_feature_map(job_.features_path, map); !error.ok()) return error;
+    if (!water_m_) water_m_ = map.water_m;
+    Elevation facts;
+    facts.width = map.columns();
+    facts.height = map.rows();
+    facts.spacing_x_m = facts.spacing_z_m = map.spacing_m;
+    facts.source = "features";
+    rows_.make(std::move(facts), 0, job_.threads,
+               [surface = std::make_shared<MapSurface>(map)](int first, int count, std::span<float> out) {
+                 surface->rows(first, count, out);
+               });
+    return {};
+  }
 
   Error open_sample() {
     sample_ = make_sample(job_.sample, job_.threads);
@@ -240,7 +268,7 @@ class GroundBaker {
         return input() + ": too many samples for voxels so fine; try a larger --voxel";
       if (Error error = check_rims(); !error.ok()) return error;
     }
-    const std::string& path = job_.read.path;
+    const std::string& path = job_.features_path.empty() ? job_.read.path : job_.features_path;
     const std::string name = job_.sample.empty() ? path.substr(path.find_last_of('/') + 1) : job_.sample;
     for (std::size_t k = 0; k < std::min(name.size(), kWorldNameBytes - 1); ++k)
       world.name[k] = name[k] >= ' ' && name[k] <= '~' ? name[k] : '_';
@@ -256,6 +284,8 @@ class GroundBaker {
     std::uint64_t edges_of_all = 0;
     for (std::size_t n = 0; n < info_.regions().size(); ++n) {
       const GroundRegion& region = info_.regions()[n];
+      edges_of_all += region.rim_edges;
+      if (region.is_field()) continue;
       std::vector<RegionRim::Edge> edges(region.rim_edges);
       std::vector<std::uint32_t> marks(region.rim_edges);
       RegionRim rim;
@@ -265,7 +295,6 @@ class GroundBaker {
         return std::string("--carve: a region cannot be joined to the ground: ") + status.what() +
                "; try a smaller --voxel";
       }
-      edges_of_all += region.rim_edges;
     }
     if (edges_of_all <= kMostRimEdges) return {};
     return "--carve: the regions' borders have " + std::to_string(edges_of_all) + " edges, and the most is " +
@@ -276,8 +305,21 @@ class GroundBaker {
     report_.shapes = regions_.shapes();
     report_.unmet = regions_.unmet();
     for (const RegionBaker::Region& region : regions_.regions()) {
-      report_.regions.push_back({region.grid.extent, region.surface.surface().patches.size(), region.bytes(),
-                                 region.misses, region.folds_left, region.deviation_m, region.seconds});
+      BakeGround::Report::Region told;
+      told.extent = region.grid.extent;
+      told.patches = region.surface.surface().patches.size();
+      told.bytes = region.bytes();
+      told.misses = region.misses;
+      told.folds_left = region.folds_left;
+      told.deviation_m = region.deviation_m;
+      told.seconds = region.seconds;
+      if (region.field != nullptr) {
+        const FieldInfo& field = region.field->field().info();
+        told.field_triangles = region.field->triangles();
+        told.field_blocks = field.stored;
+        told.cell_m = std::ldexp(region.grid.voxel_m, field.cell_log2 - kMostCellLog2);
+      }
+      report_.regions.push_back(told);
     }
   }
 
@@ -289,7 +331,9 @@ class GroundBaker {
         static_cast<std::uint64_t>(info_.samples[0]) * static_cast<std::uint64_t>(info_.samples[1]);
     const bool is_allowed =
         job_.read.max_samples > 0 && samples <= static_cast<std::uint64_t>(job_.read.max_samples);
-    if (is_allowed || bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes())) return {};
+    if (!job_.features_path.empty() || is_allowed ||
+        bytes <= std::max(kFreeBytes, kBytesAByte * rows_.file_bytes()))
+      return {};
     return input() + ": rows of " + std::to_string(info_.samples[0]) + " samples take " +
            std::to_string(bytes >> 20) + " MiB of memory, and the file has " +
            std::to_string(rows_.file_bytes()) + " bytes; --crop takes a part, --max-samples " +
@@ -313,6 +357,9 @@ class GroundBaker {
     writer_.materials.surroundings = surroundings();
     writer_.ground.info = info_;
     writer_.ground.earth = earth();
+    for (const RegionBaker::Region& region : regions_.regions()) {
+      if (region.field != nullptr) writer_.field = &region.field->field();
+    }
     return {};
   }
 
@@ -360,10 +407,10 @@ class GroundBaker {
 
   Surroundings surroundings() const {
     Surroundings around;
-    if (!job_.water_m) return around;
+    if (!water_m_) return around;
     around.flags = kHasWater;
     around.water_level =
-        static_cast<float>((*job_.water_m - report_.info.origin_m[1]) / report_.info.voxel_size_m);
+        static_cast<float>((*water_m_ - report_.info.origin_m[1]) / report_.info.voxel_size_m);
     return around;
   }
 
@@ -422,7 +469,7 @@ class GroundBaker {
     report_.sunk_samples = rows_.sunk_samples();
     report_.source = rows_.facts().source;
     report_.warnings = rows_.facts().warnings;
-    if (job_.water_m && !rows_.is_held()) {
+    if (job_.water_m && !rows_.is_held() && job_.features_path.empty()) {
       report_.warnings.push_back(input() + ": more than " + std::to_string(GroundRows::kMostHeld) +
                                  " samples: the bed of the sea stays as it is in the elevation");
     }
@@ -510,6 +557,7 @@ class GroundBaker {
   std::uint64_t begin_ = 0;  // of tiles in the file
   const ImageryOptions& images_;
   BakeImagery imagery_;
+  std::optional<double> water_m_;
   app::AtomicFile file_;
 };
 

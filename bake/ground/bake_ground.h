@@ -41,6 +41,9 @@ struct BakeGround {
     struct Region {
       glm::ivec3 extent{0};  // voxels
       std::uint64_t patches = 0, bytes = 0;
+      std::uint64_t field_triangles = 0;  // of an isosurface at its finest; 0: there are patches
+      std::uint32_t field_blocks = 0;     // that take samples
+      double cell_m = 0;
       std::uint64_t misses = 0, folds_left = 0;
       double deviation_m = 0, seconds = 0;
     };

@@ -85,6 +85,14 @@ std::string ground_report_text(const Bake& job, const BakeGround::Report& report
     print(out, "lattice       %.6g steps a sample, after %d attempts\n",
           std::max(ground.steps[0], ground.steps[1]), report.attempts);
   for (const BakeGround::Report::Region& region : report.regions) {
+    if (region.field_triangles > 0) {
+      print(out,
+            "region        %d x %d x %d voxels of %.6g m, an isosurface of cells of %.6g m, %u blocks, %llu "
+            "triangles, %llu bytes\n              up to %.4g m from the ground that stands for it far away\n",
+            region.extent.x, region.extent.y, region.extent.z, report.info.voxel_size_m, region.cell_m,
+            region.field_blocks, number(region.field_triangles), number(region.bytes), region.deviation_m);
+      continue;
+    }
     print(out, "region        %d x %d x %d voxels of %.6g m, %llu patches at level %d, %llu bytes\n",
           region.extent.x, region.extent.y, region.extent.z, report.info.voxel_size_m, number(region.patches),
           report.info.level, number(region.bytes));
@@ -141,6 +149,10 @@ std::string ground_report_json(const BakeGround& job, const BakeGround::Report& 
       for (int axis = 0; axis < 3; ++axis) json.value(region.extent[axis]);
       json.end_array().field("patches", region.patches).field("level", report.info.level);
       json.field("bytes", region.bytes).field("deviation_m", region.deviation_m);
+      if (region.field_triangles > 0) {
+        json.field("field_triangles", region.field_triangles);
+        json.field("field_blocks", std::uint64_t{region.field_blocks}).field("cell_m", region.cell_m);
+      }
       json.field("misses", region.misses).field("folds_left", region.folds_left);
       json.field("seconds", region.seconds).end_object();
     }

@@ -6,12 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "bake/base/parallel.h"
 #include "bake/surroundings/sink_sea.h"
 
 namespace karst::bake {
 namespace {
 
-constexpr int kAround = 64;  // rows of a strip's neighbours that its voids are filled from
+constexpr int kMadeRows = 16;  // a thread at a time
+constexpr int kAround = 64;    // rows of a strip's neighbours that its voids are filled from
 
 }  // namespace
 
@@ -25,7 +27,35 @@ void GroundRows::hold(Elevation made, double unit_m) {
   holds_ = is_made_ = true;
 }
 
+void GroundRows::make(Elevation facts, double unit_m, int threads, Make make) {
+  held_ = std::move(facts);
+  made_unit_m_ = unit_m;
+  make_ = std::move(make);
+  threads_ = threads;
+  is_made_ = true;
+}
+
+void GroundRows::run_made(const Take& take) const {
+  const auto wide = static_cast<std::size_t>(width());
+  const int strip = kMadeRows * threads_;
+  std::vector<float> rows(static_cast<std::size_t>(strip) * wide);
+  for (int first = 0; first < height(); first += strip) {
+    const auto count = static_cast<std::size_t>(std::min(strip, height() - first));
+    parallel_chunks(count, kMadeRows, threads_, [&](std::size_t from, std::size_t to, int) {
+      make_(first + static_cast<int>(from), static_cast<int>(to - from),
+            std::span(rows).subspan(from * wide, (to - from) * wide));
+    });
+    for (std::size_t row = 0; row < count; ++row) {
+      if (!take(std::span<const float>(rows).subspan(row * wide, wide))) return;
+    }
+  }
+}
+
 Error GroundRows::run(const Take& take) {
+  if (make_) {
+    run_made(take);
+    return {};
+  }
   if (!is_held()) return run_strips(take);
   if (!holds_) {
     if (Error error = read_all(); !error.ok()) return error;

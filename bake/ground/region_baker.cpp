@@ -237,6 +237,21 @@ Error RegionBaker::find_nodes(const GroundRows& rows, Group& group) const {
     }
     group.nodes.low[axis] = static_cast<int>(low);
     group.nodes.high[axis] = static_cast<int>(high);
+    if (!job_.carves_field) continue;
+    // Blocks end at the sides, coarser ones too.
+    const int cells_log2 = node_voxels_log2_ + field_level(job_.level);
+    const int unit = std::max(RegionField::kSideCells >> cells_log2, 1);
+    int more = (unit - (group.nodes.high[axis] - group.nodes.low[axis]) % unit) % unit;
+    for (bool low_end = true; more > 0; low_end = !low_end, --more) {
+      const bool fits_low = group.nodes.low[axis] > 1;
+      const bool fits_high = (group.nodes.high[axis] + 1) * kNodeQuads < count[axis] - 1;
+      if (!fits_low && !fits_high) return "--carve-as field: the ground is too small for its region";
+      if (fits_low && (low_end || !fits_high)) {
+        --group.nodes.low[axis];
+      } else {
+        ++group.nodes.high[axis];
+      }
+    }
   }
   return {};
 }
@@ -437,6 +452,12 @@ Error RegionBaker::make(GroundRows& rows, Region& region, const Rect& nodes, int
   if (Error error = solid.build(most); !error.ok()) return error;
   region.surface.create(local, job_.threads, true, progress_);
   if (Error error = region.surface.fill(voxels); !error.ok()) return error;
+  if (job_.carves_field) {
+    if (Error error = make_field(solid, local, piece, level, region); !error.ok()) return error;
+    measure(ground.surface(), centre_m, region);
+    region.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return {};
+  }
   const bool is_given = level > 0;
   if (!is_given && sample_ != nullptr) {
     level = sample_->level;
@@ -455,6 +476,45 @@ Error RegionBaker::make(GroundRows& rows, Region& region, const Rect& nodes, int
   return {};
 }
 
+// Of cells a voxel.
+int RegionBaker::field_level(int level) const {
+  return std::min(level > 0 ? level : default_level(), kMostCellLog2 - kLeastCellLog2);
+}
+
+// Instead of patches; the voxels stay, of which the sky is seen.
+Error RegionBaker::make_field(const Solid& solid, const WorldGrid& local, const Elevation& piece, int level,
+                              Region& region) const {
+  double steepest = 1;
+  const auto width = static_cast<std::size_t>(piece.width);
+  for (std::size_t n = 0; n + width + 1 < piece.heights_m.size(); ++n) {
+    const double h = double{piece.heights_m[n]};
+    const double x = (double{piece.heights_m[n + 1]} - h) / piece.spacing_x_m;
+    const double z = (double{piece.heights_m[n + width]} - h) / piece.spacing_z_m;
+    const double across = (double{piece.heights_m[n + width + 1]} - h) / piece.spacing_x_m;
+    steepest = std::max({steepest, std::sqrt(1 + x * x + z * z), std::sqrt(1 + across * across)});
+  }
+  region.field = std::make_unique<RegionField>();
+  // A half more: the bilinear surface is steeper within a quad than along its sides.
+  return region.field->sample(solid, local, field_level(level), 1.5 * steepest, node_voxels_log2_,
+                              job_.threads);
+}
+
+// Of its surface, voxels from its grid's corner.
+std::vector<glm::dvec3> RegionBaker::points_of(const Region& region) {
+  if (region.field != nullptr) return region.field->points();
+  const Surface surface = region.surface.surface();
+  const Heights heights = region.surface.heights();
+  const int level = std::min(heights.level, kMeasuredLevel);
+  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
+  std::vector<glm::dvec3> points;
+  for (PatchId p = 0; p < surface.patches.size(); ++p) {
+    displaced_positions(surface, heights, level, p, places);
+    const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p)));
+    for (const glm::ivec3 place : places) points.push_back((at + glm::dvec3(place)) / double{kStepsPerVoxel});
+  }
+  return points;
+}
+
 // How far what is seen of the region from outside is from the ground that stands for it: the ground from the
 // nearest point of the region, so half of the width of a cave's mouth; and what stands above the ground from
 // it. What lies below is seen through mouths alone. And the box of all.
@@ -462,26 +522,17 @@ void RegionBaker::measure(const ElevationSurface& ground, const glm::dvec3& cent
   const WorldGrid& grid = region.grid;
   const double step_m = grid.voxel_m / kStepsPerVoxel;
   const glm::dvec3 origin_m = grid.origin_m - centre_m;
-  const Surface surface = region.surface.surface();
-  const Heights heights = region.surface.heights();
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
   double most_m = 0;
   // Points of the surface by the voxel that they lie in.
   PointCells cells(grid.extent);
-  const int level = std::min(heights.level, kMeasuredLevel);
-  std::vector<glm::ivec3> places(static_cast<std::size_t>(patch_vertices(level)));
-  for (PatchId p = 0; p < surface.patches.size(); ++p) {
-    displaced_positions(surface, heights, level, p, places);
-    const glm::dvec3 at = glm::dvec3(patch_origin(surface.volume_of(p)));
-    for (const glm::ivec3 place : places) {
-      const glm::dvec3 voxels = (at + glm::dvec3(place)) / double{kStepsPerVoxel};
-      cells.add(voxels);
-      const glm::dvec3 point_m = origin_m + grid.voxel_m * voxels;
-      const double ground_m = ground.at(point_m.x, point_m.z);
-      most_m = std::max(most_m, point_m.y - ground_m);
-      low = glm::min(low, glm::min(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
-      high = glm::max(high, glm::max(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
-    }
+  for (const glm::dvec3 voxels : points_of(region)) {
+    cells.add(voxels);
+    const glm::dvec3 point_m = origin_m + grid.voxel_m * voxels;
+    const double ground_m = ground.at(point_m.x, point_m.z);
+    most_m = std::max(most_m, point_m.y - ground_m);
+    low = glm::min(low, glm::min(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
+    high = glm::max(high, glm::max(point_m, glm::dvec3(point_m.x, ground_m, point_m.z)));
   }
   for (double z = 0.5; z <= grid.extent.z - 0.5; z += kGroundPointVoxels) {
     for (double x = 0.5; x <= grid.extent.x - 0.5; x += kGroundPointVoxels) {
@@ -498,6 +549,7 @@ void RegionBaker::measure(const ElevationSurface& ground, const glm::dvec3& cent
 std::uint64_t RegionBaker::Region::bytes() const {
   WorldInfo own;
   surface.tell(own);
+  if (field != nullptr) return 2 * std::uint64_t{own.octets} + 1 + field->bytes();
   const std::uint64_t of_patch = sizeof(PatchKey) + level_error_values(own.level) * sizeof(std::uint16_t) +
                                  sizeof(PatchBounds) + 2 * sizeof(NormalCone) +
                                  static_cast<std::uint64_t>(patch_vertices(own.level)) * sizeof(std::int16_t);
@@ -537,8 +589,8 @@ void RegionBaker::tell(WorldInfo& world, GroundInfo& ground) const {
     to.octets = own.octets;
     to.volumes = own.volumes;
     to.patches = own.patches;
-    to.rim_edges = RegionRim::count(from.surface.surface());
-    world.level = own.level;
+    to.rim_edges = from.field != nullptr ? from.field->rim_edges() : RegionRim::count(from.surface.surface());
+    world.level = from.field != nullptr ? 1 : own.level;
     world.octets += own.octets;
     world.volumes += own.volumes;
     world.patches += own.patches;
@@ -571,6 +623,10 @@ Error RegionBaker::run(GroundRows& rows) {
     const double wanted_m = job_.voxel_m > 0 ? job_.voxel_m : radius_m / kVoxelsARadius;
     node_voxels_log2_ = voxels_log2(wanted_m);
     if (error = choose(rows, met); !error.ok()) return error;
+  }
+  if (job_.carves_field && groups_.size() > 1) {
+    return "--carve-as field: the shapes lie in " + std::to_string(groups_.size()) +
+           " places far from each other, and a world has one field; carve one of them, or leave it away";
   }
   if (error = make_grids(rows); !error.ok()) return error;
   // The first one's level is that of all.

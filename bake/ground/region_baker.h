@@ -5,11 +5,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation.h"
+#include "bake/voxels/region_field.h"
 #include "bake/pipeline/bake.h"
 #include "bake/samples/sample_ground.h"
 #include "bake/voxels/voxel_surface.h"
@@ -48,6 +50,7 @@ class RegionBaker {
     std::uint64_t misses = 0, folds_left = 0;
     double deviation_m = 0;
     double seconds = 0;
+    std::unique_ptr<RegionField> field;  // instead of patches
 
     // Of the world file: what it would be shorter without it, but for gaps between sections.
     std::uint64_t bytes() const;
@@ -91,10 +94,14 @@ class RegionBaker {
   Rect around(const Box& box, const GroundRows& rows, double margin_m) const;
   Error make_grids(GroundRows& rows);
   Error make(GroundRows& rows, Region& region, const Rect& nodes, int& level) const;
+  Error make_field(const Solid& solid, const WorldGrid& local, const Elevation& piece, int level,
+                   Region& region) const;
+  static std::vector<glm::dvec3> points_of(const Region& region);
   void measure(const ElevationSurface& ground, const glm::dvec3& centre_m, Region& region) const;
   double node_m() const;
   int voxels_log2(double wanted_m) const;
   int default_level() const;
+  int field_level(int level) const;
 
   const Bake& job_;
   const ReportProgress& progress_;

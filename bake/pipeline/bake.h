@@ -29,9 +29,10 @@ struct BakeBasis {
 };
 
 struct Bake {
-  // What: either an elevation image (read.path) or a sample by name.
+  // What: an elevation image (read.path), a sample by name, or features.
   ReadElevation read;
   std::string sample{};
+  std::string features_path{};  // a land of features (bake/features/feature_map.h)
   bool accept_fit = false;   // a world that misses its elevation by more than a voxel is none, else
   bool leave_holes = false;  // voids of the image: left out of the world, else filled
 
@@ -40,6 +41,7 @@ struct Bake {
   int level = 0;       // of the heights; 0: the sample's, or vertices about 3/4 of a sample apart
   std::optional<double> water_m{};  // height of still water; none: the world has none
   std::string carve_path{};         // empty: nothing is carved
+  bool carves_field = false;        // of a ground: an isosurface stands where shapes are, no patches
   bool can_be_dug = false;          // a ground: wherever edits dig, voxels of voxel_m may stand
   int max_carve = 0;  // columns that all shapes may reach together; CarvedSolid has what is free
   MaterialOptions materials{};

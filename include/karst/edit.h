@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Edits: dig, fill, raise, smooth, between frames, in memory that the plan counts (Needs::edit_patches,
-// Needs::edit_tiles, Needs::undo_bytes). Voxels or samples of the ground change; all that follows from them
+// Needs::edit_tiles, Needs::field_sample_blocks, Needs::undo_bytes). Voxels, samples of the ground or of the
+// field of an isosurface change; all that follows from them
 // (surface, levels of detail, errors, boxes, shadows, answers of queries) is as if the world had been baked
 // so.
 //
@@ -9,6 +10,8 @@
 //   Edit dig;  dig.tool = EditTool::clear;  dig.place = hit.place;  dig.radius_m = 3;
 //   EditResult changed;
 //   editor->apply(dig, changed);   // changed.low .. high: for the host's physics
+//   editor->start(dig, changed);   // or in parts, one a frame
+//   if (editor->is_pending()) editor->advance(changed);
 //   editor->undo(changed);
 //   editor->save(sink);
 #pragma once
@@ -47,7 +50,9 @@ inline constexpr std::uint8_t kNoMaterial = 255;  // takes paint away: the world
 struct Edit {
   EditTool tool = EditTool::clear;
   BrushShape shape = BrushShape::sphere;
-  std::uint8_t octree_level = 0;  // of BrushShape::voxel; 0 is the whole octree
+  // Of BrushShape::voxel: from WorldInfo::octree_depth, one voxel, down; each level is twice as wide, up to
+  // the whole of an octree.
+  std::uint8_t octree_level = 0;
   // Of paint: a material's number in the world, or kNoMaterial. Paint lies in a map seen from above, of which
   // a texel is over a whole column: a brush paints what is below and above its place, too, but not what faces
   // down, nor caves. Four materials are painted at most.
@@ -72,12 +77,14 @@ struct EditResult {
   // Of apply(): whether it can be taken back. Where undo_bytes has no room for what its step keeps, the edit
   // is made all the same, and neither that step nor any before it can be taken back.
   bool can_undo = false;
+  bool pending = false;  // of start(): what it changes is to come, by advance()
 };
 
 struct UndoState {
   std::uint32_t undo_steps = 0;  // that can be taken back
   std::uint32_t redo_steps = 0;  // that were taken back and can be done again
   std::uint64_t lost_steps = 0;  // that were done and can't be taken back any more, for want of undo_bytes
+  bool is_taking = false;        // a step is half way: the same call goes on with it
 };
 
 // Where bytes go, in order. write returns false where it cannot take them.
@@ -101,13 +108,17 @@ class KARST_API Editor {
   //
   // Where a ground can be dug (WorldInfo::can_be_dug), an edit of voxels where no region is makes one first,
   // of whole nodes around the brush (Needs::dig_regions, Needs::region_patches, and edit_tiles for what it
-  // changes of the ground). "place": too near to the ground's border or to another region; "shape": a voxel
-  // of an octree that is not there. The region stays when the edit is taken back, and looks as the ground
-  // then.
+  // changes of the ground). "place": too near to the ground's border or to another region, four voxels and a
+  // node of ground at least. The region stays when the edit is taken back, and looks as the ground then.
   //
   // Of a region's voxels the outermost stay: three at its sides, where the ground begins, and the lowest; so
   // its size bounds what can be dug. "place": the edit reaches no others of a region, or those of two;
   // unsupported ("ground"): it has no region to dig in, or is one that cannot be edited.
+  //
+  // Fields of isosurfaces: clear, fill, smooth, flatten and level, with boxes, spheres and capsules of 128
+  // cells at most (half sides, radius; a capsule's ends 256 apart along each axis). An edit that reaches a
+  // field's box changes nothing else. Room for samples is Needs::field_sample_blocks, which may be missing
+  // where smooth would have needed none in the end.
   //
   // Heights of patches: a vertex moves along a direction of its own, out of the rock, where the brush reaches
   // its place in space. It stays within 3.4 voxels of the surface of its voxels, however far it is asked to
@@ -117,6 +128,20 @@ class KARST_API Editor {
   // field of Needs that is too small, or "max_octets", with what it would take. After an error nothing has
   // changed, to the bit.
   Status apply(const Edit& edit, EditResult& result) noexcept;
+
+  // As apply(), but what takes longer than a frame has is only begun, and result.pending says so. All errors
+  // come now. advance() does a part, counted, some 3 ms. Of an edit that makes a region nothing is there
+  // until the last part, for frames and queries; then all of it is, and result is apply()'s. Frames with a
+  // limit of time draw it some frames later: when they have made vertices of all of the region. Of a large
+  // hole elsewhere all is there now, and result tells of a box that is a little too large; boxes of its
+  // patches are found in parts, and a little more is drawn until then. Other edits, undo(), redo(),
+  // begin_stroke() and save() do first what is pending; advance() then tells what it changed. A stroke that
+  // ends meanwhile has it as its last edit; undo_state() does not count it yet.
+  Status start(const Edit& edit, EditResult& result) noexcept;
+  // Whether there is something for advance() to do or to tell.
+  bool is_pending() const noexcept;
+  // result.changed: it is there now. Nothing pending: it does nothing.
+  void advance(EditResult& result) noexcept;
 
   // Edits between them are one step of undo; without, each edit is one. undo(), redo() and a second
   // begin_stroke() end it; a step that changed nothing is none.
@@ -130,6 +155,12 @@ class KARST_API Editor {
   // room than the step's edits did and do not fail for want of any; errors of reading, as apply().
   Status undo(EditResult& result) noexcept;
   Status redo(EditResult& result) noexcept;
+  // The same in pieces, of as many edits of the step as fit into most_ms, one at least: for long strokes,
+  // between frames. Frames and queries see all of an edit or nothing of it. While UndoState::is_taking the
+  // next call of the same kind goes on; the other one, edits, begin_stroke() and save() do the rest first,
+  // and advance() then tells what that changed.
+  Status undo(EditResult& result, double most_ms) noexcept;
+  Status redo(EditResult& result, double most_ms) noexcept;
   UndoState undo_state() const noexcept;
 
   // The world as it is now as a .karst file. Its own file is read, and stays what it is. Errors of reading;

@@ -59,6 +59,7 @@ struct FrameCosts {
   std::uint32_t patches_drawn = 0, patches_missing = 0, patches_capped = 0;
   std::uint32_t patches_skipped = 0;  // not looked at: of regions that the ground stands for
   std::uint32_t nodes_drawn = 0;      // of the ground
+  std::uint32_t blocks_drawn = 0;     // of an isosurface
   // Of the ground's tiles and imagery's: asked for before a view lacked them; of such, first looked at in
   // this frame; and that gave way without having been. Their sums are those of all frames.
   std::uint32_t ahead_asked = 0, ahead_used = 0, ahead_wasted = 0;

@@ -61,9 +61,13 @@ struct Needs {
   // Of memory for what steps of edits keep to be taken back (karst/edit.h), 0..2^30; 0: none can be.
   std::uint64_t undo_bytes = 0;
   // Room for the samples of an isosurface's field beyond what the file has: blocks of 16^3 samples of any
-  // kind, 0..2^24, and those that are neither all solid nor all air, at 8 bits a sample, 0..2^20.
+  // kind, 0..2^24, and those that are neither all solid nor all air, at 8 bits a sample, 0..2^20. Edits
+  // (karst/edit.h) take the latter; 0: the field is not edited.
   std::uint32_t field_blocks = 0;
   std::uint32_t field_sample_blocks = 0;
+  // The same of blocks that take materials of their own, 0..2^20; of a file without materials in its field,
+  // 0: there are none.
+  std::uint32_t field_material_blocks = 0;
   // Of GPU memory for the vertices of an isosurface; 0: as its blocks need, 8 MiB at most.
   std::uint64_t mesh_bytes = 0;
   std::uint64_t max_cpu_bytes = 512ull << 20;  // heights that find no room are read from the file when needed

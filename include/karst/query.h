@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a simulator asks of the ground: heights, hits, contacts. Answers are of the surface at one fixed level
-// (Needs::query_level), so that physics does not depend on where a camera looks.
+// (Needs::query_level), so that physics does not depend on where a camera looks; of isosurfaces at their
+// finest.
 //
 // One Query a thread; as many as the plan has may run beside each other and beside the renderer. Each keeps a
 // fixed number of patches ready and allocates nothing.
@@ -19,11 +20,13 @@ namespace karst {
 // so.
 enum class Wait : std::uint8_t { never, for_file };
 
+inline constexpr std::uint32_t kGroundPatch = 0xfffffffe, kFieldPatch = 0xfffffffd;  // of Hit::patch
+
 struct Hit {
   Vec3 place;
   Vec3 normal;              // of the triangle that was met, unit length, out of the ground
   double distance = 0;      // metres: from the start; of column() and ground(), below the place asked for
-  std::uint32_t patch = 0;  // that was met
+  std::uint32_t patch = 0;  // that was met; kGroundPatch, kFieldPatch: none, but the ground or an isosurface
   std::uint8_t level = 0;   // of the surface that was met; 0: without heights, which only Wait::never meets
   bool found = false;       // of rays(): false where the segment is free
 };

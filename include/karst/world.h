@@ -21,6 +21,7 @@ struct WorldInfo {
   double voxel_size_m = 0;
   Vec3 origin_m;                // of the octree's minimum corner, in the world's own metres (Placement)
   std::int32_t extent[3] = {};  // voxels in use: to the east, up, to the south
+  // Of the deepest octree; of a ground that can be dug, of any that there may be: 9.
   std::int32_t octree_depth = 0;
   std::int32_t level = 0;  // finest that the file has
   std::uint32_t octets = 0, volumes = 0, patches = 0, height_blocks = 0;
@@ -41,6 +42,7 @@ struct WorldInfo {
   std::int32_t field_sample_bits = 0;   // 8 or 16
   std::uint32_t field_blocks = 0;       // of 16^3 samples, that are neither all solid nor all air
   double field_cell_m = 0;              // between samples
+  bool field_has_materials = false;     // of its samples, beside what rules say
   // Of its regions, where the voxels are: nodes, of 4 x 4 samples each, from the first on to the east and to
   // the south.
   std::uint32_t regions = 0;  // ..kMostRegions

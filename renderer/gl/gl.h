@@ -44,6 +44,7 @@
   X(DepthRangef)                   \
   X(Disable)                       \
   X(DrawArrays)                    \
+  X(DrawBuffers)                   \
   X(DrawElements)                  \
   X(Enable)                        \
   X(EnableVertexAttribArray)       \

@@ -31,6 +31,8 @@ Status RendererSettings::validate() const {
     return invalid("not within its range", "family_rows", family_rows);
   if (!inside(mesh_pages, 0, kMostPages - std::int64_t{vertex_pages} - family_pages))
     return invalid("too many", "mesh_pages", mesh_pages);
+  if (mesh_materials && (mesh_pages == 0 || material_count == 0 || drape_width != 0))
+    return invalid("there are no meshes, or no materials", "mesh_materials");
   if (!inside(stream_indices, kLeastIndicesPerPatch, 1 << 26)) {
     return invalid("not within its range", "stream_indices", stream_indices);
   }

@@ -25,6 +25,7 @@ struct RendererSettings {
   std::uint32_t family_pages = 0;
   std::uint32_t family_rows = 0;
   std::uint32_t mesh_pages = 0;  // of meshes of isosurfaces, behind all others: Config::field_vertex_pages
+  bool mesh_materials = false;   // their vertices have materials; not with a drape, nor without materials
   std::uint32_t stream_indices = 0;  // Config::stream_indices, at least max_patch_indices(max level drawn)
   glm::ivec3 extent{1};              // of the world, voxels, 1..2^20 on each axis
   bool rim = true;                   // there may be a wall around it (Renderer::upload_rim)
@@ -86,6 +87,8 @@ struct RendererSettings {
   bool has_node_places() const { return curved && image_layers > 0 && drape_width == 0; }
   std::uint32_t all_rows() const { return morph_rows + family_rows; }
   bool deferred() const { return deferred_width > 0 && drape_width == 0 && !has_node_places(); }
+  // Whether the G-buffer has materials of voxels.
+  bool has_geometry_voxels() const { return deferred() && mesh_materials; }
   // Whether there is room for a rim: with a drape a world has none.
   bool has_rim() const { return rim && drape_width == 0; }
 

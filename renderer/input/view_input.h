@@ -72,6 +72,7 @@ struct ViewInput {
   // Shadow maps that the sun's light is looked up in, smallest first, at most settings().cascades; their
   // contents are those of the last draw_cascade(). None: the sun reaches everything.
   LightSpace light_space;
+  float casters_stray = 0;  // voxels a voxel from the eye, at most, where levels go by distance
   std::span<const Cascade> cascades;
   // Counter-clockwise turns by 90 degrees, for screens that stand on their side: the picture lies turned in
   // the target, and the camera's aspect is that of the upright picture.

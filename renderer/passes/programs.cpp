@@ -22,7 +22,7 @@ constexpr Sampler kSamplers[] = {
     {"sky_visibility", KARST_UNIT_SKY_VISIBILITY}, {"drape", KARST_UNIT_DRAPE},
     {"shadow_maps", KARST_UNIT_SHADOW_MAPS},       {"geometry", KARST_UNIT_GEOMETRY},
     {"blend_map", KARST_UNIT_BLEND_MAP},           {"image_tiles", KARST_UNIT_IMAGE_TILES},
-    {"image_table", KARST_UNIT_IMAGE_TABLE}};
+    {"image_table", KARST_UNIT_IMAGE_TABLE},       {"geometry_voxels", KARST_UNIT_GEOMETRY_VOXELS}};
 
 constexpr Status kShaderFailed{StatusCode::unsupported, "the driver rejects a shader", "shader"};
 
@@ -110,7 +110,7 @@ bool is_needed(ShaderVariant variant, const ProgramSettings& settings) {
 Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span<char> log) {
   std::snprintf(
       defines_, sizeof defines_,
-      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s%s%s%s",
+      "#define KARST_MATERIALS %d\n#define KARST_DETAIL %d\n#define KARST_ANISOTROPY %d\n%s%s%s%s%s%s%s%s%s",
       settings.materials, settings.detail, settings.anisotropy,
       settings.high_precision ? "#define KARST_HIGH_PRECISION 1\n" : "",
       settings.edges ? "#define KARST_EDGES 1\n" : "",
@@ -118,6 +118,7 @@ Status Programs::create(const Gl& gl, const ProgramSettings& settings, std::span
       settings.water ? "#define KARST_WATER 1\n" : "", settings.curved ? "#define KARST_CURVED 1\n" : "",
       settings.blend_map ? "#define KARST_BLEND_MAP 1\n" : "",
       settings.imagery ? "#define KARST_IMAGERY 1\n" : "",
+      settings.voxel_materials ? "#define KARST_VOXEL_MATERIALS 1\n" : "",
       settings.cull_pixels ? "#define KARST_CULL_PIXELS 1\n" : "");
   for (std::size_t i = 0; i < kShaderVariants; ++i) {
     if (!is_needed(static_cast<ShaderVariant>(i), settings)) continue;

@@ -19,12 +19,13 @@ struct ProgramSettings {
   bool high_precision = false;  // all of a pixel in 32 bits
   bool drape = false;           // what is there is all that is needed of these
   bool deferred = false;
-  bool water = false;        // the world has some
-  bool curved = false;       // its ground lies on a curved basis
-  bool blend_map = false;    // and one of these
-  bool imagery = false;      // and images over it
-  bool edges = false;        // the screen pass smooths silhouettes
-  bool share_depth = false;  // and writes no depth: the G-buffer's is the target's
+  bool water = false;            // the world has some
+  bool curved = false;           // its ground lies on a curved basis
+  bool blend_map = false;        // and one of these
+  bool imagery = false;          // and images over it
+  bool voxel_materials = false;  // meshes of isosurfaces have materials
+  bool edges = false;            // the screen pass smooths silhouettes
+  bool share_depth = false;      // and writes no depth: the G-buffer's is the target's
   bool shadows = false;
   bool cull_pixels = false;       // back faces are thrown away by pixels (gles_shaders/cull.glsl)
   std::uint32_t first_unit = 0;   // added to interface.glsl's texture units
@@ -51,7 +52,7 @@ class Programs {
 
   GLuint programs_[kShaderVariants] = {};
   GLint shown_level_ = -1;
-  char defines_[352] = {};  // GLSL lines after the variant's macros
+  char defines_[384] = {};  // GLSL lines after the variant's macros
 };
 
 }  // namespace karst::core

@@ -72,6 +72,7 @@ shader::FrameBlock make_view_block(const RendererSettings& settings, const ViewI
   set_surroundings(input.camera, input.surroundings, block);
   set_level(input.level, block);
   set_cascades(input.camera, input.light_space, input.cascades, settings.shadow_size, block);
+  block.shadow_x.w = input.casters_stray;
   const PixelSkips& skips = input.skips;
   block.least_work = {skips.triplanar ? 0 : 1, skips.blend ? 0 : 1, skips.detail ? 0 : 1, skips.sun ? 0 : 1};
   set_images(input.images, input.image_view, page_rows(settings.all_pages()), block);

@@ -179,12 +179,17 @@ Status fill_shadow_target(const Gl& gl, const Settings& /*settings*/, const GlOb
   return {StatusCode::limit_reached, "the driver could not make a shadow map of this size", "shadow_size"};
 }
 
-Status fill_geometry_target(const Gl& gl, const Settings& /*settings*/, const GlObjects& objects) {
+Status fill_geometry_target(const Gl& gl, const Settings& settings, const GlObjects& objects) {
   const auto attach = [&](GLenum point, Object texture) {
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, point, GL_TEXTURE_2D, objects[row_of(texture)], 0);
   };
   attach(GL_COLOR_ATTACHMENT0, Object::geometry);
   attach(GL_DEPTH_ATTACHMENT, Object::geometry_depth);
+  if (settings.has_geometry_voxels()) {
+    attach(GL_COLOR_ATTACHMENT1, Object::geometry_voxels);
+    constexpr GLenum kBoth[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    gl.DrawBuffers(2, kBoth);
+  }
   if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
   return {StatusCode::limit_reached, "the driver could not make a G-buffer of this size", "deferred_width"};
 }
@@ -237,6 +242,13 @@ constexpr ObjectRow kRows[] = {
      nullptr},
     {"geometry depth", Kind::texture, Consumer::g_buffer,
      [](const Settings& s) { return geometry(s, GL_DEPTH_COMPONENT32F); }, nullptr},
+    {"geometry voxels", Kind::texture, Consumer::g_buffer,
+     [](const Settings& s) {
+       ObjectShape shape = geometry(s, GL_R16UI);
+       shape.wanted = s.has_geometry_voxels();
+       return shape;
+     },
+     nullptr},
     {"terrain", Kind::vertex_array, Consumer::vertices,
      [](const Settings&) { return nothing_but_a_name(true); }, fill_terrain_array},
     {"rim", Kind::vertex_array, Consumer::vertices,
@@ -268,8 +280,9 @@ constexpr Unit kUnits[] = {{KARST_UNIT_PAGE_TABLE, GL_TEXTURE_2D, Object::page_t
                            {KARST_UNIT_GEOMETRY, GL_TEXTURE_2D, Object::geometry},
                            {KARST_UNIT_BLEND_MAP, GL_TEXTURE_2D, Object::blend_map},
                            {KARST_UNIT_IMAGE_TILES, GL_TEXTURE_2D_ARRAY, Object::image_tiles},
-                           {KARST_UNIT_IMAGE_TABLE, GL_TEXTURE_2D, Object::image_table}};
-static_assert(std::size(kUnits) == KARST_UNITS);
+                           {KARST_UNIT_IMAGE_TABLE, GL_TEXTURE_2D, Object::image_table},
+                           {KARST_UNIT_GEOMETRY_VOXELS, GL_TEXTURE_2D, Object::geometry_voxels}};
+static_assert(std::size(kUnits) == KARST_UNITS + 1);  // one for either of two
 
 }  // namespace
 
@@ -285,6 +298,7 @@ namespace {
 
 void bind(const GlDevice& device, bool textures) {
   for (const Unit& unit : kUnits) {
+    if (textures && unit.object == Object::geometry_voxels && name_of(device, unit.object) == 0) continue;
     device.gl.ActiveTexture(GL_TEXTURE0 + device.first_unit + unit.unit);
     device.gl.BindTexture(unit.target, textures ? name_of(device, unit.object) : 0);
     device.gl.BindSampler(device.first_unit + unit.unit, 0);

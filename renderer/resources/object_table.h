@@ -34,8 +34,9 @@ enum class Object : std::uint8_t {
   image_table,
   drape,
   shadow_maps,
-  geometry,        // the G-buffer, gles_shaders/geometry.glsl
-  geometry_depth,  // and its depth
+  geometry,         // the G-buffer, gles_shaders/geometry.glsl
+  geometry_depth,   // and its depth
+  geometry_voxels,  // and materials of voxels (gles_shaders/voxel_materials.glsl)
   terrain_array,
   rim_array,
   no_attributes,  // vertex array of full-screen passes

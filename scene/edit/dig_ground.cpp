@@ -24,10 +24,31 @@ Status refuse(const char* what) {
   return {StatusCode::invalid_argument, what, "place"};
 }
 
-bool find_nodes(const GroundInfo& info, const BrushBox& box, NodeRect& nodes) {
+// How many voxels wide what an edit takes as a whole is.
+std::int64_t side_of_voxel(const Edit& edit) {
+  if (edit.shape != BrushShape::voxel) return 1;
+  return std::int64_t{1} << std::max(edit.octree_depth - edit.octree_level, 0);
+}
+
+// Of voxels, of the lattice that a new region's octree has there: make_region_for() sees to that.
+BrushBox box_of(const Edit& edit) {
+  if (edit.shape != BrushShape::voxel) return brush_box(edit);
+  const auto side = static_cast<double>(side_of_voxel(edit));
+  const glm::dvec3 low = glm::floor(edit.place / side) * side;
+  return {low, low + side};
+}
+
+double floor_to(double value, std::int64_t unit) {
+  const auto of = static_cast<double>(unit);
+  return std::floor(value / of) * of;
+}
+
+// side: the octree's corner is on a lattice of it.
+bool find_nodes(const GroundInfo& info, const BrushBox& box, std::int64_t side, NodeRect& nodes) {
+  const std::int64_t together = std::max<std::int64_t>(side >> info.lattice_size, 1);
   for (int axis = 0; axis < 2; ++axis) {
     const double node = std::ldexp(1.0, info.lattice_size);
-    const double low = std::floor((box.low[2 * axis] - 0.5 - kAround) / node);
+    const double low = floor_to(std::floor((box.low[2 * axis] - 0.5 - kAround) / node), together);
     const double high = std::ceil((box.high[2 * axis] - 0.5 + kAround) / node);
     if (!(low >= 1 && high * kNodeQuads < static_cast<double>(info.samples[axis] - 1))) return false;
     nodes.low[axis] = static_cast<std::int32_t>(low);
@@ -69,26 +90,28 @@ bool wants_region(const World& world, const Edit& edit) {
   return world.ground().can_be_dug && regions_reached(edit, world) == 0;
 }
 
-Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
+Status begin_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   World& terrain = world.terrain.world;
   if (world.ground_edits == nullptr) {
     return {StatusCode::limit_reached, "there is no room for what a new region changes of the ground",
             "edit_tiles", 1};
   }
-  if (edit.shape == BrushShape::voxel) {
-    return {StatusCode::invalid_argument,
-            "there is no octree yet where there is only ground: dig with another shape first", "shape"};
-  }
   EditGround& ground = *world.ground_edits;
   while (!ground.is_settled()) settle_ground(world);
   const GroundInfo& info = terrain.ground();
-  const BrushBox box = brush_box(edit);
+  const BrushBox box = box_of(edit);
+  const std::int64_t side = side_of_voxel(edit);
   made = {};
-  if (!find_nodes(info, box, made.nodes))
-    return refuse("too near to the ground's border: a region has ground all around it");
-  if (!is_apart(info, made.nodes))
+  if (!find_nodes(info, box, side, made.nodes)) {
     return refuse(
-        "too near to another region, a node at least lies between two: begin there, or further away");
+        "too near to the ground's border: what is dug has four voxels and a node of ground around it; dig "
+        "further inside");
+  }
+  if (!is_apart(info, made.nodes)) {
+    return refuse(
+        "too near to another region, which does not grow: dig within that one, or four voxels and a node "
+        "away from it; a larger first hole makes a larger region");
+  }
   // Before anything is read of it.
   const double columns = std::ldexp(made.nodes.high[0] - made.nodes.low[0], info.lattice_size) *
                          std::ldexp(made.nodes.high[1] - made.nodes.low[1], info.lattice_size);
@@ -101,18 +124,36 @@ Status make_region_for(WorldObject& world, const Edit& edit, MakeRegion& made) {
   if (edit.tool == EditTool::clear && box.low.y > high) return {};
   made.world = &terrain;
   made.ground = &ground;
-  made.bottom = static_cast<std::int32_t>(std::floor(std::min(low, box.low.y))) - kBelow;
+  made.bottom = static_cast<std::int32_t>(floor_to(std::min(low, box.low.y) - kBelow, side));
   if (edit.tool == EditTool::fill) high = std::max(high, box.high.y);
   made.top = static_cast<std::int32_t>(std::ceil(high)) + kAbove;
-  return made.run();
+  Status status = made.begin();
+  bool changes = false;
+  if (status.ok()) {
+    status = try_part(terrain, terrain.spare().region, edit, changes);
+    if (!changes) made.take_back();
+  }
+  // It has used what it lends.
+  world.terrain.residency.take_scratch();
+  if (!changes) made.world = nullptr;
+  return status;
 }
 
 void show_region(WorldObject& world) {
   World& terrain = world.terrain.world;
+  terrain.open_region();
   const std::size_t n = terrain.parts().size() - 1;
   const WorldPart& part = terrain.parts()[n];
   // All of it is apart from the ground by as much as surface and voxels are.
   const LatticeBox whole{glm::ivec3(0), part.extent * kStepsPerVoxel};
+  if (terrain.is_paintable()) {
+    const std::span<PatchId> all = world.terrain.residency.lend_list();
+    std::size_t count = 0;
+    for (PatchId own = 0; own < part.patches(); ++own) {
+      if (!part.surface.is_free(own)) all[count++] = part.first + own;
+    }
+    static_cast<void>(mark_painted(terrain, world.span(), all.first(count)));
+  }
   world.terrain.ground.set_regions(terrain.ground());
   static_cast<void>(grow_region(world, n, whole, nullptr));
   world.terrain.residency.follow_region(n);

@@ -35,6 +35,7 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
   out.tool = static_cast<EditTool>(edit.tool);
   out.shape = static_cast<BrushShape>(edit.shape);
   out.octree_level = edit.octree_level;
+  out.octree_depth = static_cast<std::uint8_t>(world.shown.octree_depth);
   out.material = edit.material;
   out.place = placement.voxels(edit.place);
   out.to = placement.voxels(edit.to);
@@ -50,15 +51,26 @@ core::Edit EditorObject::in_voxels(const karst::Edit& edit) const {
 }
 
 Status EditorObject::apply(const karst::Edit& edit, EditResult& result) {
+  if (const Status status = begin(edit, false, result); !status.ok() || !result.pending) return status;
+  while (!step_dig(result)) {
+  }
+  return {};
+}
+
+// Of what makes a region, the first part.
+Status EditorObject::begin(const karst::Edit& edit, bool spreads, EditResult& result) {
+  finish();
   result = {};
   result.version = version;
   // In a stroke a step is open.
   const bool alone = log.exists() && !log.is_open();
   if (alone) log.begin();
+  dig.spreads = spreads;
   const Status status = make(in_voxels(edit), result);
   result.can_undo = result.changed && log.exists() && !log.is_lost();
-  if (alone) log.end();
+  if (alone && dig.stage != PendingDig::Stage::boxes) log.end();
   if (result.changed) result.version = ++version;
+  if (result.pending) dig.alone = alone;
   return status;
 }
 
@@ -71,37 +83,45 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
     follow_paint(change, result);
     return status;
   }
+  if (is_of_field(edit)) {
+    FieldChange change;
+    const Status status = edit_field({&terrain.field(), terrain.field_kept()}, edit, kept, change);
+    follow_field(change, result);
+    return status;
+  }
   if (terrain.ground().exists() && !edits_voxels(edit.tool)) return make_heights(edit, kept, result);
   if (const Status status = check_edit(edit, terrain); !status.ok()) return status;
-  MakeRegion made;
-  const bool digs = edits_voxels(edit.tool) && wants_region(terrain, edit);
-  if (digs) {
-    const Status status = make_region_for(world, edit, made);
-    if (!status.ok() || made.world == nullptr) return status;
-  }
+  if (edits_voxels(edit.tool) && wants_region(terrain, edit)) return begin_dig(edit, result);
   if (terrain.ground().exists()) {
-    if (const Status status = reserve_region(world, edit); !status.ok()) {
-      if (digs) made.take_back();
-      return status;
-    }
+    if (const Status status = reserve_region(world, edit); !status.ok()) return status;
   }
   EditChange change;
   if (edits_heights(edit.tool)) {
     const Status status = edit_heights(terrain, edit, kept, change);
     return status.ok() ? follow(change, result) : status;
   }
-  Status status = edit_shape(terrain, edit, kept, change);
-  if (digs && !change.changed) made.take_back();
+  if (const Status status = part_of_edit(edit, terrain, change.part); !status.ok()) return status;
+  const std::size_t exact = dig.spreads ? PendingDig::kExact : MeasureQueue::kAll;
+  Status status = edit_part(terrain, change.part, edit, kept, change, exact);
   if (!status.ok()) return status;
-  if (digs && change.changed) {
-    show_region(world);
-    ground_changed = true;
-    ++sky_version;
-  }
   status = follow(change, result);
+  if (change.changed && terrain.edit(change.part).queue->loose() > 0) {
+    fit_later(change);
+    result.pending = true;
+    return status;
+  }
   if (change.changed && terrain.ground().exists() && grow_region(world, change.part, change.box, kept))
     ground_changed = true;
   return status;
+}
+
+// What reaches a field is of it alone.
+bool EditorObject::is_of_field(const core::Edit& edit) const {
+  const core::World& terrain = world.terrain.world;
+  // Belts and thresholds around one in a ground are made for it as it was baked.
+  if (!terrain.field().exists() || terrain.field().info().in_region) return false;
+  const bool is_alone = terrain.patch_count() == 0 && !terrain.ground().exists();
+  return is_alone || (edits_fields(edit.tool) && reaches_field(edit, terrain.field().info()));
 }
 
 // Of a ground and of the patches that stand in it: all of it or nothing.
@@ -170,6 +190,17 @@ void EditorObject::follow_ground(const GroundChange& change, std::uint32_t nodes
   result.nodes += nodes;
 }
 
+void EditorObject::follow_field(const FieldChange& change, EditResult& result) {
+  if (!change.changed) return;
+  shape_version = version + 1;
+  world.terrain.isosurface.change(change.first, change.last);
+  const FieldInfo& info = world.terrain.world.field().info();
+  const double voxels = 1.0 / (1 << (kMostCellLog2 - info.cell_log2));  // a cell
+  // The surface lies between samples.
+  show_extent(glm::dvec3(info.corner) + glm::dvec3(change.first - 1) * voxels,
+              glm::dvec3(info.corner) + glm::dvec3(change.last + 1) * voxels, result);
+}
+
 void EditorObject::show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels,
                                EditResult& result) const {
   const glm::dvec3 side[2] = {low_voxels, high_voxels};
@@ -211,7 +242,8 @@ void EditorObject::settle(double most_ms) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
   core::World& terrain = world.terrain.world;
-  while (!terrain.is_settled() && spent_ms() < most_ms) {
+  // Frames leave boxes to advance(): queries read them.
+  while (dig.stage != PendingDig::Stage::boxes && !terrain.is_settled() && spent_ms() < most_ms) {
     Settled done;
     settle_some(terrain, done);
     if (done.measured != Settled::kNone) world.terrain.residency.follow_measures(done.measured);
@@ -219,10 +251,11 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
-  while (loose != 0 && spent_ms() < most_ms) {
+  while (dig.stage != PendingDig::Stage::boxes && loose != 0 && spent_ms() < most_ms) {
     if (measure_columns(world)) ground_changed = true;
   }
-  while (!is_settled() && spent_ms() < most_ms) settle_ground(world);
+  const EditGround* const ground = world.ground_edits;
+  while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) settle_ground(world);
 }
 
 bool EditorObject::is_settled() const {
@@ -232,6 +265,7 @@ bool EditorObject::is_settled() const {
 
 Status EditorObject::save(const Sink& sink) {
   if (sink.write == nullptr) return {StatusCode::invalid_argument, "missing", "sink"};
+  finish();
   settle(std::numeric_limits<double>::infinity());
   const ByteSink bytes{&sink, [](const void* context, std::span<const std::byte> piece) {
                          const auto& host = *static_cast<const Sink*>(context);
@@ -250,6 +284,18 @@ Status EditorObject::save(const Sink& sink) {
 
 Status Editor::apply(const Edit& edit, EditResult& result) noexcept {
   return core::self(this).apply(edit, result);
+}
+
+Status Editor::start(const Edit& edit, EditResult& result) noexcept {
+  return core::self(this).start(edit, result);
+}
+
+bool Editor::is_pending() const noexcept {
+  return static_cast<const core::EditorObject*>(this)->is_pending();
+}
+
+void Editor::advance(EditResult& result) noexcept {
+  core::self(this).advance(result);
 }
 
 Status Editor::save(const Sink& sink) noexcept {

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Strokes, undo and redo of karst::Editor.
+#include <chrono>
+#include <limits>
+#include <optional>
+
 #include "scene/edit/ground_edits.h"
 #include "scene/world/world_object.h"
 #include "terrain/edit/undo/take_part.h"
@@ -15,12 +19,17 @@ EditorObject& self(karst::Editor* editor) {
 }  // namespace
 
 void EditorObject::begin_stroke() {
+  finish();
   end_stroke();
   if (log.exists()) log.begin();
 }
 
 void EditorObject::end_stroke() {
-  if (log.is_open()) log.end();
+  if (dig.stage != PendingDig::Stage::none) {
+    dig.ends_stroke = !dig.alone;
+  } else if (log.is_open()) {
+    log.end();
+  }
 }
 
 // A part of a step that is taken back or done again, and what follows from it for frames and queries.
@@ -34,6 +43,12 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
     world.ground_edits->exchange(part, change);
     if (change.changed) regions |= world.ground_edits->regions_with(change.samples);
     follow_ground(change, show_ground_change(world, change), result);
+    return {};
+  }
+  if (part.kind() == CellKind::field_block) {
+    FieldChange change;
+    exchange_field(world.terrain.world.field(), part, change);
+    follow_field(change, result);
     return {};
   }
   if (part.kind() == CellKind::paint) {
@@ -51,28 +66,38 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
   return first;
 }
 
-Status EditorObject::take_step(bool back, EditResult& result) {
+Status EditorObject::take_step(bool back, double most_ms, EditResult& result) {
+  if (!log.is_taking() || log.takes_back() != back) finish();
   end_stroke();
   result = {};
+  const Status status = take_parts(back, most_ms, result);
+  result.version = result.changed ? ++version : version;
+  return status;
+}
+
+Status EditorObject::take_parts(bool back, double most_ms, EditResult& result) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
   Status first;
   std::uint32_t regions = 0;
-  const auto take = [&](UndoPart part) {
-    const Status status = take_part(part, back, regions, result);
+  do {
+    const std::optional<UndoPart> part = log.next(back);
+    if (!part) break;
+    const Status status = take_part(*part, back, regions, result);
     if (first.ok()) first = status;
-  };
-  static_cast<void>(back ? log.undo(take) : log.redo(take));
+  } while (log.is_taking() &&
+           std::chrono::duration<double, std::milli>(Clock::now() - start).count() < most_ms);
   const core::World& terrain = world.terrain.world;
   for (std::size_t n = 0; n < terrain.parts().size() && terrain.ground().exists(); ++n) {
     if ((regions >> n & 1u) == 0) continue;
     show_belt(world, n);
     if (measure_region(world, n)) ground_changed = true;
   }
-  result.version = result.changed ? ++version : version;
   return first;
 }
 
 UndoState EditorObject::undo_state() const {
-  return {log.undo_steps(), log.redo_steps(), log.lost_steps()};
+  return {log.undo_steps(), log.redo_steps(), log.lost_steps(), log.is_taking()};
 }
 
 }  // namespace core
@@ -86,11 +111,19 @@ void Editor::end_stroke() noexcept {
 }
 
 Status Editor::undo(EditResult& result) noexcept {
-  return core::self(this).take_step(true, result);
+  return core::self(this).take_step(true, std::numeric_limits<double>::infinity(), result);
+}
+
+Status Editor::undo(EditResult& result, double most_ms) noexcept {
+  return core::self(this).take_step(true, most_ms, result);
 }
 
 Status Editor::redo(EditResult& result) noexcept {
-  return core::self(this).take_step(false, result);
+  return core::self(this).take_step(false, std::numeric_limits<double>::infinity(), result);
+}
+
+Status Editor::redo(EditResult& result, double most_ms) noexcept {
+  return core::self(this).take_step(false, most_ms, result);
 }
 
 UndoState Editor::undo_state() const noexcept {

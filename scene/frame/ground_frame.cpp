@@ -11,10 +11,24 @@ namespace {
 
 // A frame that waits gives up after so many rounds of asking: more than tiles can be deep.
 constexpr int kMostRounds = 4 * kMostSize;
+// Of the families, one in so many is for what casts shadows and is not seen: ground that is too
+// coarse there stands above what is seen, and darkens it.
+constexpr std::uint32_t kCastersShare = 3;
+// Where families are too few for the errors that views aim at: by so much these grow, and shrink again a
+// frame where less than that share of the families is taken. What growing frees is less than what is left.
+constexpr double kGrow = 1.19, kShrink = 0.97, kEasyShare = 0.6, kMostScale = 64;
 // Height in which the earth's air thins by e.
 constexpr double kAirThinsM = 8'000;
 // Radii by which a chord may be below what is level where heights are those of its pixels: 25 m of the earth.
 constexpr double kShortChord = 1.0 / 250'000;
+
+// At an error that is so many times as large as the view's.
+void aim(const ViewState& view, double times, GroundRequest& request) {
+  request.scale = view.error_scale();
+  request.scale.steps_per_step =
+      static_cast<float>((double{request.scale.steps_per_step} - 1.0) / times + 1.0);
+  request.error_px = view.settings().error_px * times;
+}
 
 }  // namespace
 
@@ -40,7 +54,9 @@ void GroundFrame::begin_frame(double work_ms, FrameCosts& costs) {
 void GroundFrame::complete(std::size_t first, std::size_t end, bool all, bool wait) {
   Ground& ground = terrain_->ground;
   const OwnWork own(*inspection_);
+  ground.begin_tries();
   for (int round = 0; round < kMostRounds; ++round) {
+    if (round > 0) ground.undo_tries();
     std::uint32_t lacking = 0;
     for (std::size_t v = first; v < end; ++v) {
       ground.select(v, requests_[v]);
@@ -53,9 +69,11 @@ void GroundFrame::complete(std::size_t first, std::size_t end, bool all, bool wa
 }
 
 void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest> requests,
-                         std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs) {
+                         std::span<const glm::dvec3> motions, bool wait, bool casts, FrameCosts& costs) {
   if (!exists()) return;
   const std::int64_t start = clock_ns();
+  const std::uint32_t families = terrain_->ground.row_count() - 1;
+  terrain_->ground.leave_families(casts ? families / kCastersShare : 0);
   for (std::size_t v = 0; v < views.size(); ++v) {
     GroundRequest& request = requests_[v];
     request = {};
@@ -68,12 +86,44 @@ void GroundFrame::select(std::span<ViewState> views, std::span<const ViewRequest
     if (lod.mode == LodMode::distance) request.sides_away = std::max(lod.distance_voxels, 1e-3) / 4;
     request.culls = requests[v].frustum_culling;
     if (!motions.empty()) request.motion = motions[v];
-    request.regions = views[v].selection().whole_parts | requests[v].skipped_parts;
+    request.regions = drawable(views[v].selection().whole_parts | requests[v].skipped_parts | mesh_part()) &
+                      ~terrain_->residency.fresh_parts();
   }
   all_ = motions.empty();
-  complete(0, views.size(), all_, wait);
+  complete_views(views, wait);
   for (std::size_t v = 0; v < views.size(); ++v) views[v].keep_parts(parts_drawn(v));
   costs.select_ms += ms_since(start);
+}
+
+// Selects the views at errors for which there are families: a frame that waits finds them, others come nearer
+// from frame to frame. Where distance alone decides errors do not matter.
+void GroundFrame::complete_views(std::span<const ViewState> views, bool wait) {
+  const bool governed = !views.empty() && requests_[0].sides_away == 0;
+  if (wait || !governed) error_scale_ = 1;
+  bool rested = false;
+  for (;;) {
+    for (std::size_t v = 0; v < views.size(); ++v) aim(views[v], error_scale_, requests_[v]);
+    complete(0, views.size(), all_, wait);
+    std::uint32_t lacks_room = 0;
+    for (std::size_t v = 0; v < views.size(); ++v) lacks_room += terrain_->ground.view(v).result().lacks_room;
+    if (!governed) return;
+    if (lacks_room > 0 && wait && !rested) {
+      rested = true;
+      renderer_->finish();
+      terrain_->ground.rest();
+      terrain_->ground.undo_tries();
+      continue;
+    }
+    if (lacks_room > 0) {
+      error_scale_ = std::min(error_scale_ * kGrow, kMostScale);
+      if (!wait || error_scale_ == kMostScale) return;
+      terrain_->ground.undo_tries();
+      continue;
+    }
+    if (!wait && terrain_->ground.share_of_families() < kEasyShare)
+      error_scale_ = std::max(error_scale_ * kShrink, 1.0);
+    return;
+  }
 }
 
 std::uint32_t GroundFrame::parts_to_skip(std::size_t view) const {
@@ -94,16 +144,21 @@ bool GroundFrame::select_casters(const ViewState& view, const Cascade& cascade, 
   GroundRequest& request = requests_[shadow_view()];
   request = {};
   request.camera = &cascade.eye;
-  request.scale = view.error_scale();
-  request.scale.least_cos2 = cascade.least_cos2;
   request.error_px = view.settings().error_px;
   request.morphing = view.settings().mode != LodMode::full;
   request.frustum = &cascade.frustum;
   const std::uint32_t ground_families = terrain_->ground.row_count() - 1;
+  terrain_->ground.leave_families(0);
   request.spared_error = static_cast<float>(texel);
   request.most_splits = ground_families / 4 * 3;
-  request.regions = parts;
-  complete(shadow_view(), shadow_view() + 1, all_ || wait, wait);
+  request.regions = drawable(parts) & ~terrain_->residency.fresh_parts();
+  for (double times = error_scale_; times < 2 * kMostScale; times *= 2) {
+    aim(view, times, request);
+    request.scale.least_cos2 = cascade.least_cos2;
+    complete(shadow_view(), shadow_view() + 1, all_ || wait, wait);
+    if (terrain_->ground.view(shadow_view()).result().lacks_room == 0) break;
+    terrain_->ground.undo_tries();
+  }
   costs.select_ms += ms_since(start);
   return terrain_->ground.view(shadow_view()).result().lacks_tile == 0;
 }
@@ -192,12 +247,18 @@ void GroundFrame::build_belts(std::size_t view, std::span<const std::uint8_t> le
     if ((parts_drawn(view) >> n & 1u) == 0) continue;
     BuildBelts belts;
     belts.region = n;
+    belts.first_node_page = renderer_->settings().vertex_pages;
+    if ((mesh_part() >> n & 1u) != 0) {
+      belts.blocks = &terrain_->isosurface.rim();
+      belts.first_mesh_page = belts.first_node_page + renderer_->settings().family_pages;
+      terrain_->ground.add_belt(view, belts);
+      continue;
+    }
     belts.rim = part.rim;
     belts.levels = part.of(levels);
     belts.resident = part.of(pool.levels());
     belts.pages = pool.pages();
     belts.pages.first_page = part.of(belts.pages.first_page);
-    belts.first_node_page = renderer_->settings().vertex_pages;
     if (terrain_->ground.add_belt(view, belts) == 0) continue;
     // The GPU reads vertices of patches that are out of view, too: they must not be given to others.
     for (const RegionRim::Edge& edge : part.rim->edges()) {

@@ -25,9 +25,10 @@ class GroundFrame {
   void begin_frame(double work_ms, FrameCosts& costs);
   // Chooses for all views, which were selected and keep the parts that they draw, and asks for what they
   // lack. motions: of each, lattice steps a frame; empty: nothing is left out, and as much is asked for as
-  // the reader takes. wait: until nothing is lacking that can be had; needs them empty.
+  // the reader takes. wait: until nothing is lacking that can be had; needs them empty. casts: shadow maps
+  // are drawn afterwards.
   void select(std::span<ViewState> views, std::span<const ViewRequest> requests,
-              std::span<const glm::dvec3> motions, bool wait, FrameCosts& costs);
+              std::span<const glm::dvec3> motions, bool wait, bool casts, FrameCosts& costs);
   // Of which parts patches need not be chosen for a view: in its last frame the ground stood for them
   // although their patches were there. Of parts that its request skips, select() takes them to be there
   // still.
@@ -47,6 +48,17 @@ class GroundFrame {
   static constexpr std::uint32_t kAllParts = 0xffffffffu;
   std::uint32_t parts_drawn(std::size_t view) const {
     return exists() ? terrain_->ground.view(view).result().regions : kAllParts;
+  }
+  // Whether the isosurface is drawn where these parts are: of a region, where that is.
+  bool draws_meshes(std::uint32_t parts) const { return (parts & mesh_part()) == mesh_part(); }
+  // The isosurface's part, where there is one, and it can be drawn.
+  std::uint32_t mesh_part() const {
+    const int part = terrain_->world.field_part();
+    return part < 0 ? 0 : std::uint32_t{1} << part;
+  }
+  // Of some parts, those that can be drawn: the isosurface's only where its meshes end in one closed line.
+  std::uint32_t drawable(std::uint32_t parts) const {
+    return terrain_->isosurface.rim().exists() ? parts : parts & ~mesh_part();
   }
   // The belts of a view, whose patches are drawn at these levels. Not before upload().
   void build_belts(std::size_t view, std::span<const std::uint8_t> levels);
@@ -88,9 +100,21 @@ class GroundFrame {
   };
   Sum sum(std::size_t view) const;
 
+  // How many times as large as asked for errors are aimed at, for want of families; of the next frame, where
+  // it does not wait.
+  double error_scale() const { return error_scale_; }
+  // The error that a view aims at, as a share of the distance. In parallel views what is seen and what casts
+  // have the same levels.
+  float casters_stray(const ErrorScale& scale) const {
+    if (scale.least_cos2 < 0 || !(scale.steps_per_step > 1)) return 0;
+    return static_cast<float>(error_scale_) / (scale.steps_per_step - 1);
+  }
+
  private:
+  void complete_views(std::span<const ViewState> views, bool wait);
   void complete(std::size_t first, std::size_t end, bool all, bool wait);
 
+  double error_scale_ = 1;
   TerrainParts* terrain_ = nullptr;
   Renderer* renderer_ = nullptr;
   const Inspection* inspection_ = nullptr;

@@ -30,6 +30,8 @@ constexpr double kWhiteSunDeg = 45;
 // That edits have touched and a frame with a limit of time makes; counted, so that frames of a replay are
 // alike.
 constexpr std::uint32_t kRemadePatches = 128;
+// The same of regions that were made, of whose patches the coarsest levels are made.
+constexpr std::uint32_t kBasePatches = 512;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status refuse(const char* what, const char* field) {
@@ -46,20 +48,6 @@ LodMode lod_mode(karst::LodMode mode) {
       break;
   }
   return LodMode::error;
-}
-
-Show shown(karst::Show show) {
-  switch (show) {
-    case karst::Show::cascades:
-      return Show::cascades;
-    case karst::Show::levels:
-      return Show::levels;
-    case karst::Show::lookups:
-      return Show::lookups;
-    case karst::Show::materials:
-      break;
-  }
-  return Show::materials;
 }
 
 }  // namespace
@@ -253,11 +241,16 @@ Status RendererObject::follow_edits(double work_ms) {
   if (const Status status = show_paint(world, gl); !status.ok()) return status;
   if (editor.shape_version > edit_version_) shadows_.forget();
   const bool at_once = first_frame_ || work_ms == 0;
-  if (const Status status = work_.remake(at_once ? 0xffffffffu : kRemadePatches, costs); !status.ok())
+  if (const Status status = work_.remake(at_once ? VertexWork::kAllPatches : kRemadePatches, costs);
+      !status.ok())
     return status;
-  // A region with a patch that lacks vertices would close.
+  // A region with a patch that lacks vertices would close. One that was just made is drawn when it has all.
   if (world.terrain.world.ground().region_count > 0) {
-    if (const Status status = work_.make_bases(costs); !status.ok()) return status;
+    const std::uint32_t fresh = world.terrain.residency.fresh_parts();
+    if (const Status status = work_.make_bases(costs, at_once ? VertexWork::kAllPatches : kBasePatches);
+        !status.ok())
+      return status;
+    if (world.terrain.residency.fresh_parts() != fresh) shadows_.forget();
   }
   edit_version_ = editor.version;
   return {};
@@ -345,8 +338,10 @@ void RendererObject::count_views() {
     costs.left_out += ground.left_out;
     costs.sizes_left_out = std::max(costs.sizes_left_out, ground.sizes_left_out);
     if (ground.drawn > 0) views_[n].shading |= kShadeBlend;
+    if (!ground_.draws_meshes(ground_.parts_drawn(n))) meshes_.leave_out(n);
     if (!meshes_.list(n).items.empty()) views_[n].shading |= kShadeBlend;
     costs.culled_frustum += meshes_.list(n).culled;
+    costs.blocks_drawn += static_cast<std::uint32_t>(meshes_.list(n).items.size());
   }
 }
 
@@ -371,7 +366,7 @@ void RendererObject::fill_result(FrameResult& result) {
   }
   result.lacking += imagery_.lacking();
   if (imagery_.full()) without_room += imagery_.lacking();
-  if (governor.pool_full || meshes_.full()) limits_ |= kLimitVertexMemory;
+  if (governor.pool_full || meshes_.full() || ground_.error_scale() > 1) limits_ |= kLimitVertexMemory;
   result.lacking += meshes_.lacking();
   if (without_room > 0) limits_ |= kLimitTiles;
   if ((work_.failing() || ground_.failing() || imagery_.failing()) &&
@@ -381,12 +376,14 @@ void RendererObject::fill_result(FrameResult& result) {
     limits_ |= kLimitWork;
   }
   // Hosts that draw when something changed draw on until edits are measured.
-  if (!world.editor.is_settled() || world.terrain.residency.has_plain()) limits_ |= kLimitWork;
+  const Residency& residency = world.terrain.residency;
+  if (!world.editor.is_settled() || residency.has_plain() || residency.fresh_parts() != 0)
+    limits_ |= kLimitWork;
   result.made = costs.generated + made_;
   result.limits = limits_;
   const bool unread = (limits_ & kLimitFile) != 0;
   result.complete = !unread && (result.lacking == without_room || (governor.pool_full && result.made == 0));
-  costs.error_scale = governor.error_scale;
+  costs.error_scale = std::max(governor.error_scale, static_cast<float>(ground_.error_scale()));
   costs.wanted_pages = governor.wanted_pages;
   costs.resident = world.terrain.residency.pool().resident();
 }
@@ -418,15 +415,19 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!status.ok()) return status;
   ground_.begin_frame(input.work_ms, costs);
   const std::span<const ViewRequest> requests = std::span(requests_).first(view_count_);
+  // Before the ground, which stands for a region whose meshes are not there.
+  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
   std::span<const glm::dvec3> motions;
   if (!waits && inspection.read_ahead) motions = std::span(motions_).first(view_count_);
-  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+  ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                 costs);
   if (ground_.lacks_skipped(requests)) {
     for (ViewRequest& request : requests_) request.skipped_parts = 0;
     status = select(cuts);
     if (status.ok() && waits) status = complete(cuts);
     if (!status.ok()) return status;
-    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, costs);
+    ground_.select(world.terrain.views_of(view_count_), requests, motions, waits, shadows_.casts(light_),
+                   costs);
   }
   // As heights that cannot be read: an error where the frame had to be complete.
   if (input.work_ms == 0 && ground_.failing()) return world.tiles.trouble();
@@ -436,8 +437,6 @@ Status RendererObject::begin(const FrameInput& input, FrameResult& result) {
   if (!motions.empty()) ahead_.run(ground_, requests, motions, costs);
   ahead_.count(costs);
   if (status = ground_.upload(costs); !status.ok()) return status;
-  if (status = meshes_.run(requests, input.work_ms, waits, costs); !status.ok()) return status;
-
   ShadowFrame::Input shadow;
   shadow.views = world.terrain.views_of(view_count_);
   shadow.view = input.shadow_view;
@@ -486,62 +485,9 @@ shader::FrameBlock RendererObject::block_of(std::uint32_t n) const {
                                               gl.settings().sky, requests_[n].height_px);
   set_cascades(views_[n].camera, shadows_.light_space(), shadows_.cascades(), gl.settings().shadow_size,
                block);
+  block.shadow_x.w = ground_.casters_stray(view.error_scale());
   set_surroundings(views_[n].camera, surroundings_, block);
   return block;
-}
-
-Status RendererObject::draw_view(std::uint32_t n, const Target& target) {
-  if (n >= view_count_) return refuse("not one of the frame's views", "view");
-  const std::int64_t start = clock_ns();
-  const ViewState& view = world.terrain.views[n];
-  ViewInput input;
-  input.camera = views_[n].camera;
-  input.light = light_;
-  input.least_cos2 = view.error_scale().least_cos2;
-  input.items = view.items();
-  input.shading = views_[n].shading;
-  input.skips = {inspection.skip_triplanar, inspection.skip_blend, inspection.skip_detail,
-                 inspection.skip_sun};
-  if (inspection.lamps) input.lights = world.terrain.world.lights();
-  input.pages = world.terrain.residency.pages();
-  input.surroundings = surroundings_;
-  input.index_table = world.terrain.world.index_table();
-  input.max_level = world.terrain.world.info().level;
-  input.first_morph_row = world.terrain.residency.first_morph_row(view);
-  if (ground_.exists()) {
-    input.nodes = ground_.nodes(n);
-    input.belts = ground_.belts(n);
-    input.first_family_row = ground_.first_row(n);
-    input.foot = ground_.foot();
-    input.level = ground_.level(input.camera);
-    input.has_long_chords = ground_.has_long_chords(n);
-    input.pages.family_texels = world.terrain.ground.texels();
-    input.pages.family_places = world.terrain.ground.places();
-  }
-  if (meshes_.exists()) {
-    input.meshes = meshes_.list(n).items;
-    input.mesh_pages = meshes_.pages();
-    input.pages.mesh_texels = meshes_.texels();
-  }
-  if (imagery_.exists()) {
-    input.images = imagery_.place(n);
-    input.image_view = n;
-  }
-  input.light_space = shadows_.light_space();
-  input.cascades = shadows_.cascades();
-  input.show = shown(inspection.show);
-  DrawTarget where;
-  where.viewport = target.viewport;
-  where.framebuffer = target.framebuffer;
-  where.sky = target.sky;
-  where.linear = target.output == Output::linear;
-  where.depth_zero_to_one = target.depth_zero_to_one;
-  where.two_ranges = target.two_ranges;
-  if (const DepthRanges ranges = ranges_of(input, where); ranges.count == 2 && ground_.exists())
-    input.near_nodes = ground_.nodes_within(n, ranges.far_of(0) * kStepsPerVoxel);
-  const Status status = gl.draw(input, where);
-  costs.submit_ms += ms_since(start);
-  return status;
 }
 
 Status RendererObject::end() {

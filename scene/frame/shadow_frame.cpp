@@ -83,10 +83,14 @@ void ShadowFrame::forget() {
   count_ = 0;
 }
 
+bool ShadowFrame::casts(const FrameLight& light) const {
+  return settings_.count > 0 && !(light.sun_elevation_deg < kSunset);
+}
+
 Status ShadowFrame::run(const Input& input, FrameCosts& costs, std::uint32_t& limits) {
   count_ = 0;
   const int count = settings_.count;
-  if (count == 0 || input.light.sun_elevation_deg < kSunset) {
+  if (!casts(input.light)) {
     costs.cascades_skipped += static_cast<std::uint32_t>(count);
     return {};
   }
@@ -192,7 +196,8 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   const bool host_moved = input.casters.draw != nullptr && input.casters.moved;
   // What casts of it is the frame's choice, whichever that is.
   const Isosurface::List mesh_casters = meshes_->casters(cascade);
-  if (input.skip && !host_moved && map.meshes == mesh_casters.hash && is_current(input, map, cascade)) {
+  const std::uint64_t mesh_hash = mesh_casters.hash;
+  if (input.skip && !host_moved && map.meshes == mesh_hash && is_current(input, map, cascade)) {
     ++costs.cascades_skipped;
     return {};
   }
@@ -219,6 +224,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
       status = {};
     }
     if (!status.ok()) return status;
+    casters.whole_parts |= ground_->mesh_part();
     if (!ground_->exists() || (parts & ~casters.whole_parts) == 0) break;
     whole_ground =
         ground_->select_casters(view, cascade, texel_steps, parts & casters.whole_parts, input.wait, costs);
@@ -230,7 +236,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   map.thresholds = version(input);
   map.scale = view.error_scale();
   if (same_box && !host_moved && map.casters == casters.hash && map.ground == ground_hash &&
-      map.meshes == mesh_casters.hash) {
+      map.meshes == mesh_hash) {
     ++costs.cascades_skipped;
     return {};
   }
@@ -256,7 +262,7 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
     pass.pages.family_places = terrain_->ground.places();
   }
   if (meshes_->exists()) {
-    pass.meshes = mesh_casters.items;
+    if (ground_->draws_meshes(parts)) pass.meshes = mesh_casters.items;
     pass.mesh_pages = meshes_->pages();
     pass.pages.mesh_texels = meshes_->texels();
   }
@@ -270,14 +276,14 @@ Status ShadowFrame::draw_map(const Input& input, int index, FrameCosts& costs, s
   }
   status = renderer_->draw_cascade(index, pass);
   ++costs.cascades_drawn;
-  costs.shadow_triangles +=
-      casters.triangles + ground_->sum(ground_->shadow_view()).triangles + mesh_casters.triangles;
+  costs.shadow_triangles += casters.triangles + ground_->sum(ground_->shadow_view()).triangles +
+                            (ground_->draws_meshes(parts) ? mesh_casters.triangles : 0);
   costs.submit_ms += ms_since(listed);
   map.drawn = status.ok();
   map.cascade = cascade;
   map.casters = casters.hash;
   map.ground = ground_hash;
-  map.meshes = mesh_casters.hash;
+  map.meshes = mesh_hash;
   return status;
 }
 

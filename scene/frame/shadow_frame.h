@@ -46,6 +46,8 @@ class ShadowFrame {
     bool wait = false;  // until nothing lacks, else for work_ms
     double work_ms = 0;
   };
+  // Whether maps are drawn at all in that light.
+  bool casts(const FrameLight& light) const;
   // Makes the frame's cascades, and draws the maps that changed.
   Status run(const Input& input, FrameCosts& costs, std::uint32_t& limits);
 

@@ -66,12 +66,12 @@ Status VertexWork::remake(std::uint32_t most, FrameCosts& costs) {
   return status;
 }
 
-Status VertexWork::make_bases(FrameCosts& costs) {
+Status VertexWork::make_bases(FrameCosts& costs, std::uint32_t most) {
   const std::int64_t start = clock_ns();
   PatchUpload next;
   Status status;
   if (rests()) return {};
-  while (status.ok() && terrain_->residency.generate_base(next, status)) {
+  while (status.ok() && terrain_->residency.generate_base(next, status, most)) {
     failing_ = false;
     status = upload(next);
     ++costs.generated;

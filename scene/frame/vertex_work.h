@@ -14,6 +14,7 @@ namespace karst::core {
 
 class VertexWork {
  public:
+  static constexpr std::uint32_t kAllPatches = 0xffffffffu;
   static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
   // Borrowed for the object's life.
@@ -38,8 +39,8 @@ class VertexWork {
   Status make(double work_ms, bool ahead, FrameCosts& costs, std::uint32_t& made);
   // What edits have touched: all of it, but finer than plain no more than so many patches.
   Status remake(std::uint32_t most, FrameCosts& costs);
-  // The coarsest vertices of all patches that have none.
-  Status make_bases(FrameCosts& costs);
+  // The coarsest vertices of all patches that have none; of regions that are fresh of no more than so many.
+  Status make_bases(FrameCosts& costs, std::uint32_t most = kAllPatches);
 
   Status upload(const PatchUpload& upload) {
     if (upload.vertices.empty()) {

@@ -86,6 +86,8 @@ Status check_needs(const Needs& needs) {
     return refuse("not within 64..2^20 patches", "region_patches", needs.region_patches);
   if (!inside(needs.field_blocks, 0, 1u << 24))
     return refuse("not within 0..2^24", "field_blocks", needs.field_blocks);
+  if (!inside(needs.field_material_blocks, 0, 1u << 20))
+    return refuse("not within 0..2^20", "field_material_blocks", needs.field_material_blocks);
   if (!inside(needs.field_sample_blocks, 0, 1u << 20))
     return refuse("not within 0..2^20", "field_sample_blocks", needs.field_sample_blocks);
   if (needs.undo_bytes > 1u << 30) return refuse("more than 2^30 bytes", "undo_bytes", needs.undo_bytes);
@@ -155,11 +157,14 @@ constexpr std::uint64_t kPageBytes = kPageVertices * sizeof(GpuVertex);
 // Behind the pages of patches and nodes.
 void set_field_limits(const PlannedWorld& world, const Needs& needs, Config& config) {
   config.field_blocks = needs.field_blocks;
+  config.field_material_blocks = needs.field_material_blocks;
   config.field_sample_blocks = needs.field_sample_blocks;
   if (world.field.exists()) {
     config.field_blocks += static_cast<std::uint32_t>(world.field.table_blocks());
     config.field_sample_blocks +=
         world.field.stored * static_cast<std::uint32_t>(world.field.sample_bits / 8);
+    // Where all blocks are alike, there is still their table.
+    if (world.field.has_materials) config.field_material_blocks += std::max(world.field.material_blocks, 1u);
   }
   if (config.field_blocks == 0) return;
   const std::uint64_t taken = config.gpu_vertex_pages + 4 * std::uint64_t{config.ground_families};
@@ -189,7 +194,8 @@ void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& conf
     config.paint_width = map.exists() ? map.width : needs.paint_width;
     config.paint_depth = map.exists() ? map.depth : needs.paint_depth;
   }
-  if (config.edit_patches > 0 || config.edit_tiles > 0 || config.paint_width > 0)
+  const bool sculpts = world.field.exists() && needs.field_sample_blocks > 0;
+  if (config.edit_patches > 0 || config.edit_tiles > 0 || config.paint_width > 0 || sculpts)
     config.undo_bytes = static_cast<std::uint32_t>(needs.undo_bytes);
 }
 
@@ -246,6 +252,7 @@ void set_renderer(const PlannedWorld& world, const Needs& needs, const Config& c
   renderer.morph_rows = config.max_resident_patches * config.max_views;
   renderer.stream_indices = config.stream_indices;
   renderer.mesh_pages = config.field_vertex_pages;
+  renderer.mesh_materials = config.field_material_blocks > 0 && !drape && materials.count > 0;
   if (world.ground.exists()) {
     renderer.family_pages = 4 * config.ground_families;
     renderer.family_rows = (config.max_views + 1) * (config.ground_families + 1);
@@ -374,7 +381,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
   out.voxel_size_m = info.voxel_size_m;
   out.origin_m = {info.origin_m[0], info.origin_m[1], info.origin_m[2]};
   for (int axis = 0; axis < 3; ++axis) out.extent[axis] = info.extent[axis];
-  out.octree_depth = info.depth;
+  out.octree_depth = reader.ground().can_be_dug ? kMaxDepth : info.depth;
   out.level = info.level;
   out.octets = info.octets;
   out.volumes = info.volumes;
@@ -390,6 +397,7 @@ karst::WorldInfo public_info(const WorldReader& reader) {
     for (int axis = 0; axis < 3; ++axis) out.field_samples[axis] = 16 * field.blocks[axis];
     out.field_sample_bits = field.sample_bits;
     out.field_blocks = field.stored;
+    out.field_has_materials = field.has_materials;
     out.field_cell_m = info.voxel_size_m / (1 << (kMostCellLog2 - field.cell_log2));
   }
   const GroundInfo& ground = reader.ground();

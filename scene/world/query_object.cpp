@@ -8,6 +8,8 @@ namespace karst {
 namespace core {
 namespace {
 
+static_assert(kGroundPatch == QueryHit::kGround && kFieldPatch == QueryHit::kField);
+
 core::Wait wait_of(karst::Wait wait) {
   return wait == karst::Wait::never ? core::Wait::never : core::Wait::for_file;
 }
@@ -125,14 +127,12 @@ bool Query::pick(Vec3 from, Vec3 to, int octree_level, Voxel& voxel) noexcept {
   core::QueryObject& q = core::self(this);
   core::PickedVoxel picked;
   const core::WorldPart* in = nullptr;
-  int deepest = 0;
-  for (const core::WorldPart& part : q.voxels_of) deepest = std::max(deepest, part.octree->depth());
   for (const core::WorldPart& part : q.voxels_of) {
     const glm::dvec3 corner(part.corner);
     core::PickedVoxel found;
     // Voxels as large in all, or the whole of an octree that is smaller.
     const int level =
-        octree_level < 0 ? octree_level : std::max(0, octree_level - (deepest - part.octree->depth()));
+        octree_level < 0 ? octree_level : std::max(0, octree_level - (q.octree_depth - part.octree->depth()));
     if (!core::pick_voxel(*part.octree, q.voxels(from) - corner, q.voxels(to) - corner, level, found) ||
         (in != nullptr && found.distance >= picked.distance))
       continue;

@@ -31,6 +31,7 @@ struct QueryObject final : karst::Query {
   Arena arena{{}};
   const PlacementFrame* placement = nullptr;
   std::span<const WorldPart> voxels_of;                   // the octrees
+  int octree_depth = 0;                                   // that levels are counted by: WorldInfo
   std::array<QueryPart, kMostRegions - 1> other_parts{};  // that asked looks at
   std::atomic<bool> taken{false};
 };

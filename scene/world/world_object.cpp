@@ -140,7 +140,9 @@ Status WorldObject::load(const Plan& plan, const Source& source, std::span<std::
 
 Status WorldObject::show_world(QueryObject& query) const {
   const core::World& world = terrain.world;
+  query.octree_depth = shown.octree_depth;
   const Status status = query.show(query_world(world), world.parts());
+  if (status.ok() && world.field().exists()) query.asked.set_field(&world.field(), world.field_corner());
   if (status.ok() && world.ground().exists())
     query.asked.set_ground(world.ground(), &terrain.ground.root_tile(), ground_reading());
   return status;
@@ -149,7 +151,8 @@ Status WorldObject::show_world(QueryObject& query) const {
 void WorldObject::show_box() {
   const core::World& world = terrain.world;
   // An edit may have taken all there was.
-  if (world.free_patches() == world.patch_count() && !world.ground().exists()) return;
+  if (world.free_patches() == world.patch_count() && !world.ground().exists() && !world.field().exists())
+    return;
   const WorldFrame& frame = placement.world();
   const auto metres = [&](glm::ivec3 lattice) {
     return from_glm(frame.origin_m +
@@ -243,7 +246,8 @@ Status World::take_editor(Editor*& out) noexcept {
   out = nullptr;
   core::WorldObject& world = core::self(this);
   const Needs& needs = world.made_for.needs;
-  if (needs.edit_patches == 0 && needs.edit_tiles == 0 && needs.paint_width == 0)
+  const bool sculpts = needs.field_sample_blocks > 0 && world.terrain.world.field().exists();
+  if (needs.edit_patches == 0 && needs.edit_tiles == 0 && needs.paint_width == 0 && !sculpts)
     return {StatusCode::invalid_argument, "the plan has no room for edits", "edit_patches"};
   if (world.editor.taken.exchange(true))
     return {StatusCode::limit_reached, "the world's one editor is taken", "editors", 2};

@@ -14,8 +14,10 @@
 #include "scene/world/query_object.h"
 #include "scene/world/tile_reader.h"
 #include "terrain/edit/edit.h"
+#include "terrain/edit/field/edit_field.h"
 #include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/paint/edit_paint.h"
+#include "terrain/edit/regions/make_region.h"
 #include "terrain/edit/regions/region_growth.h"
 #include "terrain/edit/shape/edit_shape.h"
 #include "terrain/edit/undo_log.h"
@@ -25,6 +27,31 @@ namespace karst::core {
 
 struct WorldObject;
 
+// An edit of voxels that takes several calls. Where there was only ground, from when it is begun to when all
+// see it; else boxes of its patches are left, which are loose.
+struct PendingDig {
+  enum class Stage : std::uint8_t { none, region, hole, hole_boxes, show, boxes };
+
+  // Patches of an edit that get exact boxes at once; those whose boxes a call finds, and their vertices.
+  static constexpr std::size_t kExact = 32;
+  static constexpr std::uint32_t kFitted = 256, kFittedVertices = 120'000;
+
+  Stage stage = Stage::none;
+  core::Edit edit;
+  MakeRegion make;
+  bool spreads = false;      // start()'s
+  bool alone = false;        // is a step of undo of its own
+  bool ends_stroke = false;  // the stroke that it is in ended meanwhile
+  // Of the hole: what it changed, from the region's corner, and patches that it touched.
+  LatticeBox box{};
+  std::uint32_t touched = 0;
+  // Of boxes: of which part, and what its region's growth was before.
+  std::size_t part = 0;
+  RegionGrowth growth;
+  // That advance() is still to tell of.
+  EditResult untold;
+};
+
 // karst::Editor over the core's edits: places of the simulator's frame to voxels, and what follows from an
 // edit beyond the core's world (editor_object.cpp).
 struct EditorObject final : karst::Editor {
@@ -32,10 +59,16 @@ struct EditorObject final : karst::Editor {
   ~EditorObject() = default;
 
   Status apply(const karst::Edit& edit, EditResult& result);
+  // pending_dig.cpp
+  Status start(const karst::Edit& edit, EditResult& result);
+  bool is_pending() const { return dig.stage != PendingDig::Stage::none || dig.untold.changed; }
+  void advance(EditResult& result);
+  // Does what is pending, and the rest of a step that is half way.
+  void finish();
   // undo_steps.cpp
   void begin_stroke();
   void end_stroke();
-  Status take_step(bool back, EditResult& result);
+  Status take_step(bool back, double most_ms, EditResult& result);
   UndoState undo_state() const;
   Status save(const Sink& sink);
 
@@ -52,19 +85,33 @@ struct EditorObject final : karst::Editor {
   std::uint32_t loose = 0;  // bit n: the columns of region n are still to be looked at
   ColumnsOfRegion columns;
   PaintChange unshown;  // paint that is not on the GPU yet
+  PendingDig dig;
   std::atomic<bool> taken{false};
 
  private:
   core::Edit in_voxels(const karst::Edit& edit) const;
+  Status begin(const karst::Edit& edit, bool spreads, EditResult& result);
   Status make(const core::Edit& edit, EditResult& result);
+  Status begin_dig(const core::Edit& edit, EditResult& result);
+  // True: all see the hole, and result tells of it.
+  bool step_dig(EditResult& result);
+  void dig_hole();
+  void show_dig(EditResult& result);
+  void fit_later(const EditChange& change);
+  // Some of those of a part. True: all are exact.
+  bool fit_boxes(std::size_t part);
+  void grow_at_last();
   Status make_heights(const core::Edit& edit, UndoLog* kept, EditResult& result);
+  bool is_of_field(const core::Edit& edit) const;
   void follow_paint(const PaintChange& change, EditResult& result);
   void follow_ground(const GroundChange& change, std::uint32_t nodes, EditResult& result);
+  void follow_field(const FieldChange& change, EditResult& result);
   Status follow(const EditChange& change, EditResult& result);
   // Adds the box of two corners, voxels.
   void show_extent(const glm::dvec3& low_voxels, const glm::dvec3& high_voxels, EditResult& result) const;
   // regions: bit n is set where region n may be another now.
   Status take_part(UndoPart part, bool back, std::uint32_t& regions, EditResult& result);
+  Status take_parts(bool back, double most_ms, EditResult& result);
 };
 
 struct WorldObject final : karst::World {

@@ -55,6 +55,7 @@ struct Config {
   std::uint32_t region_patches = 0;
   std::uint32_t field_blocks = 0;
   std::uint32_t field_sample_blocks = 0;
+  std::uint32_t field_material_blocks = 0;
   std::uint32_t field_meshes = 0;
   std::uint32_t field_vertex_pages = 0;
   std::uint32_t field_index_pages = 0;
@@ -91,7 +92,7 @@ inline constexpr std::uint32_t kMostImageLayers = 256;
 // A patch at level 1 is one page and eight triangles: the least that a drawn patch costs.
 inline constexpr std::uint32_t kLeastIndicesPerPatch = 3 * static_cast<std::uint32_t>(patch_triangles(1));
 
-inline constexpr std::array<ConfigField, 30> kConfigFields = {{
+inline constexpr std::array<ConfigField, 31> kConfigFields = {{
     {"max_depth", &Config::max_depth, 9, 1, kMaxDepth, "levels below the octree's root",
      "K 3.3.1: a voxel index has 9 bits an axis; costs no memory by itself"},
     {"max_octets", &Config::max_octets, 16'384, 1, kFullTreeOctets, "groups of eight octree nodes, 32 bytes",
@@ -155,6 +156,9 @@ inline constexpr std::array<ConfigField, 30> kConfigFields = {{
      "10 bytes each, and 1.2 MiB for making meshes; 0: the world has no isosurface"},
     {"field_sample_blocks", &Config::field_sample_blocks, 0, 0, 1u << 20,
      "blocks of a field that take samples", "4 KiB each, and two of them where samples have 16 bits"},
+    {"field_material_blocks", &Config::field_material_blocks, 0, 0, 1u << 20,
+     "blocks of a field that take materials",
+     "4 KiB each, and 4 bytes a block of any kind; 0: all lies by the materials' rules"},
     {"field_meshes", &Config::field_meshes, 0, 0, 1u << 16, "meshes of blocks of an isosurface",
      "some 95 bytes each, and 16 in each view and for shadow maps; a choice takes half of them"},
     {"field_vertex_pages", &Config::field_vertex_pages, 0, 0, kMostPages, "pages of an isosurface's vertices",

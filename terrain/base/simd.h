@@ -215,6 +215,30 @@ inline Double2 sqrt(Double2 v) {
 inline bool any(Long2 mask) {
   return (mask[0] | mask[1]) != 0;
 }
+inline Double2 as_double(Long2 v) {
+  Double2 r;
+  std::memcpy(&r, &v, sizeof r);
+  return r;
+}
+inline Long2 as_long(Double2 v) {
+  Long2 r;
+  std::memcpy(&r, &v, sizeof r);
+  return r;
+}
+// mask lanes are 0 or -1.
+inline Double2 select(Long2 mask, Double2 a, Double2 b) {
+  return as_double((mask & as_long(a)) | (~mask & as_long(b)));
+}
+inline Double2 abs(Double2 v) {
+  return as_double(as_long(v) & INT64_MAX);
+}
+// Precondition: |v| < 2^51.
+inline Double2 floor(Double2 v) {
+  constexpr double kUnits = 0x1.8p52;  // doubles there are whole numbers
+  const Double2 nearest = (v + kUnits) - kUnits;
+  const Long2 above = nearest > v;
+  return nearest - select(above, splat(1.0), splat(0.0));
+}
 
 // Rows become columns.
 inline void transpose(Int4& a, Int4& b, Int4& c, Int4& d) {

@@ -151,9 +151,11 @@ Status BlockPool::extract(const FieldBlocks& field, const ChosenBlock& block, st
   return field.with([&]<class Sample>(const ScalarField<Sample>& samples) {
     ExtractBlock<Sample> job;
     job.field = &samples;
+    if (field.materials().exists()) job.materials = &field.materials();
     job.level = block.block.level;
     job.corner = block.block.place() * (kIsoCells << job.level);
     job.around = unpack_around(block.around);
+    job.sides = sides_of(field.info(), block.block);
     job.vertices = storage_.made;
     job.triangles = storage_.triangles;
     typename ExtractBlock<Sample>::Result result;
@@ -164,11 +166,32 @@ Status BlockPool::extract(const FieldBlocks& field, const ChosenBlock& block, st
   });
 }
 
+std::uint16_t BlockPool::rim_value(std::uint32_t n, std::uint32_t at) const {
+  const Mesh& mesh = storage_.meshes[n];
+  KARST_ASSERT(at < mesh.rim);
+  at += mesh.indices;
+  std::uint32_t page = mesh.first_index_page;
+  for (; at >= kIndexPage; at -= kIndexPage) page = storage_.next_index_page[page];
+  return storage_.indices[std::size_t{page} * kIndexPage + at];
+}
+
+std::uint32_t BlockPool::vertex_place(std::uint32_t n, std::uint32_t vertex) const {
+  std::uint32_t page = storage_.meshes[n].first_page;
+  for (; vertex >= kPageVertices; vertex -= kPageVertices) page = storage_.next_page[page];
+  return page * kPageVertices + vertex;
+}
+
 Status BlockPool::make(const FieldBlocks& field, const ChosenBlock& block, std::uint32_t& out,
                        MeshUpload& upload) {
   std::uint32_t vertices = 0, indices = 0;
   if (const Status status = extract(field, block, vertices, indices); !status.ok()) return status;
-  const std::uint32_t pages = pages_for(vertices), index_pages = index_pages_for(indices);
+  FindRuns runs;
+  runs.vertices = std::span<const IsoVertex>(storage_.made).first(vertices);
+  runs.triangles = std::span<const std::uint16_t>(storage_.triangles).first(indices);
+  runs.sides = sides_of(field.info(), block.block);
+  runs.out = storage_.triangles.subspan(indices);
+  const auto rim = runs.sides == 0 ? 0u : static_cast<std::uint32_t>(runs.run());
+  const std::uint32_t pages = pages_for(vertices), index_pages = index_pages_for(indices + rim);
   const auto full = [&]() -> const char* {
     if (free_mesh_ == kNone) return "field_meshes";
     if (pages_.free < pages) return "field_vertex_pages";
@@ -186,6 +209,7 @@ Status BlockPool::make(const FieldBlocks& field, const ChosenBlock& block, std::
   mesh.asked = frame_;
   mesh.vertices = vertices;
   mesh.indices = indices;
+  mesh.rim = rim;
   mesh.first_page = take(pages_, storage_.next_page, pages);
   mesh.first_index_page = take(index_pages_, storage_.next_index_page, index_pages);
   std::uint32_t& head = head_of(block);
@@ -193,23 +217,32 @@ Status BlockPool::make(const FieldBlocks& field, const ChosenBlock& block, std::
   head = out;
 
   std::uint32_t page = mesh.first_index_page;
-  for (std::uint32_t done = 0; done < indices; done += kIndexPage, page = storage_.next_index_page[page]) {
-    std::copy_n(storage_.triangles.begin() + done, std::min(kIndexPage, indices - done),
+  const std::uint32_t values = indices + rim;
+  for (std::uint32_t done = 0; done < values; done += kIndexPage, page = storage_.next_index_page[page]) {
+    std::copy_n(storage_.triangles.begin() + done, std::min(kIndexPage, values - done),
                 storage_.indices.begin() + static_cast<std::ptrdiff_t>(std::size_t{page} * kIndexPage));
   }
   // A step of the page is 1 / kIsoStepsPerCell of the block's cell.
   const FieldInfo& info = field.info();
   upload.size = block.block.level + info.cell_log2 - std::countr_zero(unsigned{kIsoStepsPerCell});
-  const glm::ivec3 low = block.block.place() * (kIsoCells << (block.block.level + info.cell_log2)) +
-                         info.corner * kStepsPerVoxel;
-  upload.origin = low >> (upload.size + kLatticeBits);
-  const glm::ivec3 rest = (low - (upload.origin << (upload.size + kLatticeBits))) >> upload.size;
+  // A region may lie further away than 32 bits of steps.
+  const glm::i64vec3 low =
+      glm::i64vec3(region_) * std::int64_t{kStepsPerVoxel} +
+      glm::i64vec3(info.low_steps() +
+                   block.block.place() * (kIsoCells << (block.block.level + info.cell_log2)));
+  glm::ivec3 rest;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t origin = low[axis] >> (upload.size + kLatticeBits);
+    upload.origin[axis] = static_cast<std::int32_t>(origin);
+    rest[axis] = static_cast<int>((low[axis] - (origin << (upload.size + kLatticeBits))) >> upload.size);
+  }
   for (std::uint32_t v = 0; v < vertices; ++v) {
     const IsoVertex& from = storage_.made[v];
     GpuVertex& to = storage_.vertices[v];
     for (int axis = 0; axis < 3; ++axis)
       to.position[axis] = to.morph[axis] = static_cast<std::int16_t>(from.place[axis] + rest[axis]);
-    to.normal = to.morph_normal = from.normal;
+    to.normal = from.normal;
+    to.morph_normal = vertex_material(static_cast<std::uint8_t>(from.material));
   }
   upload.first_page = mesh.first_page;
   upload.vertices = std::span<const GpuVertex>(storage_.vertices).first(vertices);

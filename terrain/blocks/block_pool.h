@@ -12,6 +12,7 @@
 #include "karst/status.h"
 #include "terrain/base/storage_plan.h"
 #include "terrain/blocks/block_key.h"
+#include "terrain/blocks/block_rim.h"
 #include "terrain/blocks/block_tree.h"
 #include "terrain/draw/mesh_items.h"
 #include "terrain/isosurface/field_blocks.h"
@@ -41,6 +42,7 @@ class BlockPool {
     std::uint32_t first_index_page = kNoPage;
     std::uint32_t vertices = 0;
     std::uint32_t indices = 0;
+    std::uint32_t rim = 0;         // values of its runs (block_rim.h), behind its indices
     std::uint32_t next = kNone;  // with the same hash; of a free one, the next free one
     std::uint32_t asked = 0;     // the last frame that asked for it
     std::uint32_t drawn = 0;     // the last frame that drew it; 0: none
@@ -77,6 +79,8 @@ class BlockPool {
   };
   void create(const Storage& storage);
 
+  // Where the field's region begins, voxels from the world's corner; of a field that is no region's 0.
+  void set_region(glm::ivec3 corner) { region_ = corner; }
   // Empties it: the GPU holds nothing of it.
   void reset();
   void begin_frame() {
@@ -91,6 +95,9 @@ class BlockPool {
   // The mesh of a block, or kNone; it is asked for then in this frame, and stays.
   std::uint32_t find(const ChosenBlock& block);
   const Mesh& mesh(std::uint32_t n) const { return storage_.meshes[n]; }
+  // One of its runs' values, and where a vertex of it lies among those of all pages.
+  std::uint16_t rim_value(std::uint32_t n, std::uint32_t at) const;
+  std::uint32_t vertex_place(std::uint32_t n, std::uint32_t vertex) const;
   // That a mesh is drawn in this frame, too.
   void draw(std::uint32_t n) { storage_.meshes[n].asked = storage_.meshes[n].drawn = frame_; }
   // That it stays in this frame.
@@ -148,6 +155,7 @@ class BlockPool {
                  std::uint32_t& indices);
 
   Storage storage_;
+  glm::ivec3 region_{0};
   std::uint32_t frame_ = 0;
   std::uint32_t free_mesh_ = kNone;
   Pages pages_, index_pages_;

@@ -3,13 +3,17 @@
 // All that is chosen fills the field once; blocks that meet, at a corner even, are one level apart at most,
 // and of four around an edge never just two that are diagonal are divided: what ExtractBlock needs to close.
 //
-// A block is taken to stray from the finest surface by kBlockError of its cells, which is more than
-// tests/property/blocks_test.cpp finds of any shape, smooth or with things thinner than cells, which are
-// lost. Eyes take the coarsest blocks whose error is within theirs.
+// How far a block's surface is from the finest one, and that from it, is bounded when the field is loaded,
+// and again where it changes: for each level what MeasureCells says of the step from the next finer one, and
+// the most of the eight finer blocks. Where something was lost and counts as far off as other cells' surface,
+// the next step is the most of the blocks around. Eyes take the coarsest blocks whose error is within theirs.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include <glm/vec3.hpp>
@@ -22,8 +26,20 @@
 
 namespace karst::core {
 
-// Of the width of a block's cells.
-inline constexpr double kBlockError = 2.5;
+// Lengths as bytes: 0, or 8 an octave from 2^-9 cells on; rounded up. 255 is more than any distance.
+constexpr std::uint8_t cells_code(float cells) {
+  constexpr std::uint32_t kBefore = ((127u - 9) << 3) - 1;
+  if (!(cells > 0)) return 0;
+  const std::uint32_t eighths = (std::bit_cast<std::uint32_t>(cells) + (1u << 20) - 1) >> 20;
+  return static_cast<std::uint8_t>(eighths <= kBefore ? 1 : std::min(eighths - kBefore, 255u));
+}
+constexpr float code_cells(std::uint8_t code) {
+  if (code == 0) return 0;
+  if (code == 255) return std::numeric_limits<float>::infinity();
+  return std::bit_cast<float>((((127u - 9) << 3) - 1 + code) << 20);
+}
+// What rounding to places of vertices adds: half of 16 steps of a cell, and of one half as wide.
+inline constexpr float kRoundedCells = 12.5f / 1024;
 
 struct BlockEye {
   LodEye eye;
@@ -41,6 +57,8 @@ class BlockTree {
  public:
   struct Storage {
     std::span<std::uint8_t> nodes;     // of all levels
+    std::span<std::uint8_t> steps;     // by node, codes: how far from the next finer level
+    std::span<std::uint8_t> errors;    // and how far from the finest
     std::span<std::uint32_t> divided;  // nodes of the level at hand
 
     template <class Visit>
@@ -48,6 +66,8 @@ class BlockTree {
       // A row of blocks has as many again at coarser levels, and one a level more.
       const std::size_t all = config.field_blocks == 0 ? 0 : 2 * std::size_t{config.field_blocks} + 16;
       visit(Consumer::fields, all, nodes);
+      visit(Consumer::fields, all, steps);
+      visit(Consumer::fields, all, errors);
       visit(Consumer::fields, config.field_blocks, divided);
     }
   };
@@ -60,8 +80,8 @@ class BlockTree {
 
   int levels() const { return levels_; }
   glm::ivec3 blocks(int level) const { return size_[static_cast<std::size_t>(level)]; }
-  // What a block of a level is taken to be off by, lattice steps.
-  float level_error(int level) const;
+  // What a block is off by at most, lattice steps. An edit never makes it less, until the field is loaded.
+  float block_error(BlockKey block) const;
   // A block's box, with what its vertices may reach beyond it; lattice steps from the world's corner.
   LatticeBox box(BlockKey block) const;
   // The least apparent distance of a block from an eye.
@@ -76,7 +96,8 @@ class BlockTree {
   void each_chosen(const Visit& visit) const;
 
  private:
-  static constexpr std::uint8_t kSurface = 1, kDivided = 2, kExists = 4;
+  // kNear, kFar: CellDistance's reach; kAway: some has one, of the block or of blocks within.
+  static constexpr std::uint8_t kSurface = 1, kDivided = 2, kExists = 4, kNear = 8, kFar = 16, kAway = 32;
 
   std::size_t index(glm::ivec3 place, int level) const {
     const auto n = static_cast<std::size_t>(level);
@@ -98,6 +119,8 @@ class BlockTree {
   void divide(glm::ivec3 place, int level);
   void settle(int level);
   BlockAround around(glm::ivec3 place, int level) const;
+  void measure(const FieldBlocks& field, int level, glm::ivec3 low, glm::ivec3 high);
+  void sum_errors(int level, glm::ivec3 first, glm::ivec3 last);
 
   Storage storage_;
   FieldInfo info_;

@@ -22,6 +22,7 @@ constexpr float kRoomy = 0.8f;
 
 Status Isosurface::create(const Config& config, Arena& arena) {
   if (const Status status = take_blocks(config, arena, blocks_); !status.ok()) return status;
+  rim_.create(blocks_.rim);
   tree_.create(blocks_.tree);
   pool_.create(blocks_.pool);
   shown_ = {blocks_.blocks[0], blocks_.meshes[0], 0};
@@ -29,14 +30,17 @@ Status Isosurface::create(const Config& config, Arena& arena) {
   return {};
 }
 
-void Isosurface::attach(const FieldBlocks& field) {
+void Isosurface::attach(const FieldBlocks& field, const FieldRegion& region) {
   field_ = &field;
+  column_ = region.column;
+  pool_.set_region(region.corner);
   forget();
   if (exists()) tree_.reset(field);
 }
 
 void Isosurface::forget() {
   pool_.reset();
+  rim_.clear();
   shown_.count = wanted_.count = made_ = 0;
   error_scale_ = 1;
   lacks_room_ = false;
@@ -103,6 +107,8 @@ void Isosurface::show() {
   std::swap(shown_, wanted_);
   for (std::size_t n = 0; n < shown_.count; ++n) pool_.draw(shown_.meshes[n]);
   wanted_.count = made_ = 0;
+  if (field_->info().in_region)
+    rim_.build(pool_, shown_.meshes.first(shown_.count), field_->info(), column_);
 }
 
 bool Isosurface::coarsen(float factor) {
@@ -200,7 +206,7 @@ Isosurface::List Isosurface::list(std::size_t number, const Frustum* frustum) {
 float Isosurface::bound_px(const LodEye& eye, float pixels) const {
   float most = 0;
   for (const ChosenBlock& block : drawn()) {
-    const float error = tree_.level_error(block.block.level);
+    const float error = tree_.block_error(block.block);
     if (error == 0) continue;
     const float left = tree_.least_apparent(block.block, eye) - error;
     most = std::max(most, left > 0 ? pixels * error / left : 1e9f);

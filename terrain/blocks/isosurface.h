@@ -21,6 +21,13 @@
 
 namespace karst::core {
 
+// The region of a ground whose field it is: where that begins, voxels from the world's corner, and the width
+// of its columns (block_rim.h), lattice steps. Cameras and frustums are the region's then.
+struct FieldRegion {
+  glm::ivec3 corner{0};
+  std::int64_t column = 0;
+};
+
 class Isosurface {
  public:
   Isosurface() = default;
@@ -33,7 +40,8 @@ class Isosurface {
 
   // Begins anew with a field, which is borrowed until the next attach(); one that does not exist draws
   // nothing.
-  void attach(const FieldBlocks& field);
+  void attach(const FieldBlocks& field, const FieldRegion& region);
+  void attach(const FieldBlocks& field) { attach(field, FieldRegion()); }
   bool exists() const { return field_ != nullptr && field_->exists(); }
   // Forgets what is on the GPU.
   void forget();
@@ -67,6 +75,8 @@ class Isosurface {
   std::span<const ChosenBlock> drawn() const {
     return std::span<const ChosenBlock>(shown_.blocks).first(shown_.count);
   }
+  // Where that ends at the sides of its region; there is none of a field that is no region's.
+  const BlockRim& rim() const { return rim_; }
   // Blocks of the next choice whose meshes are missing.
   std::uint32_t lacking() const { return static_cast<std::uint32_t>(wanted_.count - made_); }
 
@@ -80,6 +90,7 @@ class Isosurface {
     std::size_t count = 0;
   };
   struct Blocks {
+    BlockRim::Storage rim;
     BlockTree::Storage tree;
     BlockPool::Storage pool;
     std::array<std::span<ChosenBlock>, 2> blocks;
@@ -88,6 +99,7 @@ class Isosurface {
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
+      rim.each_block(config, visit);
       tree.each_block(config, visit);
       pool.each_block(config, visit);
       for (std::size_t n = 0; n < 2; ++n) {
@@ -109,6 +121,8 @@ class Isosurface {
   Blocks blocks_;
   BlockTree tree_;
   BlockPool pool_;
+  BlockRim rim_;  // of what is shown
+  std::int64_t column_ = 0;
   Choice shown_, wanted_;
   std::size_t made_ = 0;  // of wanted_, from the first on
   std::uint32_t made_pages_ = 0, made_index_pages_ = 0;

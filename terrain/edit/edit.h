@@ -27,6 +27,9 @@ struct Edit {
   EditTool tool = EditTool::clear;
   BrushShape shape = BrushShape::sphere;
   std::uint8_t octree_level = 0;
+  // Of the octree that octree_level counts voxels of, which are as large in all parts of a world (and the
+  // whole of an octree that is smaller); 0: of the part's own.
+  std::uint8_t octree_depth = 0;
   std::uint8_t material = 0;
   glm::dvec3 place{0};
   glm::dvec3 to{0};

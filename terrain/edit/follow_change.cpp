@@ -68,7 +68,7 @@ void FollowChange::find_rows(std::span<const PatchId> changed, std::span<const P
 }
 
 void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId> vanished,
-                       std::span<const PatchExtent> extents, bool voxels) {
+                       std::span<const PatchExtent> extents, bool voxels, std::size_t exact) {
   change_.vanished = vanished;
   const Status status = find_touched(all_.surface, changed, all_.room->touched, change_.touched);
   KARST_ASSERT(status.ok());  // counted before
@@ -78,7 +78,11 @@ void FollowChange::run(std::span<const PatchId> changed, std::span<const PatchId
   for (const std::span<const PatchId> list : {vanished, changed}) {
     for (const PatchId patch : list) include(patch);
   }
-  measure(changed);
+  measure(changed, exact);
+  change_.tight = change_.box;
+  for (const PatchId patch : changed.first(std::min(exact, changed.size()))) {
+    join(change_.tight, patch_box(all_.surface, all_.bounds, patch));
+  }
   derive(changed);
   if (voxels) all_.sky->outdate();
   name_for_world();
@@ -106,11 +110,20 @@ void FollowChange::include(PatchId slot) {
     at_sides_ = at_sides_ || corner[axis] <= 1 || corner[axis] >= all_.extent[axis] - 1;
 }
 
-void FollowChange::measure(std::span<const PatchId> changed) {
+void FollowChange::fit(PatchId patch) {
+  swept_ = box_before(patch);
+  include(patch);
+  all_.queue->fit(all_.surface, all_.heights->heights(), patch, make_patch_scratch(all_.room->scratch),
+                  {all_.level_errors, all_.bounds, all_.cones, all_.shading_cones});
+  join(change_.tight, patch_box(all_.surface, all_.bounds, patch));
+  derive({&patch, 1});
+}
+
+void FollowChange::measure(std::span<const PatchId> changed, std::size_t exact) {
   const PatchMeasures out{all_.level_errors, all_.bounds, all_.cones, all_.shading_cones};
   for (const PatchId slot : change_.vanished) all_.queue->forget(slot);
   all_.queue->add(all_.surface, all_.heights->heights(), changed, change_.touched, change_.rows,
-                  make_patch_scratch(all_.room->scratch), out);
+                  make_patch_scratch(all_.room->scratch), out, exact);
 }
 
 void FollowChange::derive(std::span<const PatchId> changed) {

@@ -17,6 +17,7 @@ struct EditChange {
   bool changed = false;  // false: the world was so already
   std::size_t part = 0;  // the world's that changed
   LatticeBox box{};      // of all that changed, before and after; from the part's corner
+  LatticeBox tight{};    // the same without what is loose (MeasureQueue) after
   // The world's patches whose vertices or measures may be others, ascending, and slots that became free.
   // Valid until the next edit.
   std::span<const PatchId> touched;
@@ -43,16 +44,20 @@ class FollowChange {
   // changed: patches that are others now, in any order, none of them free; with those that share a corner
   // with them no more than EditRoom::touched has room for. vanished: slots that are free now, ascending, at
   // the front of EditRoom::changed. All of them are the part's own; in the change they are the world's.
-  // extents: by changed, what moved of each; none: all of them. voxels: whether those changed, too.
+  // extents: by changed, what moved of each; none: all of them. voxels: whether those changed, too. exact: as
+  // MeasureQueue::add().
   void run(std::span<const PatchId> changed, std::span<const PatchId> vanished,
-           std::span<const PatchExtent> extents, bool voxels);
+           std::span<const PatchExtent> extents, bool voxels, std::size_t exact = MeasureQueue::kAll);
+  // The box of a patch that is loose becomes exact, and what follows from it. It joins the change's tight
+  // box.
+  void fit(PatchId patch);
 
  private:
   void include(PatchId slot);
   void find_rows(std::span<const PatchId> changed, std::span<const PatchExtent> extents);
   void join_rows(PatchId patch, GridRows rows);
   GridRows border_rows(PatchId patch, bool first, bool last) const;
-  void measure(std::span<const PatchId> changed);
+  void measure(std::span<const PatchId> changed, std::size_t exact);
   void derive(std::span<const PatchId> changed);
   void name_for_world();
 

@@ -18,6 +18,7 @@ void UndoLog::create(std::span<std::byte> memory) {
 void UndoLog::clear() {
   base_ = head_ = wrap_ = cursor_ = 0;
   open_cells_ = steps_ = done_ = 0;
+  is_taking_ = false;
 }
 
 std::size_t UndoLog::before(std::size_t at) const {
@@ -28,7 +29,7 @@ std::size_t UndoLog::before(std::size_t at) const {
 }
 
 void UndoLog::begin() {
-  KARST_ASSERT(!open_);
+  KARST_ASSERT(!open_ && !is_taking_);
   open_ = fresh_part_ = true;
   open_lost_ = false;
   open_cells_ = 0;
@@ -109,11 +110,40 @@ std::span<std::byte> UndoLog::add(CellKind kind, std::uint64_t key, std::size_t 
     fresh_part_ = false;
     part_kind_ = kind;
     ++part_number_;
+    part_cells_ = 0;
   }
+  ++part_cells_;
   std::memcpy(memory_.data() + at + total - kFooterBytes, &head.total, sizeof head.total);
   ++open_cells_;
   cursor_ = head_;
   return memory_.subspan(at + sizeof(Header), bytes);
+}
+
+std::optional<UndoPart> UndoLog::next(bool back) {
+  if (open_ || (!is_taking_ && done_ == (back ? 0 : steps_))) return {};
+  KARST_ASSERT(!is_taking_ || takes_back_ == back);
+  takes_back_ = back;
+  std::uint32_t cells = 0;
+  if (back) {
+    do {
+      cursor_ = before(cursor_);
+      ++cells;
+    } while (!header(cursor_).begins_part);
+    is_taking_ = !header(cursor_).first;
+    if (!is_taking_) --done_;
+    return UndoPart(this, cursor_, cells);
+  }
+  bool last = false;
+  cursor_ = place(cursor_);
+  const std::size_t at = cursor_;
+  do {
+    last = header(cursor_).last;
+    cursor_ = place(cursor_ + header(cursor_).total);
+    ++cells;
+  } while (!last && !header(cursor_).begins_part);
+  is_taking_ = !last;
+  if (last) ++done_;
+  return UndoPart(this, at, cells);
 }
 
 void UndoLog::end() {

@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 
 namespace karst::core {
@@ -30,7 +31,9 @@ enum class CellKind : std::uint8_t {
   patch_heights,   // of a patch, by its key; behind a voxel_edit its material, too
   ground_samples,  // a block of them (terrain/edit/ground/edit_ground.h)
   paint,
-  region_growth  // how far a region may be from the ground (EditGround::grow_region)
+  region_growth,   // how far a region may be from the ground (EditGround::grow_region)
+  field_block,     // of a field's samples, by its number (terrain/edit/field/edit_field.h)
+  field_materials  // of a block of a field, by its number (terrain/edit/field/paint_field.h)
 };
 
 struct UndoCell {
@@ -63,6 +66,7 @@ class UndoLog {
   // none, where there is no such part.
   CellKind open_part() const { return fresh_part_ || !open_ ? CellKind::none : part_kind_; }
   std::uint64_t part_number() const { return part_number_; }
+  std::uint32_t part_cells() const { return part_cells_; }  // so far
 
   // Room for a cell, to be written at once. Precondition: a step is open. What was taken back can't be taken
   // again from then on. Empty, where bytes > 0, once the step is lost.
@@ -84,6 +88,13 @@ class UndoLog {
   bool undo(const Take& take);
   template <class Take>
   bool redo(const Take& take);
+  // The same a part at a time: the next one of the step that is being taken, or the first one of another;
+  // none where undo() and redo() would return false. While is_taking() more of the step follows, the same
+  // way, and nothing else is done with the log; undo_steps() and redo_steps() count the step as not taken
+  // yet.
+  std::optional<UndoPart> next(bool back);
+  bool is_taking() const { return is_taking_; }
+  bool takes_back() const { return takes_back_; }  // of the step that was taken last
 
   std::uint32_t undo_steps() const { return done_; }
   std::uint32_t redo_steps() const { return steps_ - done_; }
@@ -130,14 +141,16 @@ class UndoLog {
   bool open_lost_ = false;
   bool fresh_part_ = true;
   CellKind part_kind_ = CellKind::none;
+  bool is_taking_ = false, takes_back_ = false;
   std::uint32_t open_cells_ = 0;
   std::uint64_t part_number_ = 0;
+  std::uint32_t part_cells_ = 0;
   std::uint32_t steps_ = 0;  // closed ones
   std::uint32_t done_ = 0;
   std::uint64_t lost_ = 0;
 };
 
-// Cells in the order in which they were added. Valid while undo() or redo() calls.
+// Cells in the order in which they were added. Valid until anything else is done with the log.
 class UndoPart {
  public:
   class Iterator {
@@ -172,36 +185,20 @@ class UndoPart {
 
 template <class Take>
 bool UndoLog::undo(const Take& take) {
-  if (open_ || done_ == 0) return false;
-  for (bool first = false; !first;) {
-    std::uint32_t cells = 0;
-    do {
-      cursor_ = before(cursor_);
-      ++cells;
-    } while (!header(cursor_).begins_part);
-    first = header(cursor_).first;
-    take(UndoPart(this, cursor_, cells));
+  for (std::optional<UndoPart> part = next(true); part; part = next(true)) {
+    take(*part);
+    if (!is_taking()) return true;
   }
-  --done_;
-  return true;
+  return false;
 }
 
 template <class Take>
 bool UndoLog::redo(const Take& take) {
-  if (open_ || done_ == steps_) return false;
-  cursor_ = place(cursor_);
-  for (bool last = false; !last;) {
-    const std::size_t at = cursor_;
-    std::uint32_t cells = 0;
-    do {
-      last = header(cursor_).last;
-      cursor_ = place(cursor_ + header(cursor_).total);
-      ++cells;
-    } while (!last && !header(cursor_).begins_part);
-    take(UndoPart(this, at, cells));
+  for (std::optional<UndoPart> part = next(false); part; part = next(false)) {
+    take(*part);
+    if (!is_taking()) return true;
   }
-  ++done_;
-  return true;
+  return false;
 }
 
 }  // namespace karst::core

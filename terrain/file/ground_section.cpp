@@ -262,7 +262,6 @@ Fault check_counts(const WorldInfo& world, const GroundInfo& ground) {
     own.volumes = region.volumes;
     own.patches = region.patches;
     if (const Status status = validate_world_info(own); !status.ok()) return {status.what(), at};
-    if (region.patches == 0) return {"there is a region, but no patches", at};
     if (region.rim_edges == 0 || region.rim_edges > kMostRimEdges)
       return {"rim_edges are outside 1..262144",
               at + (only_region_is_told(ground) ? kRimEdges : kEntryRimEdges)};
@@ -298,7 +297,6 @@ Fault check_regions(const WorldInfo& world, const GroundInfo& ground) {
     if (!finer) return {};
     return {is_curved ? "steps are above 8192" : "steps are above 2048 without a region", kSteps};
   }
-  if (world.patches == 0) return {"there is a region, but no patches", kFirstNode};
   GroundInfo placed = ground;
   if (only_region_is_told(ground)) tell_only_region(world, placed.region_list[0]);
   bool same = ground.region_count == static_cast<std::int32_t>(world.regions) && place_regions(placed) &&

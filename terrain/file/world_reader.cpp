@@ -88,6 +88,7 @@ Status WorldReader::open(const ByteSource& source) {
   if (status.ok()) status = read_ground(info.voxel_size_m);
   if (status.ok()) status = read_regions(info);
   if (status.ok()) status = read_field_header();
+  if (status.ok()) status = check_field_region();
   if (!status.ok()) {
     *this = {};
     return status;
@@ -234,9 +235,31 @@ Status WorldReader::read_field_header() {
   return corrupt_section(WorldSection::field, "the section's length does not fit its blocks", 0);
 }
 
+// A region without patches is the field's, whose sides are the region's.
+Status WorldReader::check_field_region() {
+  const GroundInfo& ground = ground_.info;
+  const GroundRegion* found = nullptr;
+  for (const GroundRegion& region : ground.regions()) {
+    if (!region.is_field()) continue;
+    if (found != nullptr)
+      return corrupt_section(WorldSection::region, "two regions have no patches, and there is one field", 0);
+    found = &region;
+  }
+  if (found == nullptr) return {};
+  if (!field_.exists())
+    return corrupt_section(WorldSection::region, "there is a region, but no patches and no field", 0);
+  field_.in_region = true;
+  const glm::ivec3 drawn = field_.drawn_steps();
+  const auto width = [&](int axis) { return std::int64_t{found->extent[axis] - 1} * kStepsPerVoxel; };
+  if (field_.corner != glm::ivec3(0) || drawn.x != width(0) || drawn.z != width(2) ||
+      drawn.y > std::int64_t{found->extent.y} * kStepsPerVoxel + (std::int64_t{16} << field_.cell_log2))
+    return corrupt_section(WorldSection::field, "its blocks do not fill its region", 0);
+  return {};
+}
+
 Status WorldReader::decode_field(FieldBlocks* out) const {
   const SectionPlace& section = place_of(WorldSection::field);
-  field_section::Decode decode(field_, out);
+  field_section::Decode decode(field_, materials().count, out);
   field_section::Fault fault;
   std::uint32_t crc = 0;
   std::size_t skip = field_section::kHeaderBytes;

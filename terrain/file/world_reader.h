@@ -143,6 +143,7 @@ class WorldReader {
   Status verify_blend_rows() const;
   Status verify_rim() const;
   Status read_field_header();
+  Status check_field_region();
   Status decode_field(FieldBlocks* out) const;
 
   ByteSource source_;

@@ -243,6 +243,10 @@ Status WorldWriter::validate() const {
       return invalid(fault.what, "ground");
     if (const auto fault = ground_section::check_regions(info, ground.info); fault.what != nullptr)
       return invalid(fault.what, "region");
+    const bool has_field = field != nullptr && field->exists();
+    for (const GroundRegion& region : ground.info.regions()) {
+      if (region.is_field() && !has_field) return invalid("there is a region, but no patches", "region");
+    }
     const auto of_imagery =
         ground.imagery.exists() ? ground_section::check_imagery(ground) : ground_section::Fault();
     if (of_imagery.what != nullptr) return invalid(of_imagery.what, "imagery");

@@ -90,6 +90,9 @@ struct GroundRegion {
   std::int64_t belt_low = 0;
   std::int64_t belt_high = 0;
 
+  // What stands there is the world's isosurface. Its octree has voxels, of which the sky is seen, and no
+  // surface; rim_edges are those of its finest meshes.
+  bool is_field() const { return patches == 0; }
   friend bool operator==(const GroundRegion&, const GroundRegion&) = default;
 };
 inline constexpr std::int32_t kMostRegionHeight = 1 << 20;  // of corner.y, and where it may be its negative

@@ -28,6 +28,11 @@ struct PlaneEdges {
   std::uint16_t v[kSide][kSide + 1];
 };
 
+// A vertex that made way has these remainders by 4 of its coordinates, by its edge's axis and whether the
+// edge begins at an odd line. So those near a corner, whose six edges differ in that, stay apart, and none is
+// on an edge, where those are that made none.
+constexpr int kMovedSteps[3][2][3] = {{{1, 1, 1}, {3, 3, 3}}, {{1, 1, 3}, {3, 3, 1}}, {{1, 3, 1}, {3, 1, 3}}};
+
 // Axes of a side: u, v, and w away from the neighbour, right-handed.
 struct SideAxes {
   int u, v, w;
@@ -110,6 +115,7 @@ class Extraction {
     glm::ivec3 sample;  // the lower one of the finest edge
     int along = 0;      // from there, 1 / 1024 of a sample's distance
     int steps = 0;      // from the edge's beginning, in samples / 1024
+    bool low_solid = false;
   };
 
   IsoNeighbour kind(glm::ivec3 o) const { return job_.around[static_cast<std::size_t>(place_index(o))]; }
@@ -186,6 +192,15 @@ class Extraction {
   }
 
   glm::vec3 gradient(glm::ivec3 s) const {
+    glm::vec3 slope = central_gradient(s);
+    if (job_.sides == 0) return slope;
+    if ((job_.sides & 1u) != 0 && s.x == 0)
+      slope.x = static_cast<float>(2 * (sample({1, s.y, s.z}) - sample(s)));
+    if ((job_.sides & 8u) != 0 && s.z == 0)
+      slope.z = static_cast<float>(2 * (sample({s.x, s.y, 1}) - sample(s)));
+    return slope;
+  }
+  glm::vec3 central_gradient(glm::ivec3 s) const {
     return {static_cast<float>(sample({s.x + 1, s.y, s.z}) - sample({s.x - 1, s.y, s.z})),
             static_cast<float>(sample({s.x, s.y + 1, s.z}) - sample({s.x, s.y - 1, s.z})),
             static_cast<float>(sample({s.x, s.y, s.z + 1}) - sample({s.x, s.y, s.z - 1}))};
@@ -211,21 +226,12 @@ class Extraction {
         at_high = value;
       }
     }
-    // Values stand for themselves and a half.
-    const int a = std::abs(2 * at_low + 1), b = std::abs(2 * at_high + 1);
     Crossing out;
     out.sample = low;
-    out.along = std::clamp((2 * a * 512 + (a + b) / 2) / (a + b), 1, 1023);
+    out.along = edge_crossing(at_low, at_high);
+    out.low_solid = at_low < 0;
     out.steps = (low[axis] - from[axis]) * kIsoStepsPerCell + out.along;
     return out;
-  }
-
-  // In steps of a level from the edge's beginning. On sides of blocks it is an odd multiple of 2, a place
-  // that the next coarser level has, too, but for none of its own vertices: where no way can be made for
-  // transition cells, they are thin, and still no two of their vertices are at one place.
-  static int in_steps(int steps, int level, bool on_side) {
-    if (on_side) return (steps >> (level + 2)) * 4 + 2;
-    return std::clamp((steps + ((1 << level) >> 1)) >> level, 1, kIsoStepsPerCell - 1);
   }
 
   std::uint16_t add_vertex(glm::ivec3 place, const Crossing& crossing, int axis, bool makes_way) {
@@ -235,7 +241,9 @@ class Extraction {
     const glm::vec3 slope = gradient(crossing.sample) * (1024.0f - along) + gradient(upper) * along;
     IsoVertex vertex{};
     vertex.normal = encode_octahedral(slope);
-    const glm::ivec3 moved = makes_way ? place + shift(place, vertex.normal) : place;
+    if (job_.materials != nullptr)
+      vertex.material = job_.materials->at(job_.corner + (crossing.low_solid ? crossing.sample : upper));
+    const glm::ivec3 moved = makes_way ? make_way(place, axis, vertex.normal) : place;
     for (int k = 0; k < 3; ++k) {
       vertex.primary[k] = static_cast<std::int16_t>(place[k]);
       vertex.place[k] = static_cast<std::int16_t>(moved[k]);
@@ -262,11 +270,26 @@ class Extraction {
     return true;
   }
 
-  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal) const {
+  glm::ivec3 make_way(glm::ivec3 place, int axis, std::uint16_t normal) const {
+    glm::vec3 way(0);
+    const glm::ivec3 by = shift(place, normal, way);
+    if (by == glm::ivec3(0)) return place;
+    const int* const rest = kMovedSteps[axis][place[axis] / kIsoStepsPerCell & 1];
+    glm::ivec3 moved;
+    for (int k = 0; k < 3; ++k) {
+      moved[k] = ((place[k] + by[k] - rest[k] + 2) >> 2) * 4 + rest[k];
+      // Not beyond the side that it goes away from.
+      if (way[k] > 0 && moved[k] < 0) moved[k] += 4;
+      if (way[k] < 0 && moved[k] > kCells * kIsoStepsPerCell) moved[k] -= 4;
+    }
+    return moved;
+  }
+
+  // way: before it is turned into the tangent plane.
+  glm::ivec3 shift(glm::ivec3 place, std::uint16_t normal, glm::vec3& way) const {
     constexpr int kEnd = kCells * kIsoStepsPerCell;
     glm::ivec3 planes(0);
     for (int k = 0; k < 3; ++k) planes[k] = place[k] == 0 ? -1 : (place[k] == kEnd ? 1 : 0);
-    glm::vec3 way(0);
     bool any = false;
     for (int side = 0; side < 6; ++side) {
       const int axis = side >> 1;
@@ -285,6 +308,8 @@ class Extraction {
       const float v = way[k] - n[k] * along;
       out[k] = static_cast<int>(v + (v < 0 ? -0.5f : 0.5f));
     }
+    if ((job_.sides & (planes.x < 0 ? 1u : 4u)) != 0 && planes.x != 0) out.x = 0;
+    if ((job_.sides & (planes.z < 0 ? 8u : 2u)) != 0 && planes.z != 0) out.z = 0;
     // A surface along the side cannot make way.
     for (int k = 0; k < 3; ++k) {
       if (way[k] != 0 && out[k] == 0) return glm::ivec3(0);
@@ -295,12 +320,11 @@ class Extraction {
   // Of the edge along an axis that begins at a cell's lower corner.
   std::uint16_t edge_vertex(int axis, glm::ivec3 cell) {
     const Crossing crossing = cross(cell << level_, axis, 1 << level_);
-    bool on_side = false;
-    for (int k = 0; k < 3; ++k) on_side = on_side || (k != axis && (cell[k] == 0 || cell[k] == kCells));
+    const int line = side_line(axis, cell);
     glm::ivec3 place = cell * kIsoStepsPerCell;
-    place[axis] += in_steps(crossing.steps, level_, on_side);
+    place[axis] += edge_steps(crossing.steps, level_, line);
     const std::uint16_t vertex = add_vertex(place, crossing, axis, true);
-    if (on_side) note_side(axis, cell, vertex);
+    if (line != kInside) note_side(axis, cell, vertex);
     return vertex;
   }
 
@@ -410,7 +434,7 @@ class Extraction {
     place[axes.w] = side & 1 ? kCells * kIsoStepsPerCell : 0;
     place[axes.u] = u * (kIsoStepsPerCell / 2);
     place[axes.v] = v * (kIsoStepsPerCell / 2);
-    place[axis] += in_steps(crossing.steps, level_ - 1, true) / 2;
+    place[axis] += edge_steps(crossing.steps, level_ - 1, along_u ? v : u) / 2;
     return vertex = add_vertex(place, crossing, axis, false);
   }
 
@@ -478,6 +502,8 @@ Status ExtractBlock<Sample>::run(std::span<std::byte> room, Result& result) cons
   }
   if (level == 0 && std::ranges::find(around, IsoNeighbour::finer) != around.end())
     return refuse("nothing is finer than level 0", "around");
+  if (materials != nullptr && materials->blocks() != field->blocks())
+    return refuse("not the field's", "materials");
   if (room.size() < sizeof(Room)) return refuse("too short", "room");
   return Extraction<Sample>(*this, *reinterpret_cast<Room*>(room.data())).run(result);
 }

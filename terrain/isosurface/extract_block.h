@@ -24,18 +24,18 @@
 
 #include "karst/status.h"
 #include "terrain/field/scalar_field.h"
+#include "terrain/isosurface/edge_place.h"
+#include "terrain/isosurface/field_materials.h"
 
 namespace karst::core {
 
-inline constexpr int kIsoCells = 16;  // of a block, a side
 inline constexpr int kIsoMaxLevel = 8;
-inline constexpr std::int32_t kIsoStepsPerCell = 1024;
 
 struct IsoVertex {
   std::int16_t place[3];    // from the block's corner, 1 / kIsoStepsPerCell of its level's cell
   std::uint16_t normal;     // octahedral.h, towards the air
   std::int16_t primary[3];  // where it would be without transition cells
-  std::uint16_t unused;
+  std::uint16_t material;   // code of the solid one of the finest two samples beside it (field_materials.h)
 
   friend bool operator==(const IsoVertex&, const IsoVertex&) = default;
 };
@@ -52,10 +52,14 @@ template <class Sample>
 struct ExtractBlock {
   // Inputs, borrowed.
   const ScalarField<Sample>* field = nullptr;
-  glm::ivec3 corner{0};  // samples; a multiple of 16 << level
-  int level = 0;         // 0..kIsoMaxLevel
+  const FieldMaterials* materials = nullptr;  // of as many blocks; null: all vertices have 0
+  glm::ivec3 corner{0};                       // samples; a multiple of 16 << level
+  int level = 0;                              // 0..kIsoMaxLevel
   // (x + 1) + 3 (y + 1) + 9 (z + 1) for the place at (x, y, z), each -1..1.
   std::array<IsoNeighbour, 27> around{};
+  // Of a field in a ground, the sides of its region that the block ends at: bit 0 west, 1 south, 2 east, 3
+  // north. Vertices in them stay there, and beyond them the field goes on as it changes at them.
+  unsigned sides = 0;
 
   // Outputs, borrowed.
   std::span<IsoVertex> vertices;

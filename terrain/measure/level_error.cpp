@@ -173,7 +173,8 @@ void measure_own_errors(const LevelGrid& grid, BorderErrors& own, std::span<std:
   }
 }
 
-void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own) {
+void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own,
+                      double apart) {
   own = {};
   // Rounded up by more than floats have lost.
   const auto length = [](float twice_squared) {
@@ -185,7 +186,8 @@ void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, 
     squared_size += size * size;
   }
   const std::uint16_t reach = round_up(squared_size, 1);
-  double finer = 0;  // of all finer levels together
+  // Of all finer levels together; a place of each surface is so far from the other's.
+  double finer = 2 * apart;
   for (int m = level; m >= 2; --m) {
     own.values[m - 2] = round_up(finer + length(ways.longest[m]));
     own.values[level - 1 + m - 2] = reach;

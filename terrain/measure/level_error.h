@@ -80,7 +80,9 @@ struct OwnErrors {
 // No less than what measure_own_errors() would give, from how far vertices are from their morph targets: a
 // level differs from the next coarser one by no more than its vertices' ways, and from the full one by no
 // more than the sum of those of all finer levels. Reaches are the diagonal of the box of all vertices.
-void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own);
+// apart: lattice steps; where ways are those of another surface, how far the two are apart at most.
+void bound_own_errors(int level, const MorphWays& ways, const PatchBounds& box, OwnErrors& own,
+                      double apart = 0);
 
 // Of one patch at the heights' level: values of its own triangles alone (as LevelErrors has them,
 // level_error_values() of them), and what its neighbours need.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "terrain/base/check.h"
+#include "terrain/measure/bounds/quick_bounds.h"
 #include "terrain/measure/level_triangles.h"
 #include "terrain/measure/shading_cone.h"
 
@@ -24,8 +25,8 @@ BorderErrors borders_within(int level, std::span<const std::uint16_t> row) {
 
 void MeasureQueue::reset() {
   std::ranges::fill(storage_.states, std::uint8_t{0});
-  left_ = 0;
-  next_ = 0;
+  left_ = loose_ = 0;
+  next_ = next_loose_ = 0;
 }
 
 void MeasureQueue::wait(PatchId patch, unsigned more) {
@@ -36,22 +37,29 @@ void MeasureQueue::wait(PatchId patch, unsigned more) {
 
 void MeasureQueue::forget(PatchId slot) {
   if ((storage_.states[slot] & kWaits) != 0) --left_;
+  set_loose(slot, false);
   storage_.states[slot] = 0;
 }
 
 void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span<const PatchId> changed,
                        std::span<const PatchId> touched, std::span<const GridRows> rows,
-                       PatchScratch* scratch, const PatchMeasures& out) {
+                       PatchScratch* scratch, const PatchMeasures& out, std::size_t exact) {
   GenerateVertices generate;
   generate.surface = surface;
   generate.heights = heights;
   generate.level = heights.level;
   generate.scratch = scratch;
-  for (const PatchId patch : changed) {
-    MorphWays ways;
-    out.bounds[patch] = generate.bounds(patch, ways);
+  for (std::size_t n = 0; n < changed.size(); ++n) {
+    const PatchId patch = changed[n];
+    set_loose(patch, n >= exact);
+    if (n < exact) {
+      bound(generate, patch, out);
+    } else {
+      const QuickBounds quick = quick_bounds(surface, heights, patch);
+      out.bounds[patch] = quick.box;
+      bound_own_errors(heights.level, quick.ways, quick.box, storage_.own[patch], quick.apart);
+    }
     out.cones[patch] = {};
-    bound_own_errors(heights.level, ways, out.bounds[patch], storage_.own[patch]);
     storage_.states[patch] &= static_cast<std::uint8_t>(~kKnown);
     wait(patch, kErrors | kCone | kBounded);
   }
@@ -79,6 +87,39 @@ void MeasureQueue::add(const Surface& surface, const Heights& heights, std::span
       wait(edge.patch(), kErrors);
     }
   }
+}
+
+void MeasureQueue::set_loose(PatchId patch, bool loose) {
+  std::uint8_t& state = storage_.states[patch];
+  if (((state & kLoose) != 0) == loose) return;
+  state ^= static_cast<std::uint8_t>(kLoose);
+  loose_ += loose ? 1u : ~0u;
+}
+
+void MeasureQueue::bound(const GenerateVertices& generate, PatchId patch, const PatchMeasures& out) {
+  MorphWays ways;
+  out.bounds[patch] = generate.bounds(patch, ways);
+  bound_own_errors(generate.level, ways, out.bounds[patch], storage_.own[patch]);
+}
+
+PatchId MeasureQueue::next_loose() {
+  KARST_ASSERT(loose_ > 0);
+  while ((storage_.states[next_loose_] & kLoose) == 0)
+    next_loose_ = (next_loose_ + 1) % storage_.states.size();
+  return static_cast<PatchId>(next_loose_);
+}
+
+void MeasureQueue::fit(const Surface& surface, const Heights& heights, PatchId patch, PatchScratch* scratch,
+                       const PatchMeasures& out) {
+  KARST_ASSERT((storage_.states[patch] & kLoose) != 0);
+  GenerateVertices generate;
+  generate.surface = surface;
+  generate.heights = heights;
+  generate.level = heights.level;
+  generate.scratch = scratch;
+  bound(generate, patch, out);
+  set_loose(patch, false);
+  join_bounds(surface, heights, patch, out);
 }
 
 void MeasureQueue::join_bounds(const Surface& surface, const Heights& heights, PatchId patch,
@@ -109,7 +150,7 @@ void MeasureQueue::know(const LevelGrid& grid, PatchId patch) {
 
 PatchId MeasureQueue::measure_next(const Surface& surface, const Heights& heights,
                                    const MeasurePatches::Room& room, const PatchMeasures& out) {
-  KARST_ASSERT(left_ > 0);
+  KARST_ASSERT(left_ > 0 && loose_ == 0);
   while ((storage_.states[next_] & kWaits) == 0) next_ = (next_ + 1) % storage_.states.size();
   const auto patch = static_cast<PatchId>(next_);
   std::uint8_t& state = storage_.states[patch];

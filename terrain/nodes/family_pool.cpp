@@ -13,6 +13,8 @@ void FamilyPool::reset() {
   std::fill(storage_.chains.begin(), storage_.chains.end(), kNone);
   hand_ = 0;
   has_room_ = true;
+  seen_ = 0;
+  most_ = count();
 }
 
 std::uint32_t& FamilyPool::chain_of(NodeKey key) {
@@ -22,6 +24,8 @@ std::uint32_t& FamilyPool::chain_of(NodeKey key) {
 std::uint32_t FamilyPool::see(NodeKey parent) {
   std::uint32_t at = chain_of(parent);
   while (at != kNone && !(storage_.families[at].key == parent)) at = storage_.families[at].next;
+  const bool is_seen = at != kNone && storage_.families[at].used && storage_.families[at].last_seen == frame_;
+  if (!is_seen && seen_ >= most_) return kNone;
   if (at == kNone) {
     at = make_room();
     if (at == kNone) return kNone;
@@ -29,12 +33,32 @@ std::uint32_t FamilyPool::see(NodeKey parent) {
     made.key = parent;
     made.used = true;
     made.filled = 0;
+    made.tries = tries_;
     std::uint32_t& chain = chain_of(parent);
     made.next = chain;
     chain = at;
   }
+  if (!is_seen) ++seen_;
   storage_.families[at].last_seen = frame_;
   return at;
+}
+
+void FamilyPool::undo_tries() {
+  for (std::uint32_t at = 0; at < count(); ++at) {
+    Family& family = storage_.families[at];
+    if (!family.used || family.tries != tries_ || family.last_seen != frame_ || family.filled != 0) continue;
+    unlink(at);
+    family = {};
+    --seen_;
+    has_room_ = true;
+  }
+}
+
+void FamilyPool::unlink(std::uint32_t family) {
+  if (storage_.families[family].key.size < 0) return;
+  std::uint32_t* at = &chain_of(storage_.families[family].key);
+  while (*at != family) at = &storage_.families[*at].next;
+  *at = storage_.families[family].next;
 }
 
 std::uint32_t FamilyPool::retire(NodeKey parent) {
@@ -55,7 +79,7 @@ std::uint32_t FamilyPool::make_room() {
   constexpr std::uint32_t kLongUnseen = 8;
   const std::uint32_t all = count();
   std::uint32_t best = kNone;
-  std::uint32_t most = kFramesInFlight;
+  std::uint32_t most = in_flight_;
   for (std::uint32_t n = 0; n < all; ++n) {
     const std::uint32_t at = hand_ + n < all ? hand_ + n : hand_ + n - all;
     const Family& family = storage_.families[at];
@@ -69,11 +93,7 @@ std::uint32_t FamilyPool::make_room() {
   if (best == kNone) return kNone;
   hand_ = best + 1 < all ? best + 1 : 0;
   Family& gone = storage_.families[best];
-  if (gone.used && gone.key.size >= 0) {
-    std::uint32_t* at = &chain_of(gone.key);
-    while (*at != best) at = &storage_.families[*at].next;
-    *at = gone.next;
-  }
+  if (gone.used) unlink(best);
   gone = {};
   return best;
 }

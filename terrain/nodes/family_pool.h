@@ -5,6 +5,7 @@
 // draw it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -25,6 +26,7 @@ class FamilyPool {
     std::uint32_t next = kNone;  // of its chain in the table
     std::uint8_t filled = 0;     // bit q: the page of quadrant q holds its node
     bool used = false;
+    std::uint32_t tries = 0;  // begin_tries() before it was made
   };
 
   struct Storage {
@@ -49,7 +51,23 @@ class FamilyPool {
   void begin_frame() {
     ++frame_;
     has_room_ = true;
+    seen_ = 0;
+    most_ = count();
+    in_flight_ = kFramesInFlight;
   }
+  // The GPU has drawn all of the frames before: what this one has not seen may give way.
+  void rest() {
+    in_flight_ = 0;
+    has_room_ = true;
+  }
+  // From now on the frame sees no more families than leave so many; 0: all there are.
+  void leave(std::uint32_t families) { most_ = count() - std::min(families, count()); }
+  // Families that the frame has seen, and may see.
+  std::uint32_t seen() const { return seen_; }
+  std::uint32_t most() const { return most_; }
+  // What see() makes until the next undo_tries() can be taken back by it, as long as no page of it is filled.
+  void begin_tries() { ++tries_; }
+  void undo_tries();
   // The family of a node, which the frame sees; a new one where there is none. kNone: there is no room.
   std::uint32_t see(NodeKey parent);
 
@@ -70,12 +88,17 @@ class FamilyPool {
 
  private:
   std::uint32_t& chain_of(NodeKey key);
+  void unlink(std::uint32_t family);
   std::uint32_t make_room();
 
   Storage storage_;
   std::uint32_t frame_ = 0;
   std::uint32_t hand_ = 0;  // where looking for room goes on
   bool has_room_ = true;    // as far as the frame knows
+  std::uint32_t seen_ = 0;  // by the frame
+  std::uint32_t most_ = 0;  // that it may see
+  std::uint32_t tries_ = 0;
+  std::uint32_t in_flight_ = kFramesInFlight;  // frames before this one that the GPU may still draw
 };
 
 }  // namespace karst::core

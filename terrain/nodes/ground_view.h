@@ -88,8 +88,9 @@ struct GroundRequest {
   std::uint32_t regions = 0;                // bit n: the patches of region n are there to be drawn
   int least_size = 0;                       // no finer one is drawn
   std::uint32_t most_splits = 0xffffffffu;  // nodes; what casts leaves families for what is seen
-  float spared_error =
-      0;  // lattice steps: nodes whose error is not above this are not split, whatever is asked
+  // Lattice steps: nodes whose errors, and those around and within them, are not above this are not split,
+  // whatever is asked.
+  float spared_error = 0;
 };
 
 class GroundView {

@@ -6,6 +6,7 @@
 namespace karst::core {
 namespace {
 
+using simd::Double2;
 using simd::Float4;
 using simd::Int4;
 
@@ -260,24 +261,43 @@ BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, in
 }
 
 BasePoint base_point(const PatchShape& shape, int i, int j) {
+  const BasePoints2 both = base_points(shape, line_curve(shape, {0, j, 1, 0}), i, i);
+  BasePoint one;
+  for (int axis = 0; axis < 3; ++axis) {
+    one.position[axis] = both.position[axis][0];
+    one.direction[axis] = both.direction[axis][0];
+  }
+  return one;
+}
+
+BasePoints2 base_points(const PatchShape& shape, const LineCurve& row, int i0, int i1) {
   const int n = patch_cells(shape.level);
-  const LineCurve curve = line_curve(shape, {0, j, 1, 0});
-  const Weights w = bernstein(i, n);
-  glm::dvec3 p(0.0);  // half voxels
-  for (int a = 0; a < 3; ++a) {
-    for (int axis = 0; axis < 3; ++axis) p[axis] += double{w.w[a]} * double{curve.control[a][axis]};
+  const Double2 b{static_cast<double>(i0), static_cast<double>(i1)};
+  const Double2 a = static_cast<double>(n) - b;
+  const Double2 weight[3] = {a * a, 2 * a * b, b * b};
+  const double to_half = double{inverse_fourth(n)};
+  Double2 p[3], side[3][2];  // half voxels; weights of the lower and upper voxel centre
+  for (int axis = 0; axis < 3; ++axis) {
+    p[axis] = (weight[0] * double{row.control[0][axis]} + weight[1] * double{row.control[1][axis]} +
+               weight[2] * double{row.control[2][axis]}) *
+              to_half;
+    side[axis][0] = 0.5 - 0.5 * p[axis];
+    side[axis][1] = 0.5 + 0.5 * p[axis];
   }
-  const double cells = n;
-  p /= cells * cells * cells * cells;
-  glm::dvec3 g(0.0);
+  Double2 g[3] = {simd::splat(0.0), simd::splat(0.0), simd::splat(0.0)};
   for (int o = 0; o < 8; ++o) {
-    double weight = 1;
+    const Double2 share = side[0][o & 1] * side[1][o >> 1 & 1] * side[2][o >> 2 & 1];
     for (int axis = 0; axis < 3; ++axis)
-      weight *= (o >> axis & 1) != 0 ? 0.5 + 0.5 * p[axis] : 0.5 - 0.5 * p[axis];
-    for (int axis = 0; axis < 3; ++axis) g[axis] += weight * shape.volume->gradient[o][axis];
+      g[axis] += share * static_cast<double>(shape.volume->gradient[o][axis]);
   }
-  const double length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
-  return {0.5 * p, g / (length > double{kMinGradientLength} ? length : double{kMinGradientLength})};
+  const Double2 length = simd::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+  const Double2 most = simd::max(length, simd::splat(double{kMinGradientLength}));
+  BasePoints2 out;
+  for (int axis = 0; axis < 3; ++axis) {
+    out.position[axis] = 0.5 * p[axis];
+    out.direction[axis] = g[axis] / most;
+  }
+  return out;
 }
 
 }  // namespace karst::core

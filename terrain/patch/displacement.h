@@ -86,6 +86,12 @@ struct BasePoint {
   glm::dvec3 direction;
 };
 BasePoint base_point(const PatchShape& shape, int i, int j);
+// Of two vertices of a row, whose curve is line_curve(shape, {0, j, 1, 0}); by axis; the same bits.
+struct BasePoints2 {
+  simd::Double2 position[3];
+  simd::Double2 direction[3];
+};
+BasePoints2 base_points(const PatchShape& shape, const LineCurve& row, int i0, int i1);
 BasePoint base_point(const Surface& surface, int level, PatchId patch, int i, int j);
 
 }  // namespace karst::core

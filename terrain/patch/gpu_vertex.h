@@ -18,7 +18,7 @@ struct GpuVertex {
   std::uint16_t normal;
   std::int16_t
       morph[3];  // where the vertex goes before its level is dropped: the midpoint of its two parents
-  std::uint16_t morph_normal;
+  std::uint16_t morph_normal;  // of meshes: materials (terrain/isosurface/field_materials.h)
 
   friend bool operator==(const GpuVertex&, const GpuVertex&) = default;
 };

@@ -97,6 +97,10 @@ Source source_of(const QueryGround::Met& met, int level) {
           static_cast<std::uint8_t>(std::max(1, level - met.node.size)), met.node.size > 0};
 }
 
+Source source_of_field(int level) {
+  return {QueryHit::kField, 0, static_cast<std::uint8_t>(std::max(1, level)), false};
+}
+
 // Calls visit(id) for the patches whose boxes are within a distance of a place, in the order of their
 // numbers; returns how many. Lattice steps.
 template <class Visit>
@@ -156,18 +160,42 @@ LatticeBox Query::world_box() const {
   LatticeBox all = any ? ground_.box() : LatticeBox();
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
+    if (part.tree->rows() == 0) continue;  // a field's, or one that all patches were taken from
     const LatticeBox box = part.tree->around_all(part.corner);
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;
   }
-  return all;
+  if (!field_.exists()) return all;
+  const LatticeBox box = field_.box();
+  return any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
 }
 
-// Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit(). at: where it
-// meets the ground's grid, if it runs along the ground's up there, or null.
-template <class Limit, class Visit>
+// Calls visit_triangle(source, corners) for triangles of the field that a sphere on the segment may meet
+// before t = limit().
+template <class Limit, class VisitTriangle>
+void Query::walk_field(const Segment& segment, double radius, Limit& limit,
+                       VisitTriangle& visit_triangle) const {
+  struct Through final : QueryField::Walk {
+    double limit() const override { return double{no_further()}; }
+    void visit(std::int64_t number, const glm::dvec3 (&corner)[3]) override {
+      source.first = number;
+      seen(source, corner);
+    }
+    Through(const Source& of_field, Limit& end, VisitTriangle& see)
+        : source(of_field), no_further(end), seen(see) {}
+    Source source;
+    Limit& no_further;
+    VisitTriangle& seen;
+  } through(source_of_field(level()), limit, visit_triangle);
+  field_.run(segment.from, segment.way, radius, through);
+}
+
+// Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit(), and
+// visit_triangle(source, corners) for single triangles. at: where it meets the ground's grid, if it runs
+// along the ground's up there, or null.
+template <class Limit, class Visit, class VisitTriangle>
 void Query::walk_segment(const Segment& segment, double radius, Wait wait, const GridPlace* at, Limit& limit,
-                         Visit& visit) {
+                         Visit& visit, VisitTriangle& visit_triangle) {
   const Growth growth(patches_, wait, radius);
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
@@ -185,6 +213,7 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, const
       });
     });
   }
+  if (field_.exists()) walk_field(segment, radius, limit, visit_triangle);
   if (!ground_.exists()) return;
   struct Along final : QueryGround::Walk {
     double distance(const NodeBox& box) const override {
@@ -215,7 +244,7 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, const
     ground_.run(wait == Wait::for_file, along);
 }
 
-// Calls visit(source, tile, triangle of the tile, height, up) for what the vertical line through a place
+// Calls visit(source, triangle of the tile, its area, height, up) for what the vertical line through a place
 // crosses between bottom and top, lattice steps. limit(): the height below which nothing is wanted any more.
 template <class Limit, class Visit>
 void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit) {
@@ -228,7 +257,7 @@ void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Li
   const auto cross_tile = [&](const Source& source, const TileVertices& tile) {
     line.cross(tile, [&](int t, double height, bool up) {
       if (height > top || height < bottom) return;
-      visit(source, tile, t, height, up);
+      visit(source, t, tile.area(t), height, up);
     });
   };
   const Growth growth(patches_, wait);
@@ -254,6 +283,20 @@ void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Li
     } else {
       walk_column<false>(part, node_test, patch_test, node_growth, least, visit_patch);
     }
+  }
+  Segment segment;
+  if (field_.exists() && segment.cut({line.x, top, line.z}, {line.x, bottom, line.z}, box, kCutGrowth) &&
+      segment.length >= kLeastLength) {
+    const auto share_limit = [&] {
+      return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
+    };
+    const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
+      double height = 0;
+      bool up = false;
+      if (!line.cross(corner, height, up) || height > top || height < bottom) return;
+      visit(source, 0, area_of(corner), height, up);
+    };
+    walk_field(segment, 0.0, share_limit, visit_triangle);
   }
   if (!ground_.exists()) return;
   struct Down final : QueryGround::Walk {
@@ -370,10 +413,10 @@ std::uint32_t Query::column(glm::dvec3 place, Wait wait, std::span<QueryHit> out
   std::uint32_t count = 0;
   walk_line(
       place * kSteps, box.max.y + reach, bottom, wait, [&] { return bottom; },
-      [&](const Source& source, const TileVertices& tile, int t, double height, bool) {
+      [&](const Source& source, int, const glm::dvec3& area, double height, bool) {
         QueryHit hit;
         hit.place = glm::dvec3(place.x, height / kSteps, place.z);
-        hit.normal = unit(tile.area(t));
+        hit.normal = unit(area);
         hit.distance = place.y - hit.place.y;
         source.tell(hit);
         // Sorted into what is there; beyond the end of out the lowest one is dropped. Equal heights: by
@@ -405,12 +448,12 @@ bool Query::ground(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
   walk_line(
       place * kSteps, std::min((place.y + step) * kSteps, box.max.y + reach), bottom, wait,
       [&] { return best; },
-      [&](const Source& source, const TileVertices& tile, int t, double height, bool up) {
+      [&](const Source& source, int t, const glm::dvec3& area, double height, bool up) {
         const Order order{source.patch, source.first + t};
         if (!up || height < best || (height == best && first < order)) return;
         best = height;
         first = order;
-        hit.normal = unit(tile.area(t));
+        hit.normal = unit(area);
         source.tell(hit);
       });
   if (!hit.found()) return false;
@@ -431,7 +474,7 @@ bool Query::inside(glm::dvec3 place, Wait wait) {
   int up_less_down = 0;
   walk_line(
       place * kSteps, top, height_of_place, wait, [&] { return height_of_place; },
-      [&](const Source&, const TileVertices&, int, double height, bool up) {
+      [&](const Source&, int, const glm::dvec3&, double height, bool up) {
         if (height > height_of_place) up_less_down += up ? 1 : -1;
       });
   return up_less_down > 0;
@@ -452,18 +495,26 @@ bool Query::cast(glm::dvec3 from, glm::dvec3 to, Wait wait, const GridPlace* at,
   double best = 1.0;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best); };
-  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
-    shear.cross(tile, [&](int t, double share, glm::dvec3 place) {
-      const Order order{source.patch, source.first + t};
-      if (share > best || (share == best && first < order)) return;
-      best = share;
-      first = order;
-      hit.place = place;
-      hit.normal = tile.area(t);
-      source.tell(hit);
-    });
+  const auto meet = [&](const Source& source, int t, double share, const glm::dvec3& place,
+                        const glm::dvec3& area) {
+    const Order order{source.patch, source.first + t};
+    if (share > best || (share == best && first < order)) return;
+    best = share;
+    first = order;
+    hit.place = place;
+    hit.normal = area;
+    source.tell(hit);
   };
-  walk_segment(segment, 0.0, wait, at, limit, visit_tile);
+  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
+    shear.cross(tile,
+                [&](int t, double share, glm::dvec3 place) { meet(source, t, share, place, tile.area(t)); });
+  };
+  const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
+    double share = 0;
+    glm::dvec3 place;
+    if (shear.cross(corner, share, place)) meet(source, 0, share, place, area_of(corner));
+  };
+  walk_segment(segment, 0.0, wait, at, limit, visit_tile, visit_triangle);
   if (!hit.found()) return false;
   hit.place = hit.place / kSteps;
   hit.normal = unit(hit.normal);
@@ -480,21 +531,25 @@ bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, Que
   Contact best;
   Order first{QueryHit::kNone, 0};
   const auto limit = [&] { return box_limit(best.t); };
-  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
-    for (int t = 0; t < 8; ++t) {
-      const glm::dvec3 area = tile.area(t);
-      Contact contact;
-      const Triangle triangle{{tile.corner(t, 0), tile.corner(t, 1), tile.corner(t, 2)}};
-      if (!sweep_triangle(segment, radius * kSteps, triangle, area, best, contact)) continue;
-      const Order order{source.patch, source.first + t};
-      if (best < contact || (!(contact < best) && first < order)) continue;
-      best = contact;
-      first = order;
-      hit.normal = area;
-      source.tell(hit);
-    }
+  const auto meet = [&](const Source& source, int t, const Triangle& triangle) {
+    const glm::dvec3 area = area_of(triangle.corner);
+    Contact contact;
+    if (!sweep_triangle(segment, radius * kSteps, triangle, area, best, contact)) return;
+    const Order order{source.patch, source.first + t};
+    if (best < contact || (!(contact < best) && first < order)) return;
+    best = contact;
+    first = order;
+    hit.normal = area;
+    source.tell(hit);
   };
-  walk_segment(segment, radius * kSteps, wait, nullptr, limit, visit_tile);
+  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
+    for (int t = 0; t < 8; ++t)
+      meet(source, t, Triangle{{tile.corner(t, 0), tile.corner(t, 1), tile.corner(t, 2)}});
+  };
+  const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
+    meet(source, 0, Triangle{{corner[0], corner[1], corner[2]}});
+  };
+  walk_segment(segment, radius * kSteps, wait, nullptr, limit, visit_tile, visit_triangle);
   if (!hit.found()) return false;
   hit.place = best.place / kSteps;
   hit.normal = unit(hit.normal);

@@ -34,6 +34,7 @@
 #include "terrain/field/voxel_index.h"
 #include "terrain/patch/bounds.h"
 #include "terrain/patch/heights.h"
+#include "terrain/query/field/query_field.h"
 #include "terrain/query/patch_cache.h"
 #include "terrain/query/query_ground.h"
 #include "terrain/query/segment.h"
@@ -51,13 +52,16 @@ enum class Wait : std::uint8_t { never, for_file };
 struct QueryHit {
   static constexpr PatchId kNone = 0xffffffffu;
   static constexpr PatchId kGround = 0xfffffffeu;
+  static constexpr PatchId kField = 0xfffffffdu;
 
   glm::dvec3 place{0.0};
   glm::dvec3 normal{0.0};  // of the triangle, unit length, out of the rock
   // ray, sphere: from the start. ground, column: how far the surface lies below the place, negative above it.
   double distance = 0.0;
-  PatchId patch = kNone;  // kNone: nothing was met; kGround: no patch, but the ground
-  // Of the surface that was met; 0: undisplaced. Of the ground the query's, less one a size, at least 1.
+  // kNone: nothing was met; kGround, kField: no patch, but the ground or an isosurface
+  PatchId patch = kNone;
+  // Of the surface that was met; 0: undisplaced. Of the ground the query's, less one a size, at least 1. Of
+  // an isosurface, which is met as it is finest, the query's.
   std::uint8_t level = 0;
   bool coarse = false;  // level is below the query's
 
@@ -103,11 +107,19 @@ class Query {
   }
 
   // Forgets all patches. invalid_argument ("bounds", "tree", "heights"), limit_reached ("max_level").
-  Status set_world(const QueryWorld& world) { return patches_.set_world(world); }
+  Status set_world(const QueryWorld& world) {
+    field_.set_field(nullptr, glm::ivec3(0));
+    return patches_.set_world(world);
+  }
   // As QueryGround's; after set_world(). The ground is met at size 0, and coarser where Wait::never has no
   // tile.
   void set_ground(const GroundInfo& info, const Tile* root, const TileReading& reading) {
     ground_.set_ground(info, root, reading);
+  }
+
+  // After set_world(); borrowed. Null: there is no isosurface.
+  void set_field(const FieldBlocks* field, glm::ivec3 corner = glm::ivec3(0)) {
+    field_.set_field(field, corner);
   }
 
   // Of the ground, after an edit.
@@ -162,20 +174,23 @@ class Query {
 
  private:
   bool has_patches() const { return level() != 0 && !patches_.world().surface.patches.empty(); }
-  bool is_empty() const { return !has_patches() && !ground_.exists(); }
+  bool is_empty() const { return !has_patches() && !ground_.exists() && !field_.exists(); }
   LatticeBox world_box() const;
   bool is_curved() const { return ground_.exists() && ground_.info().basis.is_curved(); }
   bool drop(glm::dvec3 place, double step, Wait wait, QueryHit& hit);
   bool cast(glm::dvec3 from, glm::dvec3 to, Wait wait, const GridPlace* at, QueryHit& hit);
-  template <class Limit, class Visit>
+  template <class Limit, class VisitTriangle>
+  void walk_field(const Segment& segment, double radius, Limit& limit, VisitTriangle& visit_triangle) const;
+  template <class Limit, class Visit, class VisitTriangle>
   void walk_segment(const Segment& segment, double radius, Wait wait, const GridPlace* at, Limit& limit,
-                    Visit& visit);
+                    Visit& visit, VisitTriangle& visit_triangle);
   template <class Limit, class Visit>
   void walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit);
 
   ReadAllowance allowance_;
   QueryPatches patches_;
   QueryGround ground_;
+  QueryField field_;
 };
 
 }  // namespace karst::core

@@ -46,6 +46,56 @@ SegmentShear::SegmentShear(const Segment& segment) : from(segment.from) {
   sy = way[ky] * sz;
 }
 
+glm::dvec3 area_of(const glm::dvec3 (&corner)[3]) {
+  return glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+}
+
+bool SegmentShear::cross(const glm::dvec3 (&corner)[3], double& share, glm::dvec3& place) const {
+  double x[3], y[3], z[3], w[3];
+  for (int k = 0; k < 3; ++k) {
+    const glm::dvec3 d = corner[k] - from;
+    x[k] = d[kx] - sx * d[kz];
+    y[k] = d[ky] - sy * d[kz];
+    z[k] = sz * d[kz];
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    w[k] = x[a] * y[b] - y[a] * x[b];
+  }
+  if ((w[0] < 0 || w[1] < 0 || w[2] < 0) && (w[0] > 0 || w[1] > 0 || w[2] > 0)) return false;
+  const double sum = w[0] + w[1] + w[2];
+  if (sum == 0.0) return false;  // seen from its edge
+  share = (w[0] * z[0] + w[1] * z[1] + w[2] * z[2]) / sum;
+  if (!(share >= 0.0 && share <= 1.0)) return false;
+  place = (w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2]) / sum;
+  return true;
+}
+
+bool VerticalLine::cross(const glm::dvec3 (&corner)[3], double& height, bool& up) const {
+  double px[3], pz[3], w[3];
+  for (int k = 0; k < 3; ++k) {
+    px[k] = corner[k].x - x;
+    pz[k] = corner[k].z - z;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    w[k] = px[a] * pz[b] - pz[a] * px[b];
+  }
+  if ((w[0] < 0 || w[1] < 0 || w[2] < 0) && (w[0] > 0 || w[1] > 0 || w[2] > 0)) return false;
+  const double sum = w[0] + w[1] + w[2];
+  if (sum == 0.0) return false;  // upright
+  for (int k = 0; k < 3; ++k) {
+    // On an edge: as for tiles.
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    const double dz = pz[a] - pz[b];
+    const bool beside = w[k] != 0.0 ? w[k] > 0.0 : dz != 0.0 ? dz > 0.0 : px[b] > px[a];
+    if (beside != (sum > 0.0)) return false;
+  }
+  height = (w[0] * corner[0].y + w[1] * corner[1].y + w[2] * corner[2].y) / sum;
+  up = !(sum > 0.0);
+  return true;
+}
+
 VerticalLine::VerticalLine(glm::dvec3 place_steps)
     : x(std::floor(place_steps.x / kGrain + 0.5) * kGrain),
       z(std::floor(place_steps.z / kGrain + 0.5) * kGrain) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The eight triangles of a tile (index_batches.cpp: around its centre, counter-clockwise from outside)
-// against segments and vertical lines.
+// Triangles against segments and vertical lines: the eight of a tile (index_batches.cpp: around its centre,
+// counter-clockwise from outside), and single ones.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -31,6 +31,9 @@ struct SegmentShear {
   double sx, sy, sz;
 
   explicit SegmentShear(const Segment& segment);
+
+  // The same of one triangle. False: it is not crossed.
+  bool cross(const glm::dvec3 (&corner)[3], double& share, glm::dvec3& place) const;
 
   // Calls visit(triangle, t, place) for the triangles of a tile that a segment crosses at 0 <= t <= 1, those
   // that it meets on an edge included.
@@ -78,6 +81,9 @@ struct VerticalLine {
 
   explicit VerticalLine(glm::dvec3 place_steps);
 
+  // The same of one triangle, counter-clockwise from outside. False: it is not crossed.
+  bool cross(const glm::dvec3 (&corner)[3], double& height, bool& up) const;
+
   // Calls visit(triangle, height, up) for the triangles of a tile that the line crosses. up: it faces up.
   template <class Visit>
   void cross(const TileVertices& tile, Visit&& visit) const {
@@ -115,5 +121,8 @@ struct VerticalLine {
     }
   }
 };
+
+// Area vector, out of the rock; exact.
+glm::dvec3 area_of(const glm::dvec3 (&corner)[3]);
 
 }  // namespace karst::core

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <type_traits>
 
 #include "terrain/base/check.h"
 #include "terrain/draw/wall_indices.h"
@@ -86,6 +87,32 @@ class RimWalk {
   bool started_ = false;
 };
 
+// The points first .. end of an isosurface's rim, the last of which is one of the next side's where the side
+// ends there.
+class PointWalk {
+ public:
+  PointWalk(const BuildBelts& job, int side, std::uint32_t first, std::uint32_t end, std::int64_t end_along)
+      : job_(job), side_begin_(BlockRim::kSide * side), at_(first), end_(end), end_along_(end_along) {}
+
+  bool next(RimVertex& vertex) {
+    if (at_ > end_) return false;
+    const std::span<const BlockRim::Point> points = job_.blocks->points();
+    const BlockRim::Point& point = points[at_ == points.size() ? 0 : at_];
+    vertex.index = job_.first_mesh_page * kPageVertices + point.vertex;
+    vertex.along = at_ == end_ ? end_along_ : (point.along - side_begin_) * kAlongAStep;
+    ++at_;
+    return true;
+  }
+
+ private:
+  static constexpr std::int64_t kAlongAStep = kAlong / (kStepsPerVoxel / 2);
+
+  const BuildBelts& job_;
+  std::int64_t side_begin_;
+  std::uint32_t at_, end_;
+  std::int64_t end_along_;
+};
+
 }  // namespace
 
 struct BuildBelts::Piece {
@@ -95,8 +122,8 @@ struct BuildBelts::Piece {
 };
 
 // From the piece's beginning on, one vertex further on the side that is behind.
-std::size_t BuildBelts::write(const Piece& piece, std::span<std::uint32_t> to) const {
-  RimWalk walk(*this, piece.first_edge, piece.end_edge);
+template <class Walk>
+std::size_t BuildBelts::write(Walk walk, const Piece& piece, std::span<std::uint32_t> to) const {
   RimVertex own, own_next;
   if (!walk.next(own)) return 0;
   std::size_t used = 0;
@@ -123,9 +150,31 @@ std::size_t BuildBelts::write(const Piece& piece, std::span<std::uint32_t> to) c
 }
 
 std::size_t BuildBelts::run() const {
-  KARST_ASSERT(info != nullptr && rim != nullptr && view != nullptr && levels.size() == resident.size());
+  KARST_ASSERT(info != nullptr && view != nullptr && levels.size() == resident.size());
+  KARST_ASSERT((rim != nullptr) != (blocks != nullptr));
+  if (blocks == nullptr) return run_along(*rim);
+  const std::size_t used = run_along(*blocks);
+  return used + fill_loops(out.subspan(used));
+}
+
+// From the first point of each.
+std::size_t BuildBelts::fill_loops(std::span<std::uint32_t> to) const {
   std::size_t used = 0;
-  if (rim->columns() == 0) return 0;
+  for (std::size_t n = 0; n < blocks->loops(); ++n) {
+    const std::span<const BlockRim::Point> points = blocks->loop(n);
+    if (points.size() < 3 || used + 3 * (points.size() - 2) > to.size()) continue;
+    for (std::size_t k = 1; k + 1 < points.size(); ++k) {
+      for (const std::size_t v : {std::size_t{0}, k + 1, k})
+        to[used++] = first_mesh_page * kPageVertices + points[v].vertex;
+    }
+  }
+  return used;
+}
+
+template <class Rim>
+std::size_t BuildBelts::run_along(const Rim& line) const {
+  std::size_t used = 0;
+  if (line.count() == 0 || line.columns() == 0) return 0;
   const GroundRegion& whole = info->regions()[region];
   const NodeRect& rect = whole.nodes;
   for (std::size_t n = 0; n < view->items().size(); ++n) {
@@ -149,14 +198,13 @@ std::size_t BuildBelts::run() const {
         // Columns of the part: the walk along sides 2 and 3 goes down.
         const std::int64_t first = s < 2 ? low[along] + part * span - rect.low[along]
                                          : rect.high[along] - low[along] - side + part * span;
-        const auto on_side = static_cast<std::int64_t>(rim->first_column(s + 1) - rim->first_column(s));
+        const auto on_side = static_cast<std::int64_t>(line.first_column(s + 1) - line.first_column(s));
         if (first < 0 || first + span > on_side) continue;
-        const std::uint32_t column = rim->first_column(s) + static_cast<std::uint32_t>(first);
+        const std::uint32_t column = line.first_column(s) + static_cast<std::uint32_t>(first);
         const std::uint32_t end = column + static_cast<std::uint32_t>(span);
         Piece piece;
-        piece.first_edge = rim->mark(column);
-        piece.end_edge =
-            end == rim->columns() ? static_cast<std::uint32_t>(rim->edges().size()) : rim->mark(end);
+        piece.first_edge = line.mark(column);
+        piece.end_edge = end == line.columns() ? line.count() : line.mark(end);
         const std::int64_t unit = kAlong * (2 << info->lattice_size) * span;
         const int quads = kNodeQuads / parts;
         for (int q = 0; q <= quads; q += step) {
@@ -166,7 +214,13 @@ std::size_t BuildBelts::run() const {
               page * kPageVertices + kNodeEdges[edge][static_cast<std::size_t>(v)],
               kAlong * (2 << info->lattice_size) * first + unit * q / quads};
         }
-        used += write(piece, out.subspan(used));
+        if constexpr (std::is_same_v<Rim, BlockRim>) {
+          const std::int64_t end_along = piece.ground[static_cast<std::size_t>(piece.count) - 1].along;
+          used += write(PointWalk(*this, s, piece.first_edge, piece.end_edge, end_along), piece,
+                        out.subspan(used));
+        } else {
+          used += write(RimWalk(*this, piece.first_edge, piece.end_edge), piece, out.subspan(used));
+        }
       }
     }
   }

@@ -5,6 +5,9 @@
 // drawn at. So every edge of either rim is used once by its side and once by the belt, the other way, and
 // the upright edges between pieces by the two that meet there: there is no gap, whatever moves.
 //
+// Of an isosurface pieces end at the first points of its rim that are not before those lines: a coarse mesh
+// has no vertex in them. All lie in the side, so nothing gapes there either.
+//
 // Triangles face as the rim does: outwards where the region stands above the ground, inwards where below.
 // Where the two rims all but meet, or the eye is within a few steps of a side's plane, they are thinner than
 // rasterisers place corners, and face as their rounded corners do.
@@ -13,6 +16,7 @@
 #include <cstdint>
 #include <span>
 
+#include "terrain/blocks/block_rim.h"
 #include "terrain/nodes/ground_view.h"
 #include "terrain/regions/region_rim.h"
 #include "terrain/resident/page_table.h"
@@ -23,14 +27,16 @@ namespace karst::core {
 struct BuildBelts {
   // Inputs, borrowed.
   const GroundInfo* info = nullptr;
-  std::size_t region = 0;            // its number in info
-  const RegionRim* rim = nullptr;    // built of it
+  std::size_t region = 0;          // its number in info
+  const RegionRim* rim = nullptr;  // built of it; or, where an isosurface stands there:
+  const BlockRim* blocks = nullptr;
   const GroundView* view = nullptr;  // selected, with the region drawn
   // By patch of the region: what it is drawn at, and what it is held at; the lesser counts. 0: its part of
   // the rim is left out.
   std::span<const std::uint8_t> levels, resident;
   PageTable pages;                    // first_page of the region's patches; texels are not used
   std::uint32_t first_node_page = 0;  // of the buffer of vertices
+  std::uint32_t first_mesh_page = 0;  // of it; where blocks is set: levels, resident and pages are not used
 
   // Output, borrowed: of the buffer's vertices, three a triangle. room() holds all.
   std::span<std::uint32_t> out;
@@ -43,7 +49,11 @@ struct BuildBelts {
 
  private:
   struct Piece;
-  std::size_t write(const Piece& piece, std::span<std::uint32_t> to) const;
+  template <class Rim>
+  std::size_t run_along(const Rim& line) const;
+  std::size_t fill_loops(std::span<std::uint32_t> to) const;
+  template <class Walk>
+  std::size_t write(Walk walk, const Piece& piece, std::span<std::uint32_t> to) const;
 };
 
 }  // namespace karst::core

@@ -49,6 +49,7 @@ class RegionRim {
   // The edge that begins where a column does.
   std::uint32_t mark(std::uint32_t column) const { return storage_.marks[column]; }
   std::uint32_t columns() const { return column_count_; }
+  std::uint32_t count() const { return edge_count_; }
   // The first column of a side; side 4: columns().
   std::uint32_t first_column(int side) const { return first_[side]; }
 

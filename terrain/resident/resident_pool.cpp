@@ -32,6 +32,7 @@ void ResidentPool::reset(std::uint32_t patches, int base_level) {
   std::fill(storage_.free_pages.begin(), storage_.free_pages.end(), ~std::uint64_t{0});
   if (page_count() % 64 != 0) storage_.free_pages.back() = (std::uint64_t{1} << page_count() % 64) - 1;
   free_count_ = page_count();
+  first_free_ = 0;
 }
 
 void ResidentPool::begin_frame() {
@@ -72,13 +73,13 @@ void ResidentPool::set_free(const List& pages) {
   std::uint32_t page = pages.first;
   for (std::uint32_t i = 0; i < pages.count; ++i, page = storage_.next_page[page]) {
     storage_.free_pages[page / 64] |= std::uint64_t{1} << page % 64;
+    first_free_ = std::min(first_free_, page);
   }
   free_count_ += pages.count;
 }
 
 // The first page from this one on that is free, or is not; page_count() where there is none.
-std::uint32_t ResidentPool::next_page(std::uint32_t page, bool is_free) const {
-  const std::uint32_t end = page_count();
+std::uint32_t ResidentPool::next_page(std::uint32_t page, bool is_free, std::uint32_t end) const {
   while (page < end) {
     const std::uint64_t bits = storage_.free_pages[page / 64];
     const std::uint64_t wanted = (is_free ? bits : ~bits) >> page % 64;
@@ -88,15 +89,20 @@ std::uint32_t ResidentPool::next_page(std::uint32_t page, bool is_free) const {
   return end;
 }
 
-// The shortest stretch of free pages that holds so many, or else the longest one.
-ResidentPool::Stretch ResidentPool::find_free(std::uint32_t pages) const {
+// The shortest stretch of free pages that holds so many, of the first and those soon behind it, or else the
+// longest one.
+ResidentPool::Stretch ResidentPool::find_free(std::uint32_t pages) {
   Stretch best;
-  for (std::uint32_t first = next_page(0, true); first < page_count();) {
-    const std::uint32_t end = next_page(first, false);
+  std::uint32_t last = page_count();
+  std::uint32_t first = next_page(first_free_, true, last);
+  first_free_ = first;
+  while (first < last) {
+    const std::uint32_t end = next_page(first, false, std::min(last, first + std::max(kFar, pages)));
     const std::uint32_t count = end - first;
     if (count == pages) return {first, count};
+    if (best.count < pages && count > pages) last = std::min(last, first + kFar);
     if (best.count < pages ? count > best.count : count > pages && count < best.count) best = {first, count};
-    first = next_page(end, true);
+    first = next_page(end, true, last);
   }
   return best;
 }
@@ -107,8 +113,8 @@ ResidentPool::List ResidentPool::take_free(std::uint32_t pages, std::uint32_t be
   free_count_ -= pages;
   while (taken.count < pages) {
     const std::uint32_t next = before == kNoPage ? page_count() : before + 1;
-    const bool goes_on = taken.count == 0 && next < page_count() && next_page(next, true) == next &&
-                         next_page(next, false) - next >= pages;
+    const bool goes_on = taken.count == 0 && next < page_count() && next_page(next, true, next + 1) == next &&
+                         next_page(next, false, std::min(next + pages, page_count())) - next >= pages;
     const Stretch stretch = goes_on ? Stretch{next, pages} : find_free(pages - taken.count);
     const std::uint32_t end = stretch.first + std::min(stretch.count, pages - taken.count);
     for (std::uint32_t page = stretch.first; page < end; ++page) {

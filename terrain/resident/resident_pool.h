@@ -160,8 +160,8 @@ class ResidentPool {
 
   void append(List& list, const List& pages);
   void set_free(const List& pages);
-  std::uint32_t next_page(std::uint32_t page, bool is_free) const;
-  Stretch find_free(std::uint32_t pages) const;
+  std::uint32_t next_page(std::uint32_t page, bool is_free, std::uint32_t end) const;
+  Stretch find_free(std::uint32_t pages);
   List take_free(std::uint32_t pages, std::uint32_t before);  // before: the chain's last page, or kNoPage
   void give_back(PatchId patch, std::uint32_t row, const List& pages);
   static std::uint32_t pages_at(int level) { return level <= 0 ? 0 : slot_pages(level); }
@@ -183,8 +183,11 @@ class ResidentPool {
   std::uint32_t frame_ = 0;
   std::uint16_t selection_ = 0;   // wraps around: only those of one frame are told apart
   std::uint32_t idle_frame_ = 0;  // in this frame nothing is in flight; 0: none
+  // Pages that are looked at behind a stretch that would do, so that many free ones cost no more than few.
+  static constexpr std::uint32_t kFar = 4'096;
   std::uint32_t free_count_ = 0;
-  List kept_[kFramesInFlight];  // by frame modulo kFramesInFlight
+  std::uint32_t first_free_ = 0;  // none before it
+  List kept_[kFramesInFlight];    // by frame modulo kFramesInFlight
   std::uint32_t free_row_ = kNoRow;
   std::uint32_t row_end_ = 0;
   std::uint32_t resident_ = 0;

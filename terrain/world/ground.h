@@ -11,6 +11,7 @@
 //     GPU for each view: draw ground.view(view).items()
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -92,6 +93,16 @@ class Ground {
   bool wait() { return tiles_.wait(); }
   // Precondition: exists(), view < view_count().
   void select(std::size_t view, const GroundRequest& request);
+  // What follows leaves so many families to what comes after it in the frame; 0: none.
+  void leave_families(std::uint32_t count) { pool_.leave(count); }
+  // The GPU has drawn all frames before this one.
+  void rest() { pool_.rest(); }
+  // Share of the families that the frame may have which what was selected so far has.
+  double share_of_families() const { return static_cast<double>(pool_.seen()) / std::max(pool_.most(), 1u); }
+  // Of views that are selected again and again while tiles come: families that only tries needed are free
+  // again at the next one.
+  void begin_tries() { pool_.begin_tries(); }
+  void undo_tries() { pool_.undo_tries(); }
   // Of the source, for what the frame's views lack.
   // all: as TileCache::ask().
   void ask(bool all = true) { tiles_.ask(all); }

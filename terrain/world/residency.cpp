@@ -56,6 +56,7 @@ void Residency::forget() {
   pool_.reset(world_->patch_count(), world_->base_level());
   for (ViewState& view : views_) view.clear_lacking();
   turns_.ahead_left = 0;
+  turns_.fresh = 0;
   turns_.stale = turns_.plain = blocks_.stale.size();
   remade_ = {};
   std::fill(blocks_.stale.begin(), blocks_.stale.end(), std::uint64_t{0});
@@ -107,9 +108,9 @@ void Residency::follow_sky(std::size_t n) {
 void Residency::follow_region(std::size_t n) {
   const WorldPart& part = world_->parts()[n];
   shading_job(part).run();
-  // The world has used what it lends meanwhile.
-  patch_scratch_ = make_patch_scratch(lent_.scratch);
+  take_scratch();
   thresholds_.reset();
+  turns_.fresh |= std::uint32_t{1} << n;
   views_ = {};
   turns_.base = part.first;
 }
@@ -456,16 +457,28 @@ bool Residency::generate_ahead(PatchUpload& upload, Status& status) {
   return false;
 }
 
-bool Residency::generate_base(PatchUpload& upload, Status& status) {
+bool Residency::generate_base(PatchUpload& upload, Status& status, std::uint32_t& most) {
   status = {};
   const std::uint32_t patches = world_->patch_count();
-  if (!pool_.keeps_base() || pool_.resident() == patches - world_->free_patches()) return false;
+  // Where not all find room no part waits for the last of its patches.
+  if (!pool_.keeps_base() || pool_.resident() == patches - world_->free_patches()) {
+    turns_.fresh = 0;
+    return false;
+  }
+  std::uint32_t waits = 0;
   for (std::uint32_t looked = 0; looked < patches; ++looked) {
     if (turns_.base >= patches) turns_.base = 0;
     const PatchId patch = turns_.base++;
-    if (pool_.level(patch) == 0 && !world_->is_free(patch))
-      return make_resident(patch, world_->base_level(), upload, status);
+    if (pool_.level(patch) != 0 || world_->is_free(patch)) continue;
+    const std::uint32_t part = std::uint32_t{1} << world_->part_number(patch) & turns_.fresh;
+    if (part != 0 && most == 0) {
+      waits |= part;
+      continue;
+    }
+    if (part != 0) --most;
+    return make_resident(patch, world_->base_level(), upload, status);
   }
+  turns_.fresh = waits;
   return false;
 }
 

@@ -60,8 +60,12 @@ class Residency {
   // free now. Both ascending, and of one part.
   void follow_edit(std::span<const PatchId> touched, std::span<const GridRows> rows,
                    std::span<const PatchId> vanished);
-  // A part is new: none of its patches is resident.
+  // A part is new: none of its patches is resident. It is fresh until all of them are.
   void follow_region(std::size_t part);
+  // Bit n: not all patches of part n were resident yet, since follow_region().
+  std::uint32_t fresh_parts() const { return turns_.fresh; }
+  // The world has used what it lends.
+  void take_scratch() { patch_scratch_ = make_patch_scratch(lent_.scratch); }
   // A patch was measured (terrain/edit/settle.h), or the sky of a part is another, or what is painted.
   void follow_measures(PatchId patch);
   void follow_sky(std::size_t part);
@@ -116,8 +120,13 @@ class Residency {
   // False: there is nothing to do, or no room. status: errors of reading heights.
   bool generate_next(bool ahead, PatchUpload& upload, Status& status);
   // Makes the coarsest vertices of a patch that has none, where the pool keeps room for those of all patches.
-  // False: none lacks any, or there is no room. status: errors of reading heights.
-  bool generate_base(PatchUpload& upload, Status& status);
+  // False: none lacks any, or there is no room. status: errors of reading heights. most: of fresh parts,
+  // counted down; with 0 left they wait.
+  bool generate_base(PatchUpload& upload, Status& status, std::uint32_t& most);
+  bool generate_base(PatchUpload& upload, Status& status) {
+    std::uint32_t all = 0xffffffffu;
+    return generate_base(upload, status, all);
+  }
   // Makes vertices of a patch up to a level, where there are free pages for them: pool().make_room() first.
   // False: there are not, or status has an error of reading heights; then nothing changed.
   bool make_resident(PatchId patch, int level, PatchUpload& upload, Status& status) {
@@ -175,6 +184,7 @@ class Residency {
     PatchId ahead = 0;
     PatchId base = 0;
     std::uint32_t ahead_left = 0;  // patches to look at in this frame
+    std::uint32_t fresh = 0;       // fresh_parts()
     std::size_t stale = 0;         // words of stale and reshaded before it are 0
     std::size_t plain = 0;         // words of plain before it are 0
   };

@@ -16,22 +16,29 @@ std::uint64_t mix(std::uint64_t hash, std::uint64_t word) {
   return (hash ^ word) * 0x100000001b3u;
 }
 
-// A cascade as a part's octree sees it. What floats lose of planes' offsets only makes more cast.
+// A cascade as a part's octree sees it.
 Cascade seen_from(const WorldPart& part, const Cascade& cascade) {
   if (part.corner == glm::ivec3(0)) return cascade;
-  constexpr double kRounding = 0x1p-19;
   Cascade moved = cascade;
   moved.eye.voxel -= part.corner;
-  const glm::dvec3 corner = glm::dvec3(part.corner) * double{kStepsPerVoxel};
-  for (Plane& plane : moved.frustum.planes) {
+  moved.frustum = frustum_from(part.corner, cascade.frustum);
+  return moved;
+}
+
+}  // namespace
+
+Frustum frustum_from(glm::ivec3 corner_voxels, const Frustum& frustum) {
+  if (corner_voxels == glm::ivec3(0)) return frustum;
+  constexpr double kRounding = 0x1p-19;
+  Frustum moved = frustum;
+  const glm::dvec3 corner = glm::dvec3(corner_voxels) * double{kStepsPerVoxel};
+  for (Plane& plane : moved.planes) {
     const double offset = double{plane.offset} + glm::dot(glm::dvec3(plane.normal), corner);
     plane.offset = static_cast<float>(
         offset + (std::abs(offset) + std::abs(double{plane.offset}) + glm::length(corner)) * kRounding);
   }
   return moved;
 }
-
-}  // namespace
 
 Status ShadowCasters::create(const Config& config, Arena& arena) {
   next_ = lacking_ = 0;

@@ -16,6 +16,10 @@
 
 namespace karst::core {
 
+// Of a shadow map, as what begins at a corner sees it, voxels from the world's. What floats lose of planes'
+// offsets only makes more cast.
+Frustum frustum_from(glm::ivec3 corner_voxels, const Frustum& frustum);
+
 class ShadowCasters {
  public:
   struct Result {

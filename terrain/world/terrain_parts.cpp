@@ -47,7 +47,12 @@ Status TerrainParts::load(const WorldReader& opened) {
 Status TerrainParts::attach(const Status& loaded) {
   ground.detach();
   imagery.detach();
-  isosurface.attach(world.field());
+  FieldRegion region;
+  if (const int part = world.field_part(); part >= 0) {
+    region.corner = world.field_corner();
+    region.column = std::int64_t{kStepsPerVoxel} << world.ground().lattice_size;
+  }
+  isosurface.attach(world.field(), region);
   const Status attached = residency.attach(world);
   for (ViewState& view : views_of(world.config().max_views)) view.attach(world);
   return loaded.ok() ? attached : loaded;

@@ -126,8 +126,8 @@ LatticeBox World::box() const {
   bool any = ground().exists();
   LatticeBox all = any ? ground_box(ground()) : LatticeBox();
   if (field_.exists()) {
-    const glm::ivec3 low = field_.info().corner * kStepsPerVoxel;
-    const LatticeBox box{low, low + field_.info().size_steps()};
+    const glm::ivec3 low = field_corner() * kStepsPerVoxel + field_.info().low_steps();
+    const LatticeBox box{low, low + field_.info().drawn_steps()};
     all = any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
     any = true;
   }
@@ -209,7 +209,7 @@ void World::unload() {
 }
 
 bool World::is_settled(std::size_t part) const {
-  return queues_[part].left() == 0 && !skies_[part].is_behind();
+  return is_staged(part) || (queues_[part].left() == 0 && !skies_[part].is_behind());
 }
 
 bool World::is_settled() const {
@@ -222,7 +222,7 @@ bool World::is_settled() const {
 std::uint32_t World::free_patches() const {
   std::uint32_t used = 0;
   if (!is_editable()) return 0;
-  for (std::size_t n = 0; n < part_count_; ++n) used += tables_[n].size();
+  for (std::size_t n = 0; n < part_count_; ++n) used += is_staged(n) ? 0 : tables_[n].size();
   return patch_slots_ - used;
 }
 
@@ -349,11 +349,12 @@ void World::place_parts() {
     skies_[n].set_least_cell(one ? 0 : sky_atlas_.places[n].grid.cell_log2);
     part.corner = spare ? glm::ivec3(0) : octrees[n].corner;
     part.extent = spare ? info_.extent : octrees[n].extent;
-    part.octree = &octrees_[n];
-    part.tree = &trees_[n];
-    part.occluders = &occluders_[n];
-    part.sky = &skies_[n];
-    part.rim = &rims_[n];
+    Nothing& nothing = state_.nothing;
+    part.octree = spare ? &nothing.octree : &octrees_[n];
+    part.tree = spare ? &nothing.tree : &trees_[n];
+    part.occluders = spare ? &nothing.occluders : &occluders_[n];
+    part.sky = spare ? &nothing.sky : &skies_[n];
+    part.rim = spare ? &nothing.rim : &rims_[n];
   }
 }
 
@@ -375,23 +376,23 @@ Status World::load_parts() {
   std::size_t eights = 0;
   for (std::size_t n = 0; n < part_count_; ++n) {
     WorldPart& part = parts_[n];
-    set_spans(n);
+    set_spans(part);
     if (const Status status = trees_[n].build(part.surface, part.bounds); !status.ok()) return status;
     const std::size_t count = PatchBoxes::count_for(part.patches());
     fill_patch_boxes(part.surface, part.bounds, 0, part.patches(),
                      blocks_.patch_boxes.subspan(eights, count));
     eights += count;
     if (state_.spares && n >= ground_.regions().size()) continue;
-    occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
+    const bool is_field = ground_.region_count > 0 && ground_.regions()[n].is_field();
+    if (!is_field) occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
     skies_[n].build(octrees_[n], part.extent, ground_.region_count > 0);
-    if (ground_.region_count > 0) measure_belt(part, ground_.region_list[n]);
+    if (ground_.region_count > 0 && !is_field) measure_belt(part, ground_.region_list[n]);
   }
   return load_heights();
 }
 
 // Of arrays by patch, those of a part.
-void World::set_spans(std::size_t n) {
-  WorldPart& part = parts_[n];
+void World::set_spans(WorldPart& part) const {
   part.bounds = part.of(std::span<const PatchBounds>(blocks_.bounds.first(patch_slots_)));
   part.cones = part.of(std::span<const NormalCone>(blocks_.cones.first(patch_slots_)));
   part.shading_cones = part.of(std::span<const NormalCone>(blocks_.shading_cones.first(patch_slots_)));
@@ -419,6 +420,7 @@ Status World::load_surface() {
   }
   for (std::size_t n = 0; n < part_count_ && ground_.region_count > 0; ++n) {
     const GroundRegion& region = ground_.regions()[n];
+    if (region.is_field()) continue;
     if (const Status status = rims_[n].build(region, ground_.lattice_size, parts_[n].surface); !status.ok())
       return status;
     if (rims_[n].edges().size() != region.rim_edges)
@@ -429,6 +431,7 @@ Status World::load_surface() {
 
 Status World::extract_part(std::size_t n) {
   const WorldPart& part = parts_[n];
+  if (ground_.region_count > 0 && ground_.regions()[n].is_field()) return {};
   const Counts slots = slot_counts(n);
   ExtractSurface extract;
   extract.octree = &octrees_[n];
@@ -579,12 +582,12 @@ void World::spread_heights() {
 }
 
 World::Editable World::edit(std::size_t n) {
-  KARST_ASSERT(state_.editable && n < part_count_);
-  const WorldPart& part = parts_[n];
+  KARST_ASSERT(state_.editable && (n < part_count_ || is_staged(n)));
+  const WorldPart& part = this->part(n);
   const std::size_t values = level_error_values(info_.level);
   Editable all;
   all.extent = part.extent;
-  all.mirrors = ground_.region_count > 0;
+  all.mirrors = ground_.region_count > 0 || is_staged(n);
   all.first = part.first;
   all.octree = &octrees_[n];
   all.slots = &slots_[n];

@@ -221,6 +221,19 @@ class World {
   // The samples of its isosurface; load() leaves it without one.
   const FieldBlocks& field() const { return field_; }
   FieldBlocks& field() { return field_; }
+  // By block: the part of a step of UndoLog that kept it last; empty where Config::undo_bytes is 0.
+  std::span<std::uint32_t> field_kept() { return blocks_.field_kept; }
+  // Which part it is, of a field in a ground, or -1; and where that part begins, else 0.
+  int field_part() const {
+    for (std::size_t n = 0; field_.info().in_region && n < ground_.regions().size(); ++n) {
+      if (ground_.regions()[n].is_field()) return static_cast<int>(n);
+    }
+    return -1;
+  }
+  glm::ivec3 field_corner() const {
+    const int part = field_part();
+    return part < 0 ? glm::ivec3(0) : parts_[static_cast<std::size_t>(part)].corner;
+  }
 
   // --- Edits (terrain/edit)
 
@@ -295,7 +308,7 @@ class World {
   };
   // Where Config::edit_patches is not 0 and a world with voxels is loaded, or a ground that can be dug.
   bool is_editable() const { return state_.editable; }
-  // Precondition: is_editable(), part < parts().size().
+  // Precondition: is_editable(), part < parts().size() or is_staged(part).
   Editable edit(std::size_t part);
   // Regions that may still be made.
   std::size_t spare_regions() const {
@@ -318,11 +331,18 @@ class World {
   };
   // Precondition: spare_regions() > 0.
   Spare spare();
-  // A part as edit() gives it, of what was made in a spare's memory: surface, heights, measures for the time
-  // being, rim. region: with counts, extent, depth, first node and height of its corner.
-  void open_region(const GroundRegion& region);
-  // Takes the last one away, which was made: it is a spare again. Whoever made it empties its memory.
-  void close_region();
+  // A region that is under way in a spare's memory: edit() has it, and nobody else knows of it. Of surface
+  // and rim that were made there; with counts, extent, depth, first node and place of its corner.
+  void stage_region(const GroundRegion& region);
+  // Boxes, tree, rock that hides and sky of what is staged, from its heights and measures.
+  void build_staged();
+  // What is staged is the last of parts() from now on.
+  void open_region();
+  // It is a spare again. Whoever made it empties its memory.
+  void unstage_region();
+  bool is_staged(std::size_t part) const { return state_.staged.exists && part == ground_.regions().size(); }
+  // Of parts(), or what is staged.
+  const WorldPart& part(std::size_t n) const { return is_staged(n) ? state_.staged.part : parts_[n]; }
   // Whether measures or the sky are still to follow edits (terrain/edit/settle.h), of a part and of all.
   bool is_settled(std::size_t part) const;
   bool is_settled() const;
@@ -367,6 +387,7 @@ class World {
     std::span<std::byte> paint;
     std::span<std::uint32_t> paint_kept;
     FieldBlocks::Storage field;
+    std::span<std::uint32_t> field_kept;
 
     template <class Visit>
     void each_block(const Config& config, Visit&& visit) {
@@ -397,6 +418,7 @@ class World {
       const auto blocks = [](std::size_t texels) { return (texels + Paint::kBlock - 1) / Paint::kBlock; };
       visit(Consumer::edits, width > 0 ? blocks(width) * blocks(depth) + 1 : 0, paint_kept);
       field.each_block(config, visit);
+      visit(Consumer::fields, config.undo_bytes > 0 ? config.field_blocks : 0, field_kept);
     }
   };
 
@@ -427,7 +449,7 @@ class World {
   static constexpr std::size_t kMostOccluderWords = 131'072;
   // Of an edit's new octree, beside the old one, along the ways to a few voxels.
   static constexpr std::uint32_t kEditPathOctets = 64;
-  void set_spans(std::size_t part);
+  void set_spans(WorldPart& part) const;
   Status extract_part(std::size_t n);
   void place_slots();
   void place_parts();
@@ -461,7 +483,23 @@ class World {
   SkyAtlas sky_atlas_;
   std::array<MeasureQueue, kMostRegions> queues_;
   FieldBlocks field_;
+  // What edit() has and parts() do not.
+  struct Staged {
+    bool exists = false;
+    WorldPart part;
+    GroundRegion region;
+  };
+  // What a part refers to whose region is not there.
+  struct Nothing {
+    Octree octree;
+    BoundsTree tree;
+    Occluders occluders;
+    SkyVisibility sky;
+    RegionRim rim;
+  };
   struct State {
+    Staged staged;
+    Nothing nothing;
     bool editable = false;
     bool spares = false;            // regions may be made
     std::size_t file_regions = 0;   // where they may: those of the file

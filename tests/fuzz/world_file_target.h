@@ -100,6 +100,8 @@ inline void fuzz_world_reader(std::span<const std::byte> file, const WorldPatche
 struct FuzzedField {
   std::vector<std::uint32_t> table;
   std::vector<std::byte> samples;
+  std::vector<std::uint32_t> material_table;
+  std::vector<std::uint8_t> materials;
   FieldBlocks blocks;
 
   void read(const WorldReader& reader) {
@@ -107,9 +109,12 @@ struct FuzzedField {
     if (!info.exists()) return;
     table.resize(info.table_blocks());
     samples.resize(FieldBlocks::kBlockBytes * info.stored * static_cast<std::size_t>(info.sample_bits / 8));
-    blocks.create({table, samples});
+    if (info.has_materials) material_table.resize(info.table_blocks());
+    materials.resize(FieldBlocks::kBlockBytes * std::size_t{info.material_blocks});
+    blocks.create({table, samples, material_table, materials});
     promise(reader.read_field(blocks).ok() && blocks.info() == info);
     promise(blocks.with([](const auto& f) { return f.free_blocks(); }) == 0);
+    promise(blocks.materials().exists() == info.has_materials && blocks.materials().free_blocks() == 0);
   }
 };
 

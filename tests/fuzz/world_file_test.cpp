@@ -186,6 +186,29 @@ TEST(WorldFileFuzz, FieldFlipped) {
   EXPECT_GT(tally.octree, 33 * 8);
 }
 
+// Its materials: how many blocks have some, which, and a part of theirs.
+TEST(WorldFileFuzz, FieldMaterialsFlipped) {
+  const std::vector<std::byte> seed = seed_worlds()[7];
+  EXPECT_EQ(fuzz_world_file(seed), Reached::octree);
+  const std::span<const std::byte> section = section_of(seed, "FELD");
+  const std::size_t fillings = 64 + 3 + 4096;
+  ASSERT_EQ(section.size(), fillings + 3 + 4096);
+  const auto first = static_cast<std::size_t>(section.data() - seed.data());
+  Tally header, codes;
+  const auto flip = [&](std::size_t bit, Tally& tally) {
+    std::vector<std::byte> file = seed;
+    file[bit / 8] ^= static_cast<std::byte>(1u << bit % 8);
+    fix_checksums(file);
+    tally.add(fuzz_world_file(file));
+  };
+  for (std::size_t bit = (first + 40) * 8; bit < (first + 64) * 8; ++bit) flip(bit, header);
+  EXPECT_EQ(header.octree, 0);
+  for (std::size_t bit = (first + fillings) * 8; bit < (first + fillings + 60) * 8; ++bit) flip(bit, codes);
+  // There are two materials: most other codes are of those that are not there.
+  EXPECT_GT(codes.rejected, 200);
+  EXPECT_GT(codes.octree, 50);
+}
+
 // Numbers that mean something, in every field of the sections of materials, overrides and lights.
 TEST(WorldFileFuzz, InterestingNumbersInMaterials) {
   std::vector<std::uint32_t> values;

@@ -207,6 +207,84 @@ TEST_F(Edits, StepsAreTakenBackAndDoneAgain) {
   EXPECT_EQ(editor_->undo_state().lost_steps, 0u);
 }
 
+// A long stroke is taken back in pieces: frames and queries between them see some of its edits whole, and in
+// the end the world is what it was. What comes in between finishes it first.
+TEST_F(Edits, ALongStrokeIsTakenBackInPieces) {
+  begin();
+  const Hit at = middle();
+  const std::vector<std::byte> intact = saved();
+  EditResult result;
+  constexpr int kEdits = 8;
+  std::vector<double> distances = {at.distance};
+  editor_->begin_stroke();
+  for (int n = 0; n < kEdits; ++n) {
+    Edit edit;
+    edit.place = {at.place.x + n - 4, at.place.y, at.place.z};
+    edit.radius_m = 1.5 + 0.25 * n;
+    ASSERT_TRUE(editor_->apply(edit, result).ok());
+    ASSERT_TRUE(result.changed);
+    distances.push_back(middle().distance);
+  }
+  editor_->end_stroke();
+  const std::vector<std::byte> dug = saved();
+  EXPECT_FALSE(editor_->undo_state().is_taking);
+  for (int n = kEdits; n-- > 0;) {
+    EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
+    const std::uint64_t version = result.version;
+    ASSERT_TRUE(editor_->undo(result, 0).ok());
+    EXPECT_TRUE(result.changed);
+    EXPECT_EQ(result.version, version + 1);
+    EXPECT_EQ(editor_->undo_state().is_taking, n > 0);
+    ASSERT_EQ(middle().distance, distances[static_cast<std::size_t>(n)]);
+  }
+  EXPECT_EQ(editor_->undo_state().undo_steps, 0u);
+  EXPECT_TRUE(saved() == intact);
+  for (int n = 1; n <= 3; ++n) {
+    ASSERT_TRUE(editor_->redo(result, 0).ok());
+    EXPECT_EQ(middle().distance, distances[static_cast<std::size_t>(n)]);
+  }
+  EXPECT_TRUE(editor_->undo_state().is_taking);
+  EXPECT_EQ(editor_->undo_state().redo_steps, 1u);
+  // Saving does the rest first; the other way is all of it and back.
+  EXPECT_TRUE(saved() == dug);
+  EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
+  ASSERT_TRUE(editor_->undo(result, 0).ok());
+  ASSERT_TRUE(editor_->redo(result).ok());
+  EXPECT_EQ(editor_->undo_state().redo_steps, 0u);
+  EXPECT_TRUE(saved() == dug);
+}
+
+// What an edit changes is its result; what was left of a step is told afterwards.
+TEST_F(Edits, AnEditFinishesAStep) {
+  begin();
+  const Hit at = middle();
+  EditResult result;
+  editor_->begin_stroke();
+  for (int n = 0; n < 4; ++n) {
+    Edit edit;
+    edit.place = {at.place.x + 2 * n, at.place.y, at.place.z};
+    edit.radius_m = 1.5;
+    ASSERT_TRUE(editor_->apply(edit, result).ok());
+  }
+  editor_->end_stroke();
+  ASSERT_TRUE(editor_->undo(result, 0).ok());
+  ASSERT_TRUE(editor_->undo_state().is_taking);
+  Edit small;
+  small.place = at.place;
+  small.radius_m = 1.2;
+  ASSERT_TRUE(editor_->apply(small, result).ok());
+  EXPECT_TRUE(result.changed);
+  EXPECT_LT(result.high.x, at.place.x + 4);
+  ASSERT_TRUE(editor_->is_pending());
+  editor_->advance(result);
+  EXPECT_TRUE(result.changed);
+  EXPECT_GT(result.high.x, at.place.x + 5);
+  EXPECT_FALSE(editor_->is_pending());
+  EXPECT_EQ(editor_->undo_state().undo_steps, 1u);
+  EXPECT_EQ(editor_->undo_state().redo_steps, 0u);
+  EXPECT_FALSE(editor_->undo_state().is_taking);
+}
+
 // A stroke of dabs on heights of patches: seen, asked, taken back and done again.
 TEST_F(Edits, HeightsOfPatchesAreOneStroke) {
   begin();

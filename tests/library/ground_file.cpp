@@ -166,6 +166,24 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const T
   return with_tiles(ground, writer, images);
 }
 
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels,
+                                   const FieldBlocks& field, std::uint32_t rim_edges) {
+  core::WorldInfo info = voxels.info();
+  info.level = 1;
+  info.volumes = info.patches = info.height_blocks = 0;
+  WorldWriter writer;
+  writer.info = info;
+  writer.octree = &voxels.octree();
+  writer.field = &field;
+  writer.ground.info = ground.info();
+  GroundRegion& region = writer.ground.info.region_list[0];
+  region.extent = info.extent;
+  region.depth = info.depth;
+  region.octets = info.octets;
+  region.rim_edges = rim_edges;
+  return with_tiles(ground, writer);
+}
+
 MemoryGround::Heights rough_heights() {
   return [](std::int64_t i, std::int64_t k) {
     const double x = double(i), z = double(k);

@@ -37,6 +37,11 @@ std::vector<std::byte> ground_file(const MemoryGround& ground, std::span<const T
                                    const GroundImages& images = {},
                                    const core::WorldMaterials& materials = core::WorldMaterials());
 
+// The same of a region whose surface is a field's; the voxels are what its sky is seen of. rim_edges: room
+// for those of its rim.
+std::vector<std::byte> ground_file(const MemoryGround& ground, const TestWorld& voxels,
+                                   const core::FieldBlocks& field, std::uint32_t rim_edges);
+
 // Ridges and valleys up to 60 m over 600 x 480 samples of 10 m, rough by up to a metre.
 MemoryGround::Heights rough_heights();
 MemoryGround rough_ground();

@@ -89,7 +89,7 @@ void RegionHostTest::look_for_holes(const std::vector<std::byte>& file, const Re
             << frame << ' ' << deferred << ' ' << bytes << ": " << look.eye.x << ' ' << look.eye.y << ' '
             << look.eye.z << " to " << look.target.x << ' ' << look.target.y << ' ' << look.target.z
             << " error " << shown.error_px;
-        with_patches += costs(*renderer_).patches_drawn > 0 ? 1 : 0;
+        with_patches += costs(*renderer_).patches_drawn + costs(*renderer_).blocks_drawn > 0 ? 1 : 0;
       }
       EXPECT_GT(with_patches, each / 2);
       EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});

@@ -390,9 +390,24 @@ std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
   return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-TEST(Isosurface, RandomFieldsInMixedResolutionsAreClosed) {
-  constexpr int kSide = 128;
+constexpr int kRandomSide = 128;
+
+Blocks random_blocks(std::mt19937& random) {
   constexpr int kTop = 2;
+  Blocks tree(kRandomSide, kTop);
+  std::uniform_int_distribution<int> place(0, kRandomSide / kIsoCells - 1), count(0, 6);
+  for (int n = count(random); n > 0; --n) {
+    const int x = place(random), y = place(random), z = place(random);
+    const int level = 1 + static_cast<int>(random() % kTop);
+    const glm::ivec3 at = glm::ivec3(x, y, z) * kIsoCells;
+    tree.divide(at / Blocks::width(level) * Blocks::width(level), level);
+  }
+  tree.settle();
+  return tree;
+}
+
+TEST(Isosurface, RandomFieldsInMixedResolutionsAreClosed) {
+  constexpr int kSide = kRandomSide;
   const std::uint64_t wanted = number_from("KARST_BLOCKS", 400);
   // A long run divides each field in several ways, and has no more noise, whose meshes are 20 times as large,
   // once it has had so many blocks of it.
@@ -410,16 +425,8 @@ TEST(Isosurface, RandomFieldsInMixedResolutionsAreClosed) {
     OwnField own(glm::ivec3(kSide / Field::kBlock + 1));
     fill_random(own, kind, seed, random);
     ++fields;
-    std::uniform_int_distribution<int> place(0, kSide / kIsoCells - 1), count(0, 6);
     for (std::uint64_t division = 0; division < divisions; ++division) {
-      Blocks tree(kSide, kTop);
-      for (int n = count(random); n > 0; --n) {
-        const int x = place(random), y = place(random), z = place(random);
-        const int level = 1 + static_cast<int>(random() % kTop);
-        const glm::ivec3 at = glm::ivec3(x, y, z) * kIsoCells;
-        tree.divide(at / Blocks::width(level) * Blocks::width(level), level);
-      }
-      tree.settle();
+      const Blocks tree = random_blocks(random);
       mesh.triangles.clear();
       mesh.blocks.clear();
       extract(own.field, tree, mesh);
@@ -457,6 +464,34 @@ TEST(Isosurface, RandomFieldsInMixedResolutionsAreClosed) {
   // By chance alone, in noise.
   EXPECT_LE(sum.flat, 1 + triangles / 1'000'000);
   EXPECT_LE(sum.repeated, sum.edges / 1'000'000);
+}
+
+// Fields and blocks, of the random ones, in which three vertices of a thin transition cell lie on a line
+// unless places on sides of blocks keep them apart (kLineSteps in extract_block.cpp).
+TEST(Isosurface, ThinTransitionCellsHaveNoFlatTriangles) {
+  std::uint64_t thin = 0;
+  Mesh mesh;
+  // With 532 two vertices made way to the same place (kMovedSteps).
+  for (const std::uint32_t seed : {46u, 104u, 112u, 118u, 532u}) {
+    std::mt19937 random(seed);
+    OwnField own(glm::ivec3(kRandomSide / Field::kBlock + 1));
+    fill_random(own, 1, seed, random);
+    for (int division = 0; division < (seed == 532 ? 9 : 7); ++division) {
+      const Blocks tree = random_blocks(random);
+      mesh.triangles.clear();
+      mesh.blocks.clear();
+      extract(own.field, tree, mesh);
+      const Closed closed = check_closed(mesh, kRandomSide);
+      EXPECT_EQ(closed.unmatched, 0u) << seed << " " << division;
+      EXPECT_EQ(closed.flat, 0u) << seed << " " << division;
+      EXPECT_EQ(closed.repeated, 0u) << seed << " " << division;
+      for (const Mesh::Triangle& t : mesh.triangles) {
+        for (int axis = 0; axis < 3 && t.transition; ++axis)
+          thin += t.at[0][axis] == t.at[1][axis] && t.at[0][axis] == t.at[2][axis];
+      }
+    }
+  }
+  EXPECT_GT(thin, 500u);
 }
 
 // --- Against surfaces that are known

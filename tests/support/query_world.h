@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -70,6 +71,7 @@ class TriangleSoup {
   // displaced: else the patches as they are without heights.
   TriangleSoup(const TestWorld& world, int level, bool displaced = true);
   TriangleSoup(const Surface& surface, const Heights& heights, int level);
+  explicit TriangleSoup(std::vector<SoupTriangle> triangles) : triangles_(std::move(triangles)) {}
 
   std::span<const SoupTriangle> triangles() const { return triangles_; }
 

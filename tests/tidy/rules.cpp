@@ -82,11 +82,12 @@ struct Floor {
 };
 // Folders of the core, lowest first: each includes from those before it.
 constexpr string_view kCore[] = {
-    "terrain/base",       "terrain/basis",   "terrain/field",    "terrain/surface", "terrain/patch",
-    "terrain/isosurface", "terrain/measure", "terrain/resident", "terrain/view",    "terrain/motion",
-    "terrain/cull",       "terrain/lod",     "terrain/ground",   "terrain/paging",  "terrain/draw",
-    "terrain/nodes",      "terrain/blocks",  "terrain/regions",  "terrain/imagery", "terrain/shadow",
-    "terrain/shading",    "terrain/query",   "terrain/file",     "terrain/world",   "terrain/edit"};
+    "terrain/base",   "terrain/basis",      "terrain/procedural", "terrain/field",    "terrain/surface",
+    "terrain/patch",  "terrain/isosurface", "terrain/measure",    "terrain/resident", "terrain/view",
+    "terrain/motion", "terrain/cull",       "terrain/lod",        "terrain/ground",   "terrain/paging",
+    "terrain/draw",   "terrain/nodes",      "terrain/blocks",     "terrain/regions",  "terrain/imagery",
+    "terrain/shadow", "terrain/shading",    "terrain/query",      "terrain/file",     "terrain/world",
+    "terrain/edit"};
 
 std::vector<Floor> make_floors() {
   std::vector<Floor> floors = {{"include", {"karst"}}};

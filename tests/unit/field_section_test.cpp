@@ -20,9 +20,22 @@ namespace karst::core {
 namespace {
 
 struct OwnField {
-  explicit OwnField(std::size_t blocks, std::size_t samples)
+  // codes: blocks of materials; less than 0: there is no room for any.
+  explicit OwnField(std::size_t blocks, std::size_t samples, int codes = -1)
       : table(blocks), bytes(samples * FieldBlocks::kBlockBytes) {
-    field.create({table, bytes});
+    if (codes >= 0) {
+      material_table.resize(blocks);
+      materials.resize(static_cast<std::size_t>(codes) * FieldBlocks::kBlockBytes);
+    }
+    field.create({table, bytes, material_table, materials});
+  }
+  // Two blocks of several materials, and one of one.
+  void fill_materials() {
+    for (int n = 0; n < 4096; ++n) {
+      field.materials().open({0, 0, 0})[static_cast<std::size_t>(n)] = static_cast<std::uint8_t>(n % 225);
+      field.materials().open({2, 1, 0})[static_cast<std::size_t>(n)] = static_cast<std::uint8_t>(n / 1024);
+    }
+    field.materials().fill({1, 1, 1}, 100);
   }
   // A ball in the lower left, air elsewhere, and a block of stone.
   void fill(int bits) {
@@ -59,6 +72,8 @@ struct OwnField {
 
   std::vector<std::uint32_t> table;
   std::vector<std::byte> bytes;
+  std::vector<std::uint32_t> material_table;
+  std::vector<std::uint8_t> materials;
   FieldBlocks field;
 };
 
@@ -144,7 +159,8 @@ TEST(FieldSection, NeedsRoom) {
 }
 
 // What feeding all of a section, in pieces of a length, comes to.
-field_section::Fault fault_of(const std::vector<std::byte>& section, std::size_t piece, FieldBlocks* out) {
+field_section::Fault fault_of(const std::vector<std::byte>& section, std::size_t piece, FieldBlocks* out,
+                              std::uint32_t materials = 8) {
   FieldInfo info;
   const auto all = std::span(section);
   field_section::Fault fault = field_section::decode_header(all.first(64), info);
@@ -152,7 +168,7 @@ field_section::Fault fault_of(const std::vector<std::byte>& section, std::size_t
   if (out != nullptr) {
     EXPECT_TRUE(out->reset(info).ok());
   }
-  field_section::Decode decode(info, out);
+  field_section::Decode decode(info, materials, out);
   for (std::size_t at = 64; at < all.size() && fault.what == nullptr; at += piece)
     fault = decode.feed(all.subspan(at, std::min(piece, all.size() - at)));
   return fault.what == nullptr ? decode.finish() : fault;
@@ -190,7 +206,9 @@ TEST(FieldSection, RefusesWhatContradictsItself) {
                {with(32, 2, 4), 64 + 11},      // stored: more than the kinds have
                {with(32, 0, 4), 64 + 0},       // stored: fewer
                {with(36, -1, 4), 36},          // reach_cells: NaN
-               {with(60, 1, 4), 40},           // reserved
+               {with(40, 2, 4), 40},           // has_materials: neither 0 nor 1
+               {with(44, 1, 4), 44},           // material_blocks, without has_materials
+               {with(60, 1, 4), 48},           // reserved
                {with(64 + 5, 3, 1), 64 + 5},   // a block of no kind
                {with(64 + 5, 2, 1), 64 + 5}};  // one block of samples more
   for (const auto& c : cases) {
@@ -208,6 +226,84 @@ TEST(FieldSection, RefusesWhatContradictsItself) {
   std::vector<std::byte> more = good;
   more.push_back(std::byte{0});
   EXPECT_STREQ(fault_of(more, more.size(), nullptr).what, "bytes follow the last block");
+}
+
+int different_codes(const FieldBlocks& a, const FieldBlocks& b) {
+  const glm::ivec3 size = a.info().blocks * 16;
+  int differ = 0;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) differ += a.materials().at({x, y, z}) != b.materials().at({x, y, z});
+    }
+  }
+  return differ;
+}
+
+TEST(FieldSection, HoldsMaterials) {
+  for (const int bits : {8, 16}) {
+    OwnField own(12, 24, 3), read(12, 4, 2), none(12, 4), few(12, 4, 1);
+    own.fill(bits);
+    const std::vector<std::byte> without = encoded(own.field);
+    EXPECT_FALSE(field_section::info_of(own.field).has_materials);  // all is by rules
+    own.fill_materials();
+    const std::vector<std::byte> section = encoded(own.field);
+    const FieldInfo info = field_section::info_of(own.field);
+    EXPECT_TRUE(info.has_materials);
+    EXPECT_EQ(info.material_blocks, 2u);
+    EXPECT_EQ(section.size(), without.size() + 12 + 2 * 4096);
+    EXPECT_TRUE(std::equal(without.begin() + 64, without.end(), section.begin() + 64));
+    for (const std::size_t piece : {std::size_t{1}, std::size_t{4097}, section.size()}) {
+      EXPECT_EQ(fault_of(section, piece, &read.field).what, nullptr);
+      expect_equal(own.field, read.field);
+      EXPECT_EQ(different_codes(own.field, read.field), 0);
+    }
+    EXPECT_EQ(encoded(read.field), section);
+    EXPECT_EQ(read.field.materials().at({16, 16, 16}), 100);
+    // They go with the field: where there was one, there is none.
+    EXPECT_EQ(fault_of(without, without.size(), &read.field).what, nullptr);
+    EXPECT_EQ(read.field.materials().at({16, 16, 16}), 0);
+
+    FieldInfo needed;
+    ASSERT_EQ(field_section::decode_header(std::span(section).first(64), needed).what, nullptr);
+    EXPECT_STREQ(none.field.reset(needed).field(), "field_material_blocks");
+    EXPECT_STREQ(few.field.reset(needed).field(), "field_material_blocks");
+  }
+}
+
+TEST(FieldSection, RefusesMaterialsThatContradictThemselves) {
+  OwnField own(12, 24, 3);
+  own.fill(8);
+  const std::size_t fillings = encoded(own.field).size();
+  own.fill_materials();
+  const std::vector<std::byte> good = encoded(own.field);
+  const std::size_t codes = fillings + 12;
+  const auto fault_with = [&](std::size_t at, std::uint8_t value, std::uint32_t materials = 8) {
+    std::vector<std::byte> bad = good;
+    bad[at] = static_cast<std::byte>(value);
+    return fault_of(bad, bad.size(), nullptr, materials).offset;
+  };
+  EXPECT_EQ(fault_of(good, good.size(), nullptr).what, nullptr);
+  EXPECT_EQ(fault_with(fillings + 4, 225), fillings + 4);  // no code
+  EXPECT_EQ(fault_with(fillings + 4, 255), fillings + 5);  // a third block: one more than stated
+  EXPECT_EQ(fault_with(fillings + 5, 0), fillings + 11);   // one less
+  EXPECT_EQ(fault_with(codes + 4100, 225), codes + 4096);  // no code, in the second block
+  EXPECT_EQ(fault_with(44, 1), fillings + 5);              // material_blocks
+  EXPECT_EQ(fault_with(44, 13), 44u);
+  // Of a world with fewer materials: 100 is a mix of the sixth and another.
+  EXPECT_EQ(fault_of(good, good.size(), nullptr, 7).offset, codes);
+  EXPECT_EQ(fault_of(good, good.size(), nullptr, 3).offset, fillings + 10);
+  // What has none says so in its header.
+  std::vector<std::byte> none(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(codes));
+  std::fill(none.begin() + static_cast<std::ptrdiff_t>(fillings), none.end(), std::byte{0});
+  none[44] = std::byte{0};
+  EXPECT_EQ(fault_of(none, none.size(), nullptr).offset, fillings + 11);
+  std::vector<std::byte> alike = good;
+  std::fill(alike.begin() + static_cast<std::ptrdiff_t>(codes),
+            alike.begin() + static_cast<std::ptrdiff_t>(codes + 4096), std::byte{3});
+  EXPECT_EQ(fault_of(alike, alike.size(), nullptr).offset, codes);
+  std::vector<std::byte> cut = good;
+  cut.pop_back();
+  EXPECT_STREQ(fault_of(cut, cut.size(), nullptr).what, "the samples end early");
 }
 
 TEST(FieldSection, ADamagedFileIsNotRead) {

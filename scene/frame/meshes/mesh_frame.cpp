@@ -21,10 +21,13 @@ Status MeshFrame::run(std::span<const ViewRequest> requests, double work_ms, boo
   Isosurface& isosurface = terrain_->isosurface;
   std::array<BlockEye, kMostViews> eyes;
   std::array<ErrorScale, kMostViews> scales;
+  std::array<Camera, kMostViews> cameras;  // as its region sees them
   for (std::size_t v = 0; v < requests.size(); ++v) {
     const ViewRequest& request = requests[v];
-    scales[v] = make_error_scale(*request.camera, request.width_px, request.height_px, request.lod.error_px);
-    eyes[v] = {make_lod_eye(*request.camera, scales[v].least_cos2), scales[v].steps_per_step};
+    cameras[v] = *request.camera;
+    cameras[v].voxel -= terrain_->world.field_corner();
+    scales[v] = make_error_scale(cameras[v], request.width_px, request.height_px, request.lod.error_px);
+    eyes[v] = {make_lod_eye(cameras[v], scales[v].least_cos2), scales[v].steps_per_step};
     // All of it at its finest.
     if (request.lod.mode == LodMode::full) eyes[v].steps_per_step = std::numeric_limits<float>::infinity();
   }
@@ -62,7 +65,7 @@ Status MeshFrame::run(std::span<const ViewRequest> requests, double work_ms, boo
   }
   costs.generate_ms += ms_since(makes);
   for (std::size_t v = 0; v < requests.size(); ++v) {
-    const Frustum frustum = make_frustum(*requests[v].camera);
+    const Frustum frustum = make_frustum(cameras[v]);
     lists_[v] = isosurface.list(v, requests[v].frustum_culling ? &frustum : nullptr);
     bounds_px_[v] = isosurface.bound_px(eyes[v].eye, scales[v].pixels);
   }
@@ -71,7 +74,8 @@ Status MeshFrame::run(std::span<const ViewRequest> requests, double work_ms, boo
 
 Isosurface::List MeshFrame::casters(const Cascade& cascade) const {
   if (!exists()) return {};
-  return terrain_->isosurface.list(terrain_->world.config().max_views, &cascade.frustum);
+  const Frustum frustum = frustum_from(terrain_->world.field_corner(), cascade.frustum);
+  return terrain_->isosurface.list(terrain_->world.config().max_views, &frustum);
 }
 
 }  // namespace karst::core

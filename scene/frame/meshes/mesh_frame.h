@@ -26,6 +26,11 @@ class MeshFrame {
   // missing. Lists what each view draws.
   Status run(std::span<const ViewRequest> requests, double work_ms, bool wait, FrameCosts& costs);
 
+  // A view draws none of it: the ground stands for its region.
+  void leave_out(std::size_t view) {
+    lists_[view] = {};
+    bounds_px_[view] = 0;
+  }
   const Isosurface::List& list(std::size_t view) const { return lists_[view]; }
   // Of a shadow map; the last one's is given up.
   Isosurface::List casters(const Cascade& cascade) const;

@@ -107,6 +107,8 @@ class EditGround {
   // log: null, or with a step open, which then gets what growth was before, without what is `now`.
   // Precondition: it is reserved.
   void grow_region(std::size_t region, const RegionGrowth& growth, UndoLog* log, GroundChange& change);
+  // What it was before grow_region(), which is to be called anew. Precondition: it is reserved.
+  void restore_growth(std::size_t region, const RegionGrowth& growth);
   // A part of the kind region_growth is taken back or done again; what is `now` is to be found anew. Returns
   // the region.
   std::size_t exchange_growth(UndoPart part);

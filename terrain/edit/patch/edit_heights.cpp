@@ -26,6 +26,8 @@
 namespace karst::core {
 namespace {
 
+using simd::Double2;
+
 constexpr double kSteps = kStepsPerVoxel;
 
 Status refuse(const char* what, const char* field) {
@@ -170,83 +172,153 @@ class HeightsEdit {
     return reached;
   }
 
+  // Vertices of a row that the brush reaches; there is room for a last pair, and for displace_line().
+  struct Row {
+    static constexpr std::size_t kRoom = (1 << kMaxLevel) + 4;
+
+    std::size_t count = 0;
+    int i[kRoom];
+    double place[3][kRoom];  // voxels
+    double weight[kRoom];
+    double move[kRoom];  // what is added where the brush has its whole strength, lattice steps
+
+    void take_place(std::size_t n, Double2 (&out)[3]) const {
+      for (int axis = 0; axis < 3; ++axis) out[axis] = simd::load(place[axis] + n);
+    }
+    // The last one again where its pair needs another.
+    void fill_up() {
+      if (count == 0) return;
+      i[count] = i[count - 1];
+      for (double(&axis)[kRoom] : place) axis[count] = axis[count - 1];
+    }
+  };
+
   // A patch's heights after the edit. False: they are as before.
   bool make(PatchId patch, std::span<std::int16_t> out, PatchExtent& extent) const {
     const int side = patch_side(level_);
     const PatchShape shape = PatchShape::make(all_.surface, heights_, level_, patch);
     const glm::dvec3 origin(patch_origin(all_.surface.volume_of(patch)));
-    constexpr int kMostSide = (1 << kMaxLevel) + 1;
-    float x[kMostSide + 3], y[kMostSide + 3], z[kMostSide + 3];
+    Row row;
     extent = {};
     for (int j = 0; j < side; ++j) {
-      displace_line(shape, {0, j, 1, 0}, glm::vec3(0), x, y, z);
-      for (int i = 0; i < side; ++i) {
-        const std::int32_t before = shape.height(i, j);
-        std::int32_t after = before;
-        const glm::dvec3 place = (origin + glm::dvec3(x[i], y[i], z[i])) / kSteps;
-        if (is_within(place)) {
-          if (const double weight = brush_weight(edit_, place); weight > 0)
-            after = rounded(before + weight * move(shape, patch, origin, i, j, before, place));
-        }
-        out[static_cast<std::size_t>(j * side + i)] = static_cast<std::int16_t>(after);
-        if (after != before) extent.add(level_, i, j);
+      std::int16_t* const heights = out.data() + j * side;
+      if (shape.heights == nullptr) {
+        std::fill_n(heights, side, std::int16_t{0});
+      } else {
+        std::copy_n(shape.heights + j * side, side, heights);
+      }
+      reach(shape, origin, j, row);
+      if (row.count == 0) continue;
+      find_moves(shape, patch, origin, j, row);
+      for (std::size_t n = 0; n < row.count; ++n) {
+        const std::int32_t before = heights[row.i[n]];
+        const std::int32_t after = rounded(before + row.weight[n] * row.move[n]);
+        heights[row.i[n]] = static_cast<std::int16_t>(after);
+        if (after != before) extent.add(level_, row.i[n], j);
       }
     }
     return extent.rows.any();
   }
 
-  bool is_within(const glm::dvec3& place) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (!(place[axis] >= box_.low[axis] && place[axis] <= box_.high[axis])) return false;
+  // Vertices of row j with a weight.
+  void reach(const PatchShape& shape, const glm::dvec3& origin, int j, Row& row) const {
+    const int side = patch_side(level_);
+    float line[3][Row::kRoom];
+    displace_line(shape, {0, j, 1, 0}, glm::vec3(0), line[0], line[1], line[2]);
+    row.count = 0;
+    for (int i = 0; i < side; ++i) {
+      int outside = 0;  // without branches
+      row.i[row.count] = i;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double at = (origin[axis] + double{line[axis][i]}) / kSteps;
+        row.place[axis][row.count] = at;
+        outside |= static_cast<int>(at < box_.low[axis]) | static_cast<int>(at > box_.high[axis]);
+      }
+      row.count += static_cast<std::size_t>(1 - outside);
     }
-    return true;
+    row.fill_up();
+    Double2 place[3];
+    for (std::size_t n = 0; n < row.count; n += 2) {
+      row.take_place(n, place);
+      simd::store(row.weight + n, brush_weights(edit_, place));
+    }
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < row.count; ++n) {
+      row.i[kept] = row.i[n];
+      row.weight[kept] = row.weight[n];
+      for (double(&axis)[Row::kRoom] : row.place) axis[kept] = axis[n];
+      kept += row.weight[n] > 0 ? 1 : 0;
+    }
+    row.count = kept;
+    row.fill_up();
   }
 
   static std::int32_t rounded(double height) {
-    return static_cast<std::int32_t>(
-        std::clamp(std::floor(height + 0.5), double{-kMaxHeight}, double{kMaxHeight}));
+    const double up = std::clamp(height + 0.5, double{-kMaxHeight}, kMaxHeight + 0.5);
+    const auto whole = static_cast<std::int32_t>(up);
+    return whole - (up < whole ? 1 : 0);
   }
 
-  // What is added to a height where the brush has its whole strength, lattice steps.
-  double move(const PatchShape& shape, PatchId patch, const glm::dvec3& origin, int i, int j,
-              std::int32_t height, const glm::dvec3& place) const {
+  void find_moves(const PatchShape& shape, PatchId patch, const glm::dvec3& origin, int j, Row& row) const {
+    const double strength = edit_.strength * kSteps;
+    Double2 place[3];
     switch (edit_.tool) {
       case EditTool::extrude:
-        return edit_.strength * kSteps * share_up(shape, i, j, place);
+        std::fill_n(row.move, row.count, strength);
+        lift(shape, j, row);
+        return;
       case EditTool::noise:
-        return edit_.strength * kSteps * simplex_noise(noise_place(place) / edit_.wave, edit_.seed) *
-               share_up(shape, i, j, place);
+        for (std::size_t n = 0; n < row.count; n += 2) {
+          row.take_place(n, place);
+          // Noise is one over all parts and the ground.
+          for (int axis = 0; axis < 3; ++axis) place[axis] = (place[axis] + corner_[axis]) / edit_.wave;
+          simd::store(row.move + n, strength * simplex_noise(place, edit_.seed));
+        }
+        lift(shape, j, row);
+        return;
       case EditTool::smooth:
-        return edit_.amount * (around_.mean(patch, i, j) - height);
+        for (std::size_t n = 0; n < row.count; ++n)
+          row.move[n] = edit_.amount * (around_.mean(patch, row.i[n], j) - shape.height(row.i[n], j));
+        return;
       default:
-        return edit_.amount * onto_plane(base_point(shape, i, j), origin, height);
+        find_moves_onto_plane(shape, origin, j, row);
     }
   }
 
-  // Noise is one over all parts and the ground.
-  glm::dvec3 noise_place(const glm::dvec3& place) const { return place + corner_; }
-
   // Where a vertex moves along a direction by what that has upwards, a slope across it rises by one.
-  double share_up(const PatchShape& shape, int i, int j, const glm::dvec3& place) const {
-    if (!all_.mirrors) return 1;
-    double away = kSideVoxels;
-    for (const int axis : {0, 2})
-      away = std::min({away, place[axis] - 0.5, all_.extent[axis] - 0.5 - place[axis]});
-    if (away >= kSideVoxels) return 1;
-    const double inside = std::max(away, 0.0) / kSideVoxels;
-    return inside + (1 - inside) * std::max(base_point(shape, i, j).direction.y, 0.0);
+  void lift(const PatchShape& shape, int j, Row& row) const {
+    if (!all_.mirrors) return;
+    for (std::size_t n = 0; n < row.count; ++n) {
+      double away = kSideVoxels;
+      for (const int axis : {0, 2})
+        away = std::min({away, row.place[axis][n] - 0.5, all_.extent[axis] - 0.5 - row.place[axis][n]});
+      if (away >= kSideVoxels) continue;
+      const double inside = std::max(away, 0.0) / kSideVoxels;
+      row.move[n] *= inside + (1 - inside) * std::max(base_point(shape, row.i[n], j).direction.y, 0.0);
+    }
   }
 
-  double onto_plane(const BasePoint& base, const glm::dvec3& origin, std::int32_t height) const {
-    const glm::dvec3 at = origin / kSteps + base.position + base.direction * (height / kSteps);
-    const double below = glm::dot(edit_.place - at, up_);
-    const double across = glm::dot(base.direction, up_);
-    return below * kSteps * across / std::max(across * across, kLeastAcross * kLeastAcross);
+  void find_moves_onto_plane(const PatchShape& shape, const glm::dvec3& origin, int j, Row& row) const {
+    const LineCurve curve = line_curve(shape, {0, j, 1, 0});
+    const glm::dvec3 from = edit_.place - origin / kSteps;
+    for (std::size_t n = 0; n < row.count; n += 2) {
+      const int i0 = row.i[n], i1 = row.i[n + 1];
+      const BasePoints2 base = base_points(shape, curve, i0, i1);
+      const Double2 height{shape.height(i0, j) / kSteps, shape.height(i1, j) / kSteps};
+      Double2 below = simd::splat(0.0), across = simd::splat(0.0);
+      for (int axis = 0; axis < 3; ++axis) {
+        below += (from[axis] - base.position[axis] - base.direction[axis] * height) * up_[axis];
+        across += base.direction[axis] * up_[axis];
+      }
+      const Double2 least = simd::splat(kLeastAcross * kLeastAcross);
+      simd::store(row.move + n, edit_.amount * (below * kSteps * across / simd::max(across * across, least)));
+    }
   }
 
-  // Once a patch and part.
+  // Once a patch and part. A part is taken back as one, so a long stroke has several.
   void keep(std::span<const PatchId> changed, UndoLog& log) const {
-    if (log.open_part() != CellKind::patch_heights) log.begin_part();
+    constexpr std::uint32_t kMostCells = 64;
+    if (log.open_part() != CellKind::patch_heights || log.part_cells() >= kMostCells) log.begin_part();
     for (const PatchId patch : changed) {
       const auto part = [&] { return static_cast<std::uint32_t>(log.part_number()); };
       std::uint32_t& kept = room_.kept[all_.first + patch];

@@ -145,6 +145,12 @@ void EditGround::grow_region(std::size_t region, const RegionGrowth& growth, Und
   count_tiles(change);
 }
 
+void EditGround::restore_growth(std::size_t region, const RegionGrowth& growth) {
+  KARST_ASSERT(is_reserved(region));
+  growths_[region] = growth;
+  wait(samples_of(info_.regions()[region]), 1);
+}
+
 std::size_t EditGround::exchange_growth(UndoPart part) {
   const UndoCell cell = *part.begin();
   GrowthCell kept;

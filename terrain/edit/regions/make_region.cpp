@@ -21,9 +21,9 @@ Status too_large(std::uint64_t patches) {
           "region_patches", patches};
 }
 
-std::span<float> samples_room(const World::Spare& spare, const GroundRegion& region) {
-  return spare.room->tops.subspan(static_cast<std::size_t>(region.extent.x) *
-                                  static_cast<std::size_t>(region.extent.z));
+// Behind heights of columns; stays until all is fitted.
+std::span<float> samples_room(const World::Spare& spare, glm::ivec3 extent) {
+  return spare.room->tops.subspan(static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.z));
 }
 
 double below_ground(const void* context, glm::dvec3 at) {
@@ -98,41 +98,43 @@ Status MakeRegion::extract(const World::Spare& spare, GroundRegion& region) cons
   return {StatusCode::invalid_argument, "voxels there would not meet the ground around them", "place"};
 }
 
-void MakeRegion::fit(const World::Spare& spare, const GroundRegion& region) const {
-  RegionHeights heights(world->ground(), region.nodes);
-  const Status status = heights.read(*ground, bottom, samples_room(spare, region));
-  KARST_ASSERT(status.ok());  // they were read before
-  static_cast<void>(status);
+void MakeRegion::fit(PatchId first, PatchId end) const {
+  const World::Spare spare = world->spare();
+  const WorldPart& part = world->part(spare.region);
+  RegionHeights heights(world->ground(), nodes);
+  heights.use(samples_room(spare, part.extent));
   const int level = world->info().level;
-  const std::span<std::int16_t> first = spare.heights->block(spare.first);
+  const std::span<std::int16_t> block = spare.heights->block(spare.first);
   FitHeights fit;
-  fit.surface = {spare.volumes.first(region.volumes), spare.patches.first(region.patches)};
+  fit.surface = {spare.volumes, spare.patches.first(patches)};
   fit.field = {below_ground, &heights};
   fit.level = level;
   fit.step_voxels = kStep;
-  fit.heights = {first.data(), region.patches * first.size()};
+  fit.heights = {block.data(), patches * block.size()};
   KARST_ASSERT(fit.validate().ok());
   FitHeights::Result result;
-  fit.run(0, region.patches, result);
+  fit.run(first, end, result);
 }
 
-void MakeRegion::measure(const World::Spare& spare, const GroundRegion& region) const {
-  // Numbers of all patches.
-  std::span<std::uint32_t> all = spare.scratch.first(region.patches);
-  std::iota(all.begin(), all.end(), 0u);
+// Of neighbours in another step one has the other's bounds, whichever is first.
+void MakeRegion::measure(PatchId first, PatchId end) const {
+  const World::Spare spare = world->spare();
   PatchScratch* const scratch = make_patch_scratch(spare.room->scratch);
-  // As many at a time as there is room for.
   const std::span<GridRows> rows = spare.room->rows;
-  std::ranges::fill(rows, GridRows::all(world->info().level));
-  for (std::size_t first = 0; first < all.size(); first += rows.size()) {
-    const auto some = all.subspan(first, std::min(rows.size(), all.size() - first));
-    spare.queue->add({spare.volumes, spare.patches}, spare.heights->heights(), some, some,
-                     rows.first(some.size()), scratch, spare.measures);
+  const std::span<PatchId> all = spare.room->touched;
+  for (PatchId at = first; at < end;) {
+    const std::size_t some = std::min<std::size_t>(end - at, std::min(rows.size(), all.size()));
+    std::iota(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(some), at);
+    std::ranges::fill(rows.first(some), GridRows::all(world->info().level));
+    spare.queue->add({spare.volumes, spare.patches}, spare.heights->heights(), all.first(some),
+                     all.first(some), rows.first(some), scratch, spare.measures);
+    at += static_cast<PatchId>(some);
   }
 }
 
-Status MakeRegion::run() {
+Status MakeRegion::begin() {
   KARST_ASSERT(world->ground().can_be_dug);
+  patches = fitted = measured = 0;
   if (world->spare_regions() == 0)
     return {StatusCode::limit_reached, "there is no room for one more region", "dig_regions",
             world->ground().regions().size() + 1};
@@ -150,24 +152,47 @@ Status MakeRegion::run() {
     return {StatusCode::invalid_argument, "no region may stand there", "place"};
   Status status = fill(spare, region);
   if (status.ok()) status = extract(spare, region);
-  if (status.ok()) {
-    fit(spare, region);
-    measure(spare, region);
-    status = ground->add_region(info);
-  }
+  if (status.ok()) status = ground->add_region(info);
   if (!status.ok()) {
     empty(spare);
     return status;
   }
-  world->open_region(region);
+  patches = region.patches;
+  world->stage_region(region);
+  return {};
+}
+
+bool MakeRegion::step() {
+  const auto of_patch = static_cast<std::uint32_t>(patch_vertices(world->info().level));
+  const auto next = [&](PatchId& done, std::uint32_t vertices) {
+    const PatchId first = done;
+    done = std::min(patches, first + std::max(1u, vertices / of_patch));
+    return first;
+  };
+  if (fitted < patches) {
+    const PatchId first = next(fitted, kFitted);
+    fit(first, fitted);
+  } else if (measured < patches) {
+    const PatchId first = next(measured, kBounded);
+    measure(first, measured);
+  } else {
+    world->build_staged();
+    return true;
+  }
+  return false;
+}
+
+Status MakeRegion::run() {
+  if (const Status status = begin(); !status.ok()) return status;
+  while (!step()) {
+  }
+  world->open_region();
   return {};
 }
 
 void MakeRegion::take_back() {
-  const std::size_t region = world->ground().regions().size() - 1;
-  world->close_region();
+  world->unstage_region();
   ground->drop_region(world->ground());
-  KARST_ASSERT(world->ground().regions().size() == region);
   empty(world->spare());
 }
 

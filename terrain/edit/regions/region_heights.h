@@ -25,7 +25,9 @@ inline double height_in_quad(const double (&h)[4], double u, double v, bool odd)
 }
 
 // What surfaces of a region are fitted to: curves through the samples whose slopes there are those that
-// normals of nodes have (Catmull and Rom 1974); at the sides, where the ground begins, what nodes draw.
+// normals of nodes have (Catmull and Rom 1974); at the sides, where the ground begins, the lines that nodes
+// draw there, into which they bend in so few voxels that light and materials, which go by slopes, go on from
+// nodes, whose normals are no flat triangle's.
 class RegionHeights {
  public:
   // Samples of nodes low..high - 1, and one more around. floats: that read() takes.
@@ -49,36 +51,52 @@ class RegionHeights {
     }
     return {};
   }
+  // What read() has left in its room.
+  void use(std::span<float> room) { samples_ = room; }
   double at(double x, double z) const {
     const double along[2] = {(x - 0.5) / spacing_, (z - 0.5) / spacing_};
     int quad[2];
     double part[2];
-    double from_side = 1;  // samples
     for (int axis = 0; axis < 2; ++axis) {
       quad[axis] = std::clamp(static_cast<int>(std::floor(along[axis])), 0, quads_[axis] - 1);
       part[axis] = along[axis] - quad[axis];
-      from_side = std::min({from_side, along[axis], quads_[axis] - along[axis]});
     }
     // The north-western of 4 x 4 samples around.
-    const float* const corner =
-        samples_.data() + static_cast<std::size_t>(quad[1]) * row() + static_cast<std::size_t>(quad[0]);
-    const float* const own = corner + row() + 1;
-    const double h[4] = {double{own[0]}, double{own[1]}, double{own[row()]}, double{own[row() + 1]}};
-    const double drawn =
-        height_in_quad(h, part[0], part[1], ((first_[0] + quad[0] + first_[1] + quad[1]) & 1) != 0);
-    if (from_side <= 0) return drawn;
+    const float* const corner = sample(quad[0] - 1, quad[1] - 1);
     double rows[4];
-    for (std::size_t k = 0; k < 4; ++k) rows[k] = curve(corner + k * row(), part[0]);
-    const double smooth = curve(rows, part[1]);
-    return drawn + from_side * from_side * (3 - 2 * from_side) * (smooth - drawn);
+    for (std::size_t k = 0; k < 4; ++k) rows[k] = curve(corner + k * row(), 1, part[0]);
+    double height = curve(rows, 1, part[1]);
+    // At the sides it ends in what nodes draw.
+    for (int axis = 0; axis < 2; ++axis) {
+      const bool far = 2 * along[axis] > quads_[axis];
+      const double samples = std::max(far ? quads_[axis] - along[axis] : along[axis], 0.0);
+      const double from_side = samples / std::min(kBend / spacing_, 1.0);
+      if (from_side >= 1) continue;
+      const int side = far ? quads_[axis] : 0;
+      const float* const line =
+          axis == 0 ? sample(side, quad[1] - 1) : sample(quad[0] - 1, side);  // four along it
+      const std::size_t stride = axis == 0 ? row() : 1;
+      const double t = part[1 - axis];
+      const double before = double{line[stride]}, after = double{line[2 * stride]};
+      const double drawn = before + t * (after - before);
+      const double share = 1 - from_side * from_side * (3 - 2 * from_side);
+      height += share * (drawn - curve(line, stride, t));
+    }
+    return height;
   }
 
  private:
+  static constexpr double kBend = 2;  // voxels from a side
+
   std::size_t row() const { return static_cast<std::size_t>(quads_[0]) + 3; }
+  const float* sample(int i, int k) const {
+    return samples_.data() + static_cast<std::size_t>(k + 1) * row() + static_cast<std::size_t>(i + 1);
+  }
   // Through the middle two of four.
   template <class T>
-  static double curve(const T* h, double t) {
-    const double a = double{h[0]}, b = double{h[1]}, c = double{h[2]}, d = double{h[3]};
+  static double curve(const T* h, std::size_t stride, double t) {
+    const double a = double{h[0]}, b = double{h[stride]}, c = double{h[2 * stride]},
+                 d = double{h[3 * stride]};
     return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   }
 

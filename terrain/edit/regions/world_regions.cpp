@@ -126,63 +126,63 @@ World::Spare World::spare() {
   return out;
 }
 
-void World::open_region(const GroundRegion& region) {
+void World::stage_region(const GroundRegion& region) {
+  KARST_ASSERT(!state_.staged.exists);
   const Spare made = spare();
   const std::size_t n = made.region;
-  WorldPart& part = parts_[n];
+  state_.staged.region = region;
+  state_.staged.exists = true;
+  WorldPart& part = state_.staged.part = parts_[n];
+  part.octree = &octrees_[n];
+  part.tree = &trees_[n];
+  part.occluders = &occluders_[n];
+  part.sky = &skies_[n];
+  part.rim = &rims_[n];
   part.surface = {made.volumes, made.patches};
-  set_spans(n);
+  part.corner = region.corner;
+  part.extent = region.extent;
+  part.boxes =
+      blocks_.patch_boxes.subspan(static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
+                                  PatchBoxes::count_for(part.patches()));
+  set_spans(part);
+}
+
+void World::build_staged() {
+  const WorldPart& part = state_.staged.part;
+  const std::size_t n = ground_.regions().size();
+  const Editable all = edit(n);
   const Status built = trees_[n].build(part.surface, part.bounds);
   KARST_ASSERT(built.ok());
   static_cast<void>(built);
-  const auto boxes =
-      blocks_.patch_boxes.subspan(static_cast<std::size_t>(part.boxes.data() - blocks_.patch_boxes.data()),
-                                  PatchBoxes::count_for(part.patches()));
-  part.boxes = boxes;
-  fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), boxes);
-  ground_.region_list[n] = region;
+  fill_patch_boxes(part.surface, part.bounds, 0, part.patches(), all.boxes);
+  occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
+  SkyAtlas::Place place = sky_atlas_.places[n];
+  place.take({part.corner, part.extent});
+  skies_[n].set_least_cell(place.grid.cell_log2);
+  skies_[n].build(octrees_[n], part.extent, true);
+}
+
+void World::open_region() {
+  KARST_ASSERT(state_.staged.exists);
+  const std::size_t n = ground_.regions().size();
+  parts_[n] = state_.staged.part;
+  state_.staged.exists = false;
+  const GroundRegion& region = ground_.region_list[n] = state_.staged.region;
   ++ground_.region_count;
   const bool placed = place_regions(ground_);
   KARST_ASSERT(placed);
   static_cast<void>(placed);
-  part.corner = ground_.region_list[n].corner;
-  part.extent = region.extent;
   part_count_ = ground_.regions().size();
   // Whoever loads a file of it has belts of its rims.
   for (std::size_t k = 0; k < part_count_; ++k) find_belt(k);
-  occluders_[n].build(octrees_[n], part.extent, part.surface, part.bounds);
-  SkyAtlas::Place& place = sky_atlas_.places[n];
-  place.take({part.corner, part.extent});
-  skies_[n].set_least_cell(place.grid.cell_log2);
-  skies_[n].build(octrees_[n], part.extent, true);
-  info_.extent = glm::max(info_.extent, part.extent);
+  sky_atlas_.places[n].take({region.corner, region.extent});
+  info_.extent = glm::max(info_.extent, region.extent);
   info_.depth = std::max(info_.depth, region.depth);
 }
 
-void World::close_region() {
-  const std::size_t n = ground_.regions().size() - 1;
-  WorldPart& part = parts_[n];
-  part.surface = {};
-  part.boxes = part.boxes.first(0);
-  set_spans(n);
-  part.corner = glm::ivec3(0);
-  part.extent = reader_.info().extent;
-  const Status built = trees_[n].build(part.surface, part.bounds);
-  KARST_ASSERT(built.ok());
-  static_cast<void>(built);
-  --ground_.region_count;
-  const bool placed = place_regions(ground_);
-  KARST_ASSERT(placed);
-  static_cast<void>(placed);
-  part_count_ = std::max<std::size_t>(ground_.regions().size(), 1);
-  for (std::size_t k = 0; k < ground_.regions().size(); ++k) find_belt(k);
-  sky_atlas_.places[n] = sky_atlas_for(reader_.info(), reader_.ground(), config_).places[n];
-  info_.extent = reader_.info().extent;
-  info_.depth = reader_.info().depth;
-  for (const GroundRegion& region : ground_.regions()) {
-    info_.extent = glm::max(info_.extent, region.extent);
-    info_.depth = std::max(info_.depth, region.depth);
-  }
+void World::unstage_region() {
+  KARST_ASSERT(state_.staged.exists);
+  state_.staged.exists = false;
 }
 
 }  // namespace karst::core

@@ -20,6 +20,11 @@ Edit from_part(const Edit& edit, const WorldPart& part) {
   Edit own = edit;
   own.place -= glm::dvec3(part.corner);
   own.to -= glm::dvec3(part.corner);
+  if (edit.octree_depth > 0 && part.octree != nullptr) {
+    const int level = edit.octree_level - edit.octree_depth + part.octree->depth();
+    own.octree_level = static_cast<std::uint8_t>(std::max(level, 0));
+    own.octree_depth = 0;
+  }
   return own;
 }
 
@@ -60,41 +65,39 @@ bool reaches(const Edit& edit, const WorldPart& part) {
 class ShapeEdit {
  public:
   // edit: from the part's corner.
-  ShapeEdit(World& world, std::size_t part, const Edit& edit)
+  ShapeEdit(World& world, std::size_t part, const Edit& edit, std::size_t exact = MeasureQueue::kAll)
       : all_(world.edit(part)),
         room_(*all_.room),
         part_(static_cast<std::uint32_t>(part)),
         edit_(edit),
-        level_(world.info().level) {}
+        level_(world.info().level),
+        exact_(exact) {}
 
   // log: may be null.
   Status run(UndoLog* log, EditChange& change) {
     Octree& octree = *all_.octree;
-    // The surface has no top above the highest voxels in use.
-    glm::ivec3 low(0), high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
-    if (all_.mirrors) {
-      low = glm::ivec3(kSideVoxels, 1, kSideVoxels);
-      high -= glm::ivec3(kSideVoxels, 0, kSideVoxels);
-    }
-    const VoxelShape shape(edit_, octree.depth(), low, high);
-    const EditOctree make{&octree, &shape, edit_.tool == EditTool::fill};
-    EditOctree::Result made;
     const Octree::Node old_root = octree.root();
-    if (const Status status = make.run(made); !status.ok()) return status;
-    if (made.root == old_root) return {};
-    octree.set_root(made.root);
+    EditOctree::Result made;
     UpdateSurface update;
-    if (const Status status = extract(made, update); !status.ok()) {
-      octree.set_root(old_root);
-      EditOctree::release(octree, made.root, old_root);
-      return status;
-    }
+    if (const Status status = make(made, update); !status.ok() || made.root == old_root) return status;
     if (log != nullptr) {
       keep_shape_edit(all_, {edit_, made.low, made.high, part_}, old_root, update.list_lost(room_.changed),
                       level_, *log);
     }
     put(update, old_root, made, nullptr, change);
     return {};
+  }
+
+  Status try_out(bool& changes) {
+    Octree& octree = *all_.octree;
+    const Octree::Node old_root = octree.root();
+    EditOctree::Result made;
+    UpdateSurface update;
+    const Status status = make(made, update);
+    changes = status.ok() && made.root != old_root;
+    octree.set_root(old_root);
+    if (changes) EditOctree::release(octree, made.root, old_root);
+    return status;
   }
 
   void take_back(UndoPart part, EditChange& change) {
@@ -111,6 +114,28 @@ class ShapeEdit {
   }
 
  private:
+  // The new octree beside the old one, and its surface in working memory. Nothing has changed after an error.
+  Status make(EditOctree::Result& made, UpdateSurface& update) {
+    Octree& octree = *all_.octree;
+    // The surface has no top above the highest voxels in use.
+    glm::ivec3 low(0), high = all_.extent - glm::ivec3(1, edit_.tool == EditTool::fill ? 2 : 1, 1);
+    if (all_.mirrors) {
+      low = glm::ivec3(kSideVoxels, 1, kSideVoxels);
+      high -= glm::ivec3(kSideVoxels, 0, kSideVoxels);
+    }
+    const VoxelShape shape(edit_, octree.depth(), low, high);
+    const EditOctree edit{&octree, &shape, edit_.tool == EditTool::fill};
+    const Octree::Node old_root = octree.root();
+    if (const Status status = edit.run(made); !status.ok()) return status;
+    if (made.root == old_root) return {};
+    octree.set_root(made.root);
+    const Status status = extract(made, update);
+    if (status.ok()) return {};
+    octree.set_root(old_root);
+    EditOctree::release(octree, made.root, old_root);
+    return status;
+  }
+
   // Counts first. Nothing of the world but its octree has changed. There is room to take it back, too.
   Status extract(const EditOctree::Result& made, UpdateSurface& update) {
     const CornerBox box = corners_touched(made.low, made.high);
@@ -195,7 +220,7 @@ class ShapeEdit {
     if (part != nullptr) restore_patches(all_, level_, *part);
     std::sort(room_.changed.begin(), room_.changed.begin() + static_cast<std::ptrdiff_t>(vanished));
     follow.run(room_.changed.subspan(updated.vanished, changed - updated.vanished),
-               room_.changed.first(vanished), {}, true);
+               room_.changed.first(vanished), {}, true, exact_);
   }
 
   World::Editable all_;
@@ -203,6 +228,7 @@ class ShapeEdit {
   std::uint32_t part_;
   const Edit& edit_;
   int level_;
+  std::size_t exact_;
 };
 
 }  // namespace
@@ -221,7 +247,7 @@ Status check_edit(const Edit& edit, const World& world) {
   if (static_cast<int>(edit.shape) >= kBrushShapes) return refuse("not a shape", "shape");
   if (edits_voxels(edit.tool) && edit.shape == BrushShape::cylinder)
     return refuse("cylinders are for heights alone", "shape");
-  int depth = 0;
+  int depth = edit.octree_depth;
   for (const WorldPart& part : world.parts()) depth = std::max(depth, part.octree->depth());
   if (edit.octree_level > depth) return refuse("finer than the octree", "octree_level");
   if (!is_within(edit.place, kFarthest)) return refuse("not finite, or too far away", "place");
@@ -256,8 +282,10 @@ Status part_of_edit(const Edit& edit, const World& world, std::size_t& part) {
   if (found == 0)
     return refuse("a ground is dug in its regions, and none has voxels there that may change", "place");
   if (found > 1) return refuse("the edit reaches two regions at once", "place");
+  if (part < world.ground().regions().size() && world.ground().regions()[part].is_field())
+    return {StatusCode::unsupported, "an isosurface stands there, which has no voxels to edit", "place"};
   const WorldPart& own = world.parts()[part];
-  if (edit.shape == BrushShape::voxel && edit.octree_level > own.octree->depth())
+  if (edit.shape == BrushShape::voxel && from_part(edit, own).octree_level > own.octree->depth())
     return refuse("finer than the octree of the region", "octree_level");
   return {};
 }
@@ -266,8 +294,23 @@ Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& chan
   change = {};
   if (const Status status = check_edit(edit, world); !status.ok()) return status;
   KARST_ASSERT(edits_voxels(edit.tool));
-  if (const Status status = part_of_edit(edit, world, change.part); !status.ok()) return status;
-  return ShapeEdit(world, change.part, from_part(edit, world.parts()[change.part])).run(log, change);
+  std::size_t part = 0;
+  if (const Status status = part_of_edit(edit, world, part); !status.ok()) return status;
+  return edit_part(world, part, edit, log, change);
+}
+
+Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change,
+                 std::size_t exact) {
+  change = {};
+  change.part = part;
+  return ShapeEdit(world, part, from_part(edit, world.part(part)), exact).run(log, change);
+}
+
+Status try_part(World& world, std::size_t part, const Edit& edit, bool& changes) {
+  changes = false;
+  if (!reaches(edit, world.part(part)))
+    return refuse("a ground is dug in its regions, and none has voxels there that may change", "place");
+  return ShapeEdit(world, part, from_part(edit, world.part(part))).try_out(changes);
 }
 
 void undo_shape(World& world, UndoPart part, EditChange& change) {

@@ -33,6 +33,13 @@ Edit from_part(const Edit& edit, const WorldPart& part);
 Status part_of_edit(const Edit& edit, const World& world, std::size_t& part);
 // log: null, or with a step open. Precondition: edits_voxels(edit.tool).
 Status edit_shape(World& world, const Edit& edit, UndoLog* log, EditChange& change);
+// The same of a part, which may be staged (World::stage_region()). Precondition: check_edit().
+// exact: how many patches get exact boxes at once (MeasureQueue::add()); fit_next() gives them to the others.
+Status edit_part(World& world, std::size_t part, const Edit& edit, UndoLog* log, EditChange& change,
+                 std::size_t exact = MeasureQueue::kAll);
+// What that would say, and whether it would change anything. Nothing of the world changes. Measures and
+// heights need not be there.
+Status try_part(World& world, std::size_t part, const Edit& edit, bool& changes);
 inline Status edit_shape(World& world, const Edit& edit, EditChange& change) {
   return edit_shape(world, edit, nullptr, change);
 }

@@ -94,21 +94,24 @@ void NewHeights::find_corners() const {
       }
     }
   });
-  for (int round = 0; round < kRounds; ++round) {
+  bool moves = true;
+  for (int round = 0; round < kRounds && moves; ++round) {
+    moves = false;
     for_each_new([&](PatchId patch) {
       for (int corner = 0; corner < (patches[patch].collapsed != 0 ? 3 : 4); ++corner)
-        smooth_corner(patch, corner);
+        moves = smooth_corner(patch, corner) || moves;
     });
   }
 }
 
-void NewHeights::smooth_corner(PatchId patch, int corner) const {
+// Whether it is another now.
+bool NewHeights::smooth_corner(PatchId patch, int corner) const {
   const int n = patch_cells(level);
   PatchCorner fan[kMaxCornerFan];
   const int count = corner_fan(patches, {patch, corner}, fan);
   std::int64_t sum = 0;
   for (int f = 0; f < count; ++f) {
-    if (patches[fan[f].patch].height_block != kUnmade) return;  // it is given
+    if (patches[fan[f].patch].height_block != kUnmade) return false;  // it is given
     // The corners beside it; of one patch that two edges lead to, twice.
     const bool three = patches[fan[f].patch].collapsed != 0;
     const int before = three && fan[f].corner == 0 ? 2 : (fan[f].corner + 3) & 3;
@@ -118,11 +121,15 @@ void NewHeights::smooth_corner(PatchId patch, int corner) const {
     }
   }
   const std::int32_t mean = divide(sum, 2 * count);
+  // All copies of a corner are alike.
+  const GridPlace own = corner_place(corner, n);
+  if (at(patch, own.i, own.j) == mean) return false;
   for (int f = 0; f < count; ++f) {
     const GridPlace place = corner_place(fan[f].corner, n);
     set(fan[f].patch, place.i, place.j, mean);
     if (patches[fan[f].patch].collapsed != 0 && fan[f].corner == 0) set(fan[f].patch, 0, n, mean);
   }
+  return true;
 }
 
 void NewHeights::fill_borders(PatchId patch) const {

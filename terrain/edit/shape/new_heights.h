@@ -38,7 +38,7 @@ struct NewHeights {
   std::int16_t at(PatchId patch, int i, int j) const;
   void set(PatchId patch, int i, int j, std::int32_t height) const;
   void find_corners() const;
-  void smooth_corner(PatchId patch, int corner) const;
+  bool smooth_corner(PatchId patch, int corner) const;
   void fill_borders(PatchId patch) const;
   void fill_inside(PatchId patch) const;
 };

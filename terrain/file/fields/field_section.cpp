@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "terrain/base/check.h"
+#include "terrain/shading/materials.h"
 
 namespace karst::core::field_section {
 namespace {
@@ -18,12 +19,17 @@ constexpr std::size_t kCellLog2 = 24;
 constexpr std::size_t kSampleBits = 28;
 constexpr std::size_t kStored = 32;
 constexpr std::size_t kReach = 36;
-constexpr std::size_t kReserved = 40;
+constexpr std::size_t kHasMaterials = 40;
+constexpr std::size_t kMaterialBlocks = 44;
+constexpr std::size_t kReserved = 48;
 
 // What a block is.
 constexpr unsigned kAllAir = 0;
 constexpr unsigned kAllSolid = 1;
 constexpr unsigned kSamples = 2;
+// What a block's materials are where they are not one code.
+constexpr unsigned kOwnCodes = 255;
+static_assert(material_code::kCount <= kOwnCodes && kMostFieldMaterials == kMostMaterials);
 
 template <class T>
 T load(std::span<const std::byte> bytes, std::size_t at) {
@@ -83,6 +89,30 @@ Status put_blocks(const ScalarField<Sample>& field, std::size_t count, const Sin
   return {};
 }
 
+// The code of all of a block's materials, or kOwnCodes.
+unsigned filling_at(const FieldMaterials& materials, glm::ivec3 block) {
+  const std::span<const std::uint8_t> codes = materials.block(block);
+  if (codes.empty()) return materials.filling(block);
+  const bool alike = std::ranges::all_of(codes, [&](std::uint8_t c) { return c == codes[0]; });
+  return alike ? codes[0] : kOwnCodes;
+}
+
+Status put_materials(const FieldMaterials& materials, std::size_t count, const Sink& sink) {
+  std::array<std::byte, 512> fillings;
+  for (std::size_t first = 0; first < count; first += fillings.size()) {
+    const auto piece = std::span(fillings).first(std::min(fillings.size(), count - first));
+    for (std::size_t n = 0; n < piece.size(); ++n)
+      piece[n] = static_cast<std::byte>(filling_at(materials, place_of(first + n, materials.blocks())));
+    if (const Status status = put(sink, piece); !status.ok()) return status;
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    const glm::ivec3 block = place_of(n, materials.blocks());
+    if (filling_at(materials, block) != kOwnCodes) continue;
+    if (const Status status = put(sink, std::as_bytes(materials.block(block))); !status.ok()) return status;
+  }
+  return {};
+}
+
 }  // namespace
 
 FieldInfo info_of(const FieldBlocks& field) {
@@ -92,6 +122,14 @@ FieldInfo info_of(const FieldBlocks& field) {
     for (std::size_t n = 0; n < info.table_blocks(); ++n)
       info.stored += kind_at(samples, place_of(n, info.blocks)) == kSamples ? 1u : 0u;
   });
+  info.has_materials = false;
+  info.material_blocks = 0;
+  if (!field.materials().exists()) return info;
+  for (std::size_t n = 0; n < info.table_blocks(); ++n) {
+    const unsigned filling = filling_at(field.materials(), place_of(n, info.blocks));
+    info.has_materials = info.has_materials || filling != 0;
+    info.material_blocks += filling == kOwnCodes ? 1u : 0u;
+  }
   return info;
 }
 
@@ -108,8 +146,13 @@ Status encode(const FieldBlocks& field, const void* context, Write write) {
   store(header, kSampleBits, static_cast<std::uint32_t>(info.sample_bits));
   store(header, kStored, info.stored);
   store(header, kReach, info.reach_cells);
-  if (const Status status = put(sink, header); !status.ok()) return status;
-  return field.with([&](const auto& samples) { return put_blocks(samples, info.table_blocks(), sink); });
+  store(header, kHasMaterials, info.has_materials ? std::uint32_t{1} : std::uint32_t{0});
+  store(header, kMaterialBlocks, info.material_blocks);
+  Status status = put(sink, header);
+  if (status.ok())
+    status = field.with([&](const auto& samples) { return put_blocks(samples, info.table_blocks(), sink); });
+  if (status.ok() && info.has_materials) status = put_materials(field.materials(), info.table_blocks(), sink);
+  return status;
 }
 
 Fault decode_header(std::span<const std::byte> bytes, FieldInfo& info) {
@@ -124,12 +167,20 @@ Fault decode_header(std::span<const std::byte> bytes, FieldInfo& info) {
   read.sample_bits = load<std::int32_t>(bytes, kSampleBits);
   read.stored = load<std::uint32_t>(bytes, kStored);
   read.reach_cells = load<float>(bytes, kReach);
+  if (load<std::uint32_t>(bytes, kHasMaterials) > 1) return {"neither 0 nor 1", kHasMaterials};
+  read.has_materials = load<std::uint32_t>(bytes, kHasMaterials) == 1;
+  read.material_blocks = load<std::uint32_t>(bytes, kMaterialBlocks);
   if (const Status status = validate(read); !status.ok()) {
     const struct {
       std::string_view field;
       std::uint64_t offset;
-    } fields[] = {{"corner", kCorner},          {"blocks", kBlocks}, {"cell_log2", kCellLog2},
-                  {"sample_bits", kSampleBits}, {"stored", kStored}, {"reach_cells", kReach}};
+    } fields[] = {{"corner", kCorner},
+                  {"blocks", kBlocks},
+                  {"cell_log2", kCellLog2},
+                  {"sample_bits", kSampleBits},
+                  {"stored", kStored},
+                  {"reach_cells", kReach},
+                  {"material_blocks", kMaterialBlocks}};
     for (const auto& f : fields) {
       if (f.field == status.field()) return {status.what(), f.offset};
     }
@@ -185,24 +236,81 @@ Fault Decode::take_block(ScalarField<Sample>* out) {
   return {};
 }
 
+bool Decode::is_known(unsigned code) const {
+  if (code >= material_code::kCount) return false;
+  const MaterialMix mix = mix_of(static_cast<std::uint8_t>(code));
+  return std::max(mix.first, mix.second) <= materials_;
+}
+
+// What a block's materials are: a code, or kOwnCodes.
+Fault Decode::take_filling(unsigned code) {
+  const auto block = static_cast<std::size_t>(at_ - samples_end(info_));
+  if (block == 0) block_ = 0;
+  if (code == kOwnCodes) {
+    if (coded_++ == info_.material_blocks) return {"more blocks have materials than stated", at_};
+  } else if (!is_known(code)) {
+    return {"a block has a material that is not there", at_};
+  }
+  any_code_ = any_code_ || code != 0;
+  const bool is_last = block + 1 == info_.table_blocks();
+  if (is_last && coded_ != info_.material_blocks) return {"fewer blocks have materials than stated", at_};
+  if (is_last && !any_code_) return {"all of its materials are by rules", at_};
+  if (out_ == nullptr) return {};
+  if (code != kOwnCodes) {
+    out_->materials().fill(place(block), static_cast<std::uint8_t>(code));
+  } else {
+    const bool opened = !out_->materials().open(place(block)).empty();
+    KARST_ASSERT(opened);  // reset() had room for info_.material_blocks
+    static_cast<void>(opened);
+  }
+  return {};
+}
+
+Fault Decode::take_codes() {
+  const auto codes = std::span(samples_).first(FieldBlocks::kBlockBytes);
+  const std::uint64_t start = at_ - codes.size();
+  bool alike = true;
+  for (const std::byte code : codes) {
+    if (!is_known(std::to_integer<unsigned>(code)))
+      return {"a sample has a material that is not there", start};
+    alike = alike && code == codes[0];
+  }
+  if (alike) return {"a block of materials is all alike", start};
+  if (out_ == nullptr) return {};
+  while (out_->materials().block(place(block_)).empty()) ++block_;
+  std::memcpy(out_->materials().open(place(block_)).data(), codes.data(), codes.size());
+  ++block_;
+  return {};
+}
+
 Fault Decode::feed(std::span<const std::byte> bytes) {
   const std::uint64_t kinds_end = kHeaderBytes + info_.table_blocks();
-  for (; at_ < kinds_end && !bytes.empty(); bytes = bytes.subspan(1), ++at_) {
-    if (const Fault fault = take_kind(std::to_integer<unsigned>(bytes[0])); fault.what != nullptr)
-      return fault;
-  }
+  const std::uint64_t fillings = samples_end(info_);
+  const std::uint64_t fillings_end = fillings + (info_.has_materials ? info_.table_blocks() : 0);
   const std::size_t block_bytes = FieldBlocks::kBlockBytes * static_cast<std::size_t>(info_.sample_bits / 8);
   while (!bytes.empty()) {
     if (at_ == section_bytes(info_)) return {"bytes follow the last block", at_};
-    const auto piece = bytes.first(std::min(bytes.size(), block_bytes - used_));
+    Fault fault;
+    if (at_ < kinds_end || (at_ >= fillings && at_ < fillings_end)) {
+      const auto byte = std::to_integer<unsigned>(bytes[0]);
+      fault = at_ < kinds_end ? take_kind(byte) : take_filling(byte);
+      if (fault.what != nullptr) return fault;
+      bytes = bytes.subspan(1);
+      ++at_;
+      continue;
+    }
+    const bool samples = at_ < fillings;
+    const std::size_t whole = samples ? block_bytes : FieldBlocks::kBlockBytes;
+    const auto piece = bytes.first(std::min(bytes.size(), whole - used_));
     std::ranges::copy(piece, samples_.begin() + static_cast<std::ptrdiff_t>(used_));
     bytes = bytes.subspan(piece.size());
     used_ += piece.size();
     at_ += piece.size();
-    if (used_ < block_bytes) break;
+    if (used_ < whole) break;
     used_ = 0;
-    const Fault fault = info_.sample_bits == 16 ? take_block(out_ == nullptr ? nullptr : &out_->words())
-                                                : take_block(out_ == nullptr ? nullptr : &out_->bytes());
+    fault = !samples                  ? take_codes()
+            : info_.sample_bits == 16 ? take_block(out_ == nullptr ? nullptr : &out_->words())
+                                      : take_block(out_ == nullptr ? nullptr : &out_->bytes());
     if (fault.what != nullptr) return fault;
   }
   return {};

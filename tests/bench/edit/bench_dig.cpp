@@ -21,6 +21,9 @@ namespace {
 constexpr std::int64_t kSide = 257;
 constexpr double kRadius = 10;
 constexpr std::uint32_t kPatches = 4'096;
+constexpr std::size_t kExactBoxes = 32;       // PendingDig::kExact
+constexpr std::uint32_t kFittedBoxes = 256;   // PendingDig::kFitted
+constexpr std::uint32_t kFramePatches = 512;  // of bases, as frames with a limit of time have
 
 double height(double x, double z) {
   return 40 + 9 * test::value_noise(3, glm::dvec3(x, 0, z) / 25.0);
@@ -56,8 +59,9 @@ int run_dig(bool smoke) {
   const auto ground = test::MemoryGround::to_dig(kSide, kSide, 8192, [](std::int64_t i, std::int64_t k) {
     return static_cast<std::int32_t>(height(double(i), double(k)) * kStepsPerVoxel / kVertexStep);
   });
-  std::vector<double> make_ms, edit_ms, growth_ms, vertices_ms, later_ms;
-  std::uint32_t patches = 0, changed = 0;
+  std::vector<double> begin_ms, make_ms, step_ms, parts_ms, edit_ms, boxes_ms, box_ms, growth_ms, shown_ms,
+      vertices_ms, later_ms;
+  std::uint32_t patches = 0, changed = 0, steps = 0, frames = 0;
   for (int n = 0; n < (smoke ? 1 : 9); ++n) {
     const auto dug = std::make_unique<GroundToDig>(ground);
     if (!dug->is_ok) return 1;
@@ -73,24 +77,61 @@ int run_dig(bool smoke) {
     };
     const auto bottom = static_cast<std::int32_t>(hole.place.y - kRadius) - 24;
     MakeRegion make{&world, &dug->editor.edits, {{28, 28}, {36, 36}}, bottom, bottom + 70};
-    if (!make.run().ok()) return 1;
-    lap(make_ms);
-    patches = world.parts()[0].patches() - world.free_patches();
+    bool changes = false;
+    if (!make.begin().ok() || !try_part(world, 0, hole, changes).ok() || !changes) return 1;
+    lap(begin_ms);
+    steps = 0;
+    double most = 0, all = 0;
+    for (bool done = false; !done; ++steps) {
+      done = make.step();
+      std::vector<double> one;
+      lap(one);
+      most = std::max(most, one[0]);
+      all += one[0];
+      if (done) parts_ms.push_back(one[0]);
+    }
+    step_ms.push_back(most);
+    make_ms.push_back(all);
+    patches = make.patches;
     EditChange change;
-    if (!edit_shape(world, hole, change).ok() || !change.changed) return 1;
+    if (!edit_part(world, 0, hole, nullptr, change, kExactBoxes).ok() || !change.changed) return 1;
     lap(edit_ms);
+    Settled fitted;
+    most = 0;
+    all = 0;
+    for (bool more = true; more; ++steps) {
+      for (std::uint32_t k = 0; k < kFittedBoxes && more; ++k)
+        more = fit_next(world, 0, fitted, change.tight);
+      std::vector<double> one;
+      lap(one);
+      most = std::max(most, one[0]);
+      all += one[0];
+    }
+    boxes_ms.push_back(all);
+    box_ms.push_back(most);
     changed = static_cast<std::uint32_t>(change.touched.size());
+    world.open_region();
     const LatticeBox whole{glm::ivec3(0), world.parts()[0].extent * kStepsPerVoxel};
     const RegionGrowth growth = FindRegionGrowth{&world, &dug->editor.edits, 0, whole}.run();
     GroundChange grown;
     dug->editor.edits.grow_region(0, growth, nullptr, grown);
     lap(growth_ms);
     dug->parts.residency.follow_region(0);
+    lap(shown_ms);
     Status status;
-    for (PatchUpload upload; dug->parts.residency.generate_base(upload, status);) {
-    }
+    frames = 0;
+    most = 0;
+    do {
+      std::uint32_t left = kFramePatches;
+      for (PatchUpload upload; dug->parts.residency.generate_base(upload, status, left);) {
+      }
+      std::vector<double> one;
+      lap(one);
+      most = std::max(most, one[0]);
+      ++frames;
+    } while (dug->parts.residency.fresh_parts() != 0 && status.ok());
     if (!status.ok()) return 1;
-    lap(vertices_ms);
+    vertices_ms.push_back(most);
     while (!world.is_settled()) {
       Settled done;
       settle_some(world, done);
@@ -100,8 +141,15 @@ int run_dig(bool smoke) {
   const auto median = [](std::vector<double>& ms) { return times_of(ms).median_ms; };
   std::printf("dig: a hole of %.0f voxels' radius where there is only ground: %u patches, %u touched\n",
               kRadius, patches, changed);
-  std::printf("  region %.2f ms, hole %.2f, nodes around %.2f, coarse vertices of all %.2f; later %.0f\n",
-              median(make_ms), median(edit_ms), median(growth_ms), median(vertices_ms), median(later_ms));
+  std::printf(
+      "  the call %.2f ms; %u parts; region %.2f in all, one %.2f at most, the last %.2f; hole %.2f; "
+      "boxes "
+      "%.2f in all, %.2f at most; to show it %.2f, of which nodes around %.2f; coarse vertices in %u frames, "
+      "%.2f at most; "
+      "later %.0f\n",
+      median(begin_ms), steps, median(make_ms), median(step_ms), median(parts_ms), median(edit_ms),
+      median(boxes_ms), median(box_ms), median(growth_ms) + median(shown_ms), median(growth_ms), frames,
+      median(vertices_ms), median(later_ms));
   return 0;
 }
 

@@ -5,14 +5,18 @@
 #include <gtest/gtest.h>
 #include <linux/input-event-codes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <glm/geometric.hpp>
 
 #include "tests/cli/edit/hand_world.h"
+#include "tests/library/ground_file.h"
+#include "tests/support/memory_ground.h"
 
 namespace karst::app {
 namespace {
@@ -27,11 +31,12 @@ glm::dvec3 vec(Vec3 v) {
 class HandEditorTest : public testing::Test {
  protected:
   void SetUp() override { open(4096); }
-  void open(std::uint32_t edit_patches) {
-    folder_.write("w.karst", hand_world_file());
+  void open(std::uint32_t edit_patches) { open(edit_patches, hand_world_file()); }
+  void open(std::uint32_t edit_patches, std::span<const std::byte> file, bool digs = false) {
+    folder_.write("w.karst", file);
     const std::string path = folder_.path("w.karst");
     ASSERT_EQ(session_.open({path, folder_.path("out.karst")}).text(), "");
-    world_.emplace(path, edit_patches);
+    world_.emplace(path, edit_patches, digs);
     ASSERT_EQ(session_.begin(*world_->world).text(), "");
     hand_.emplace(*world_->world, *world_->query, session_);
     view_.width_px = 640;
@@ -56,12 +61,21 @@ class HandEditorTest : public testing::Test {
     event.y = y;
     hand_->handle(event, [&](const InputEvent& rest) { camera_.push_back(rest); });
   }
+  void finger(int id, bool down, double x = 0.5, double y = 0.5) {
+    InputEvent event;
+    event.kind = down ? Kind::touch : Kind::untouch;
+    event.id = id;
+    event.x = x;
+    event.y = y;
+    hand_->handle(event, [&](const InputEvent& rest) { camera_.push_back(rest); });
+  }
   void tap(unsigned code, int times = 1) {
     for (int n = 0; n < times; ++n) {
       event(Kind::key, code, true);
       event(Kind::key, code, false);
     }
     frame();
+    while (session_.is_taking()) frame();
   }
   void frame(int count = 1) {
     for (int n = 0; n < count; ++n) hand_->frame(view_, 0, now_ += kFrame_ns);
@@ -89,7 +103,7 @@ TEST_F(HandEditorTest, ATapIsOneEditAndOneStep) {
   frame(30);
   EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
   EXPECT_EQ(session_.undo_steps(), 1u);
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
   tap(KEY_Z);
   EXPECT_TRUE(rock(at.place - 1.5 * at.normal));
   tap(KEY_Y);
@@ -97,6 +111,127 @@ TEST_F(HandEditorTest, ATapIsOneEditAndOneStep) {
   tap(KEY_Y);
   EXPECT_EQ(hand_->message(), "there is nothing to do again");
   EXPECT_TRUE(camera_.empty());
+}
+
+// Where there is only ground a hole takes several frames, one part each; what else is asked for waits, or
+// comes after it.
+TEST_F(HandEditorTest, AHoleInTheGroundTakesSeveralFrames) {
+  TearDown();
+  const auto ground = test::MemoryGround::to_dig(257, 257, 4096, [](std::int64_t i, std::int64_t k) {
+    const double height = 12 + 5 * test::value_noise(9, glm::dvec3(double(i), 0, double(k)) / 28.0);
+    return static_cast<std::int32_t>(height * core::kStepsPerVoxel / core::kVertexStep);
+  });
+  open(4096, test::ground_file(ground, 0.5), true);
+  const Vec3 middle = world_->world->info().origin_m;
+  look({middle.x + 64, middle.y + 40, middle.z + 80}, {middle.x + 64, middle.y + 12, middle.z + 64});
+  frame();
+  const Aimed at = aimed(hand_->brush());
+  ASSERT_TRUE(at.found);
+  const glm::dvec3 deep = at.place - 1.5 * at.normal;
+  const auto frames_until_dug = [&] {
+    int frames = 0;
+    for (; hand_->is_working(); ++frames) {
+      EXPECT_TRUE(rock(deep));
+      EXPECT_TRUE(hand_->take_changed());
+      frame();
+    }
+    return frames;
+  };
+  tap(KEY_SPACE);
+  ASSERT_TRUE(hand_->is_working()) << hand_->message();
+  EXPECT_EQ(hand_->changes(), 0u);
+  EXPECT_FALSE(session_.is_saved());
+  EXPECT_GT(frames_until_dug(), 4);
+  EXPECT_FALSE(rock(deep));
+  EXPECT_EQ(hand_->changes(), 1u);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  const std::string path = JournalFile::path_for(folder_.path("w.karst"));
+  const auto lines = [&] {
+    const std::string journal = test::read_text(path);
+    return std::count(journal.begin(), journal.end(), '\n');
+  };
+  const auto before = lines();
+  // Held elsewhere: the next edit of the stroke waits for the first.
+  look({middle.x + 30, middle.y + 40, middle.z + 110}, {middle.x + 30, middle.y + 12, middle.z + 94});
+  event(Kind::key, KEY_SPACE, true);
+  frame();
+  ASSERT_TRUE(hand_->is_working()) << hand_->message();
+  while (hand_->is_working()) {
+    EXPECT_EQ(lines(), before + 1);
+    frame();
+  }
+  frame(40);
+  event(Kind::key, KEY_SPACE, false);
+  frame();
+  EXPECT_GT(lines(), before + 2);
+  EXPECT_EQ(session_.undo_steps(), 2u);
+  // Taken back while it is under way.
+  tap(KEY_Z, 2);
+  EXPECT_TRUE(rock(deep));
+  EXPECT_EQ(session_.undo_steps(), 0u);
+}
+
+// A single voxel is dug in the ground, where its cube was shown; and not one of a region behind a hill.
+TEST_F(HandEditorTest, AVoxelIsDugInTheGroundInView) {
+  TearDown();
+  const auto ground = test::MemoryGround::to_dig(257, 257, 4096, [](std::int64_t, std::int64_t k) {
+    const double from_ridge = (double(k) / 2 - 64) / 6;
+    const double height = 12 + 10 * std::exp(-from_ridge * from_ridge);
+    return static_cast<std::int32_t>(height * core::kStepsPerVoxel / core::kVertexStep);
+  });
+  open(4096, test::ground_file(ground, 0.5), true);
+  const Vec3 origin = world_->world->info().origin_m;
+  EditResult result;
+  session_.begin_stroke();
+  ASSERT_EQ(session_.apply(ball(origin.x + 64, origin.y + 11, origin.z + 40), result).text(), "");
+  while (session_.is_pending()) session_.advance(result);
+  ASSERT_EQ(session_.end_stroke().text(), "");
+  look({origin.x + 64, origin.y + 20, origin.z + 100}, {origin.x + 64, origin.y + 13, origin.z + 70});
+  while (hand_->brush().shape() != HandShape::voxel) tap(KEY_B);
+  ASSERT_EQ(hand_->brush().octree_level(), 9);
+  const EyeRay ray = eye_ray(view_, 0, {0.5, 0.5});
+  const glm::dvec3 end = ray.from + 100.0 * ray.along;
+  Voxel behind;
+  ASSERT_TRUE(world_->query->pick(view_.eye, {end.x, end.y, end.z}, 9, behind));
+  ASSERT_LT(behind.centre.z, origin.z + 55);
+  tap(KEY_COMMA);  // two voxels wide
+  const Aimed at = aimed(hand_->brush());
+  ASSERT_TRUE(at.found);
+  EXPECT_EQ(at.voxel_side_m, 2);
+  EXPECT_GT(at.place.z, origin.z + 64);
+  ASSERT_TRUE(rock(at.place + glm::dvec3(0, -0.4, -0.4)));
+  tap(KEY_SPACE);
+  while (hand_->is_busy()) frame();
+  EXPECT_EQ(hand_->message(), "");
+  EXPECT_FALSE(rock(at.place + glm::dvec3(0, -0.4, -0.4)));
+  EXPECT_TRUE(rock(at.place + glm::dvec3(0, -1.6, -1.6)));
+}
+
+// What is under way when the program ends is in the journal, and is done again.
+TEST_F(HandEditorTest, AHoleThatIsUnderWayIsInTheJournal) {
+  TearDown();
+  const auto ground = test::MemoryGround::to_dig(257, 257, 4096, [](std::int64_t, std::int64_t) {
+    return 12 * core::kStepsPerVoxel / core::kVertexStep;
+  });
+  open(4096, test::ground_file(ground, 0.5), true);
+  const Vec3 origin = world_->world->info().origin_m;
+  look({origin.x + 64, origin.y + 40, origin.z + 80}, {origin.x + 64, origin.y + 12, origin.z + 64});
+  frame();
+  const Aimed at = aimed(hand_->brush());
+  tap(KEY_SPACE);
+  ASSERT_TRUE(hand_->is_working()) << hand_->message();
+  EXPECT_TRUE(rock(at.place - 1.5 * at.normal));
+  hand_->end();
+  session_.end();
+  world_.reset();
+  const std::string path = folder_.path("w.karst");
+  EditSession again;
+  ASSERT_EQ(again.open({path, folder_.path("out.karst")}).text(), "");
+  EXPECT_EQ(again.found(), 1u);
+  world_.emplace(path, 4096, true);
+  ASSERT_EQ(again.begin(*world_->world).text(), "");
+  EXPECT_FALSE(rock(at.place - 1.5 * at.normal));
+  again.end();
 }
 
 // Held, it goes into the rock, four times a second; all of it is one step.
@@ -109,7 +244,7 @@ TEST_F(HandEditorTest, HeldItDigsOnAndIsOneStroke) {
   const Aimed after = aimed(hand_->brush());
   event(Kind::button, BTN_LEFT, false);
   frame();
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
   const double radius = hand_->brush().radius_m();
   const double deeper = glm::length(after.place - before.place);
   EXPECT_GT(deeper, 2.5 * radius);
@@ -117,6 +252,129 @@ TEST_F(HandEditorTest, HeldItDigsOnAndIsOneStroke) {
   EXPECT_EQ(session_.undo_steps(), 1u);
   tap(KEY_Z);
   EXPECT_LT(glm::length(aimed(hand_->brush()).place - before.place), 1e-9);
+}
+
+// A finger is the tool: a tap digs once, under it and not in the picture's middle.
+TEST_F(HandEditorTest, ATapOfAFingerIsOneEdit) {
+  tap(KEY_LEFTBRACE, 4);
+  const Aimed at = aimed(hand_->brush(), {0.4, 0.55});
+  ASSERT_TRUE(at.found);
+  const glm::dvec3 inside = at.place - 0.5 * at.normal;
+  const Aimed middle = aimed(hand_->brush());
+  ASSERT_GT(glm::length(middle.place - at.place), 2 * hand_->brush().radius_m());
+  finger(0, true, 0.4, 0.55);
+  EXPECT_TRUE(hand_->is_busy());
+  frame(2);
+  EXPECT_TRUE(rock(inside)) << "another finger may follow";
+  finger(0, false);
+  frame();
+  EXPECT_FALSE(rock(inside));
+  frame(30);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_TRUE(rock(middle.place - 0.5 * middle.normal));
+  EXPECT_FALSE(hand_->is_busy());
+  EXPECT_TRUE(camera_.empty());
+}
+
+// Held down and moved it is a stroke, and one step.
+TEST_F(HandEditorTest, AFingerThatMovesDrawsAStroke) {
+  tap(KEY_LEFTBRACE, 4);
+  tap(KEY_P);  // on the old surface
+  const glm::dvec3 from = aimed(hand_->brush(), {0.4, 0.5}).place;
+  const glm::dvec3 to = aimed(hand_->brush(), {0.6, 0.5}).place;
+  ASSERT_GT(glm::length(to - from), 4 * hand_->brush().radius_m());
+  finger(1, true, 0.4, 0.5);
+  frame(12);
+  for (int n = 1; n <= 20; ++n) {
+    finger(1, true, 0.4 + 0.01 * n, 0.5);
+    frame();
+  }
+  finger(1, false);
+  frame();
+  EXPECT_FALSE(hand_->is_busy());
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  const glm::dvec3 below(0, -0.3 * hand_->brush().radius_m(), 0);
+  EXPECT_FALSE(rock(from + below));
+  EXPECT_FALSE(rock(to + below));
+  EXPECT_TRUE(camera_.empty());
+}
+
+// Two fingers are the camera's: nothing is dug, and it knows of both.
+TEST_F(HandEditorTest, TwoFingersMoveTheCamera) {
+  frame();
+  finger(0, true, 0.4, 0.5);
+  frame(3);
+  finger(1, true, 0.6, 0.5);
+  finger(0, true, 0.3, 0.5);
+  frame(30);
+  finger(0, false);
+  finger(1, true, 0.65, 0.5);
+  frame(30);
+  finger(1, false);
+  frame();
+  EXPECT_EQ(session_.undo_steps(), 0u);
+  ASSERT_EQ(camera_.size(), 6u);
+  EXPECT_EQ(camera_[0].kind, Kind::touch);
+  EXPECT_EQ(camera_[0].id, 0);
+  EXPECT_EQ(camera_[0].x, 0.4);
+  EXPECT_EQ(camera_[1].id, 1);
+  EXPECT_EQ(camera_[2].x, 0.3);
+  EXPECT_EQ(camera_[3].kind, Kind::untouch);
+  EXPECT_EQ(camera_[5].kind, Kind::untouch);
+  // Another one is the tool again; a second one ends its stroke, which stays.
+  finger(0, true, 0.4, 0.5);
+  frame(20);
+  EXPECT_EQ(camera_.size(), 6u);
+  finger(1, true, 0.6, 0.5);
+  frame(60);
+  EXPECT_EQ(camera_.size(), 8u);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_FALSE(hand_->is_busy());
+}
+
+TEST_F(HandEditorTest, AFingerInTheSkyTurnsTheCamera) {
+  look({20, 22, 34}, {20, 22, 14});
+  frame();
+  ASSERT_FALSE(aimed(hand_->brush(), {0.5, 0.05}).found);
+  finger(0, true, 0.5, 0.05);
+  frame(2);
+  finger(0, true, 0.5, 0.9);  // over the ground by now
+  frame(20);
+  finger(0, false, 0.5, 0.9);
+  frame();
+  EXPECT_EQ(session_.undo_steps(), 0u);
+  EXPECT_EQ(camera_.size(), 2u);
+}
+
+// A long stroke is taken back over several frames; what is asked for meanwhile waits. The journal has it
+// once.
+TEST_F(HandEditorTest, ALongStrokeIsTakenBackInPieces) {
+  frame();
+  event(Kind::button, BTN_LEFT, true);
+  event(Kind::pointer, 0, false, 0.3, 0.55);
+  int edits = 0;
+  for (int n = 0; n < 60; ++n) {
+    event(Kind::pointer, 0, false, 0.3 + 0.007 * n, 0.55);
+    const std::uint64_t before = hand_->changes();
+    frame();
+    edits += hand_->changes() != before ? 1 : 0;
+  }
+  event(Kind::button, BTN_LEFT, false);
+  frame();
+  ASSERT_GT(edits, 20);
+  const std::uint64_t before = hand_->changes();
+  event(Kind::key, KEY_Z, true);
+  event(Kind::key, KEY_Y, true);
+  int pictures = 0;
+  do {
+    frame();
+    ++pictures;
+    EXPECT_LE(hand_->changes(), before + 1 + (hand_->is_busy() ? 0 : 1));
+  } while (hand_->is_busy() && pictures < 1'000);
+  EXPECT_GT(pictures, 3);
+  EXPECT_EQ(hand_->changes(), before + 2);
+  EXPECT_EQ(session_.undo_steps(), 1u);
+  EXPECT_EQ(session_.redo_steps(), 0u);
 }
 
 // The mouse moves with the button down: what lies between two places is dug, too.
@@ -159,7 +417,7 @@ TEST_F(HandEditorTest, AMouseWithoutPointerTurnsTheCamera) {
   EXPECT_TRUE(camera_[2].pressed);
   event(Kind::key, KEY_W, true);
   EXPECT_EQ(camera_.back().code, unsigned{KEY_W});
-  EXPECT_FALSE(hand_->is_drawing());
+  EXPECT_FALSE(hand_->is_busy());
 }
 
 TEST_F(HandEditorTest, KeysChangeTheBrush) {

@@ -36,14 +36,18 @@ inline std::span<const std::byte> hand_world_file() {
 
 class HandWorld {
  public:
-  explicit HandWorld(const std::string& path, std::uint32_t edit_patches = 4096) {
+  // digs: its ground, where it can be dug.
+  explicit HandWorld(const std::string& path, std::uint32_t edit_patches = 4096, bool digs = false) {
     EXPECT_EQ(file_.open(path).text(), "");
     source_ = file_.source();
     plan_.placement.axes = Axes::east_up_south;
     plan_.needs.shadow_maps = 0;
     plan_.needs.queries = 1;
     plan_.needs.edit_patches = edit_patches;
+    plan_.needs.field_sample_blocks = 64;
     plan_.needs.undo_bytes = 4 << 20;
+    plan_.needs.dig_regions = digs ? 2 : 0;
+    plan_.needs.edit_tiles = digs ? 400 : 0;
     Status status = make_plan(source_, plan_);
     EXPECT_TRUE(status.ok()) << status.what() << " " << status.field();
     memory_.reset(std::aligned_alloc(kMemoryAlignment, (plan_.cpu_bytes + 63) / 64 * 64));

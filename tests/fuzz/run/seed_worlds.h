@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Small worlds that mutations start from: one of the least sections, one of all that a world of patches can
 // have, two with a ground and tiles that are none, the second one with imagery; then a ground with a region
-// of patches, and one with two; then one with the field of an isosurface.
+// of patches, and one with two; then two with the field of an isosurface, one with materials.
 #pragma once
 
 #include "terrain/base/checksum.h"
@@ -110,11 +110,13 @@ inline std::vector<std::byte> with_regions(std::initializer_list<const core::Tes
 }
 
 // A world of patches with the field of an isosurface: air, a block of samples, stone.
-inline std::vector<std::byte> with_field(core::WorldWriter writer) {
-  std::vector<std::uint32_t> table(3);
+// has_materials: of which one block has several, one one, and one is by rules.
+inline std::vector<std::byte> with_field(core::WorldWriter writer, bool has_materials = false) {
+  std::vector<std::uint32_t> table(3), material_table(has_materials ? 3 : 0);
   std::vector<std::byte> samples(core::FieldBlocks::kBlockBytes);
+  std::vector<std::uint8_t> materials(has_materials ? core::FieldBlocks::kBlockBytes : 0);
   core::FieldBlocks field;
-  field.create({table, samples});
+  field.create({table, samples, material_table, materials});
   core::FieldInfo info;
   info.blocks = {3, 1, 1};
   info.stored = 1;
@@ -123,6 +125,10 @@ inline std::vector<std::byte> with_field(core::WorldWriter writer) {
   for (std::int8_t& sample : field.bytes().open({1, 0, 0}))
     sample = static_cast<std::int8_t>(n++ * 37 % 251 - 125);
   field.bytes().fill({2, 0, 0}, core::ScalarField<std::int8_t>::kSolid);
+  if (has_materials) {
+    for (std::uint8_t& code : field.materials().open({1, 0, 0})) code = static_cast<std::uint8_t>(n++ % 3);
+    field.materials().fill({2, 0, 0}, core::code_of({1, 2, 3}));
+  }
   writer.field = &field;
   std::vector<std::byte> file;
   const auto append = [&](std::span<const std::byte> bytes) {
@@ -138,6 +144,7 @@ inline std::vector<std::vector<std::byte>> seed_worlds() {
   full.add_blend_map(5, 3, 6);
   const core::TestWorld plain(2, 1, 12);
   const core::WorldWriter ground{plain.info, &plain.memory.tree, plain.patches(), plain.materials()};
+  const core::WorldWriter painted{full.info, &full.memory.tree, full.patches(), full.materials()};
   const core::TestWorld region(2, 1, 14), another(3, 1, 15);
   return {core::TestWorld(2, 1, 12).bytes(),
           full.bytes(),
@@ -145,7 +152,8 @@ inline std::vector<std::vector<std::byte>> seed_worlds() {
           with_ground(ground, true),
           with_regions({&region}),
           with_regions({&region, &another}),
-          with_field(ground)};
+          with_field(ground),
+          with_field(painted, true)};
 }
 
 }  // namespace karst
