@@ -116,7 +116,6 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   height_ = scene.height;
   plan_.needs.views = needs.views;
   plan_.needs.queries = needs.queries;
-  plan_.needs.query_patches = needs.query_patches;
   overlay_bytes_ = needs.overlay_bytes;
   edit_bytes_ = needs.edit_bytes;
   std::int64_t start = now_ns();
@@ -125,6 +124,11 @@ Error Stage::load(const std::string& world, const SceneArguments& scene, const S
   source_ = file_.source();
   Head head;
   if (const Status status = read_head(source_, head); !status.ok()) return {path_, status};
+  // A patch of level l takes about 16 bytes * 4^l.
+  const auto level = static_cast<unsigned>(std::clamp(std::min(scene.level, info_of(head).level), 1, 6));
+  const std::uint64_t patches = std::min<std::uint64_t>(needs.query_bytes >> (4 + 2 * level), 65'536);
+  plan_.needs.query_patches = std::max(needs.query_patches, static_cast<std::uint32_t>(patches));
+  plan_.needs.query_tiles = needs.query_tiles;
   if (Error error = make_plan_for(head); !error.ok()) return error;
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kMemoryAlignment, plan_.cpu_bytes)));
   if (memory_ == nullptr) return path_ + ": cannot get " + format_mebibytes(plan_.cpu_bytes) + " of memory";

@@ -63,6 +63,8 @@ struct StageNeeds {
   std::uint32_t views = 1;
   std::uint32_t queries = 0;  // Query objects that it takes
   std::uint32_t query_patches = kGroundPatches;
+  std::uint64_t query_bytes = 0;  // more patches, as many as find room in so much, about
+  std::uint32_t query_tiles = 30;
   std::uint64_t edit_bytes = 0;     // of memory for edits, about; 0: nothing is edited
   std::uint64_t overlay_bytes = 0;  // of GPU memory that it takes to draw over the picture
 };

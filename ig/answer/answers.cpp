@@ -2,13 +2,14 @@
 #include "ig/answer/answers.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "platform/base/clock.h"
 
 namespace karst::ig {
 namespace {
 
-constexpr std::size_t kBetweenClocks = 16;  // answers
+constexpr std::size_t kBetweenClocks = 4;  // answers
 
 cigi::HatHotResponse plain(const cigi::HatHotExtendedResponse& found, cigi::HatHotType type) {
   cigi::HatHotResponse response;
@@ -33,31 +34,70 @@ cigi::LosResponse plain(const cigi::LosExtendedResponse& found) {
   return response;
 }
 
-bool write_answer(const cigi::HatHotRequest& request, const Surroundings& around, std::uint8_t host_frame_low,
-                  cigi::MessageWriter& writer) {
+enum class Written : std::uint8_t { yes, no_room, unread };
+
+// last: it is answered, whatever could be read of the file.
+Written write_answer(const cigi::HatHotRequest& request, const Surroundings& around,
+                     std::uint8_t host_frame_low, bool last, cigi::MessageWriter& writer) {
+  const std::uint64_t refused = around.query->refused_reads();
   cigi::HatHotExtendedResponse found = find_height(request, around);
+  if (!last && around.query->refused_reads() != refused) return Written::unread;
   found.host_frame_low = host_frame_low;
-  return request.type == cigi::HatHotType::extended ? writer.write(found)
-                                                    : writer.write(plain(found, request.type));
+  const bool written = request.type == cigi::HatHotType::extended ? writer.write(found)
+                                                                  : writer.write(plain(found, request.type));
+  return written ? Written::yes : Written::no_room;
 }
 
 template <class Los>
-bool write_answer(const Los& request, const Surroundings& around, std::uint8_t host_frame_low,
-                  cigi::MessageWriter& writer) {
+Written write_answer(const Los& request, const Surroundings& around, std::uint8_t host_frame_low, bool last,
+                     cigi::MessageWriter& writer) {
+  const std::uint64_t refused = around.query->refused_reads();
   cigi::LosExtendedResponse found = find_sight(request, around);
+  if (!last && around.query->refused_reads() != refused) return Written::unread;
   found.host_frame_low = host_frame_low;
-  return request.extended ? writer.write(found) : writer.write(plain(found));
+  const bool written = request.extended ? writer.write(found) : writer.write(plain(found));
+  return written ? Written::yes : Written::no_room;
+}
+
+// A bit after each of 20.
+std::uint64_t spread(std::uint32_t bits) {
+  std::uint64_t out = bits;
+  out = (out | out << 16) & 0x0000ffff0000ffffu;
+  out = (out | out << 8) & 0x00ff00ff00ff00ffu;
+  out = (out | out << 4) & 0x0f0f0f0f0f0f0f0fu;
+  out = (out | out << 2) & 0x3333333333333333u;
+  return (out | out << 1) & 0x5555555555555555u;
+}
+
+std::uint32_t twenty_bits(double turns) {
+  constexpr double kMost = (1 << 20) - 1;
+  return static_cast<std::uint32_t>(std::clamp((turns + 0.5) * kMost, 0.0, kMost));
+}
+
+// Numbers that are alike where places are: of latitude and longitude 20 bits each, one of each in turn.
+std::uint64_t place_number(cigi::CoordinateSystem system, std::uint16_t entity, double x, double y) {
+  if (system != cigi::CoordinateSystem::geodetic) return entity;
+  return spread(twenty_bits(x / 180)) << 1 | spread(twenty_bits(std::remainder(y / 360, 1.0)));
+}
+std::uint64_t place_number(const cigi::HatHotRequest& r) {
+  return place_number(r.system, r.entity, r.latitude_deg_or_x_m, r.longitude_deg_or_y_m);
+}
+std::uint64_t place_number(const cigi::LosSegmentRequest& r) {
+  return place_number(r.source, r.entity, r.source_latitude_deg_or_x_m, r.source_longitude_deg_or_y_m);
+}
+std::uint64_t place_number(const cigi::LosVectorRequest& r) {
+  return place_number(r.source, r.entity, r.source_latitude_deg_or_x_m, r.source_longitude_deg_or_y_m);
 }
 
 }  // namespace
 
-Answers::Answers() : entries_(kMost) {
+Answers::Answers() : entries_(kMost), order_(kMost) {
   for (std::vector<std::uint16_t>& slots : slots_) slots.assign(65'536, kNone);
 }
 
 void Answers::clear() {
   for (std::size_t n = 0; n < count_; ++n) slot_of(entries_[n].request) = kNone;
-  count_ = next_ = 0;
+  count_ = 0;
 }
 
 std::uint16_t& Answers::slot_of(const Request& request) {
@@ -72,7 +112,7 @@ bool Answers::take(const Request& request, bool los, std::uint16_t id, std::uint
     if (count_ == kMost) return false;
     slot = static_cast<std::uint16_t>(count_++);
   }
-  entries_[slot] = {request, frame, period, false};
+  entries_[slot] = {request, frame, period, 0, false};
   return true;
 }
 
@@ -86,35 +126,54 @@ bool Answers::take(const cigi::LosVectorRequest& request, std::uint32_t frame) {
   return take(request, true, request.id, request.update_period, frame);
 }
 
+// From the top: how long it has waited, less of it being more; where it is; its entry.
+std::size_t Answers::make_order(std::uint32_t frame) {
+  static_assert(kMost <= 1 << 16);
+  std::size_t due = 0;
+  for (std::size_t n = 0; n < count_; ++n) {
+    const Entry& entry = entries_[n];
+    // Frames are counted round.
+    const auto late = static_cast<std::int32_t>(frame - entry.due);
+    if (late < 0) continue;
+    const std::uint64_t place = std::visit([](const auto& one) { return place_number(one); }, entry.request);
+    const auto wait = static_cast<std::uint64_t>(255 - std::min(late, 255));
+    order_[due++] = wait << 56 | place << 16 | n;
+  }
+  std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(due));
+  return due;
+}
+
 std::size_t Answers::answer(const Surroundings& around, std::uint32_t frame, std::uint32_t host_frame,
                             std::int64_t until_ns, cigi::MessageWriter& writer) {
   const auto low = static_cast<std::uint8_t>(host_frame & 15);
+  const std::size_t due = make_order(frame);
   std::size_t answered = 0;
-  std::size_t seen = 0;
-  for (; seen < count_; ++seen) {
-    Entry& entry = entries_[(next_ + seen) % count_];
-    // Frames are counted round.
-    if (static_cast<std::int32_t>(frame - entry.due) < 0) continue;
+  for (std::size_t n = 0; n < due; ++n) {
     if (writer.room() < cigi::kMaxPacketBytes) break;
-    if (answered % kBetweenClocks == kBetweenClocks - 1 && now_ns() > until_ns) break;
-    const bool written = std::visit(
-        [&](const auto& request) { return write_answer(request, around, low, writer); }, entry.request);
-    if (!written) break;
+    if (n > 0 && n % kBetweenClocks == 0 && now_ns() > until_ns) break;
+    Entry& entry = entries_[order_[n] & 0xffff];
+    const bool last = entry.tries + 1 >= kMostTries;
+    const Written written = std::visit(
+        [&](const auto& request) { return write_answer(request, around, low, last, writer); }, entry.request);
+    if (written == Written::no_room) break;
+    if (written == Written::unread) {
+      ++entry.tries;
+      if (now_ns() > until_ns) break;
+      continue;
+    }
     ++answered;
     entry.done = entry.period == 0;
     entry.due = frame + entry.period;
+    entry.tries = 0;
   }
-  next_ = count_ == 0 ? 0 : (next_ + seen) % count_;
   drop_done();
   return answered;
 }
 
-// The others keep their order, and their turn.
+// The others keep their order.
 void Answers::drop_done() {
   std::size_t kept = 0;
-  std::size_t next = 0;
   for (std::size_t n = 0; n < count_; ++n) {
-    if (n == next_) next = kept;
     if (entries_[n].done) {
       slot_of(entries_[n].request) = kNone;
       continue;
@@ -126,7 +185,6 @@ void Answers::drop_done() {
     ++kept;
   }
   count_ = kept;
-  next_ = count_ == 0 ? 0 : next % count_;
 }
 
 }  // namespace karst::ig

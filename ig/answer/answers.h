@@ -25,6 +25,9 @@ struct Surroundings {
 class Answers {
  public:
   static constexpr std::size_t kMost = 8192;  // requests that wait or come again
+  // What wants more of the file than a frame may read has its turn again; so often, and then its answer is
+  // not valid.
+  static constexpr int kMostTries = 32;
 
   Answers();
   void clear();
@@ -34,8 +37,9 @@ class Answers {
   bool take(const cigi::LosSegmentRequest& request, std::uint32_t frame);
   bool take(const cigi::LosVectorRequest& request, std::uint32_t frame);
 
-  // Answers what is due in this frame, in turn, until the time or the writer's room is at its end; what is
-  // left is due in the next. Returns how many were answered.
+  // Answers what is due in this frame until the time or the writer's room is at its end; what is left is due
+  // in the next. Those that have waited longest come first, of those the ones that lie close together one
+  // after the other. One is tried whatever the time is. Returns how many were answered.
   std::size_t answer(const Surroundings& around, std::uint32_t frame, std::uint32_t host_frame,
                      std::int64_t until_ns, cigi::MessageWriter& writer);
   std::size_t waiting() const { return count_; }
@@ -46,18 +50,20 @@ class Answers {
     Request request;
     std::uint32_t due = 0;    // frame
     std::uint8_t period = 0;  // 0: once
+    std::uint8_t tries = 0;
     bool done = false;
   };
   static constexpr std::uint16_t kNone = 0xffff;
 
   bool take(const Request& request, bool los, std::uint16_t id, std::uint8_t period, std::uint32_t frame);
+  std::size_t make_order(std::uint32_t frame);
   void drop_done();
   std::uint16_t& slot_of(const Request& request);
 
   std::vector<Entry> entries_;
   std::vector<std::uint16_t> slots_[2];  // by number: HAT/HOT, LOS
   std::size_t count_ = 0;
-  std::size_t next_ = 0;  // the entry whose turn it is
+  std::vector<std::uint64_t> order_;  // of what is due
 };
 
 // The answers alone.

@@ -32,10 +32,12 @@ bool find_place(cigi::CoordinateSystem system, std::uint16_t entity, double x, d
 
 // Heights that could not be read are none.
 struct Reads {
-  explicit Reads(const Query& query) : query_(query), before_(query.failed_reads()) {}
-  bool failed() const { return query_.failed_reads() != before_; }
+  explicit Reads(const Query& query) : query_(query), before_(count()) {}
+  bool failed() const { return count() != before_; }
 
  private:
+  std::uint64_t count() const { return query_.failed_reads() + query_.refused_reads(); }
+
   const Query& query_;
   std::uint64_t before_;
 };

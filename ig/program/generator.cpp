@@ -22,7 +22,14 @@ namespace {
 
 constexpr std::int64_t kStatistics_ns = 200'000'000;  // between two writings that SIGHUP asks for
 constexpr double kGenerateMs = 4;  // time a frame to make vertices, where the options say nothing
+// What a query keeps of the ground: so many patches, or as many as find room in so many bytes; and 256 tiles
+// of 64 samples a side, 7 MiB, which are 1,024 x 1,024 samples where they lie close together.
 constexpr std::uint32_t kQueryPatches = 1024;
+constexpr std::uint64_t kQueryBytes = 8 << 20;
+constexpr std::uint32_t kQueryTiles = 256;
+// What the first frames take that others do not is done before the host hears of one; so long at most.
+constexpr std::int64_t kWarm_ns = 3'000'000'000;
+constexpr int kWarmFrames = 3;
 
 void write_series(app::JsonWriter& json, const char* name, const Series& series) {
   json.key(name).begin_object().field("median", series.percentile(0.5)).field("p99", series.percentile(0.99));
@@ -80,6 +87,8 @@ Error Generator::prepare() {
   needs.views = static_cast<std::uint32_t>(options_.views.count);
   needs.queries = 2;
   needs.query_patches = kQueryPatches;
+  needs.query_bytes = kQueryBytes;
+  needs.query_tiles = kQueryTiles;
   needs.overlay_bytes = Boxes::kBytes;
   if (Error error = stage_.load(options_.world, options_.scene, needs); !error.ok()) return error;
   if (Error error = earth_.open(stage_.world(), options_.anchor); !error.ok())
@@ -118,6 +127,9 @@ Error Generator::loop() {
     if (changes.rebuild) detach();
     if (!stage_.attached() && display_->ready()) {
       if (Error error = attach(); !error.ok()) return error;
+      if (series_.frames == 0) {
+        if (Error error = warm_up(); !error.ok()) return error;
+      }
     }
     if (is_due(now_ns())) {
       if (Error error = frame(); !error.ok()) return error;
@@ -228,7 +240,20 @@ void Generator::draw_over(void* user, const ViewState& view, bool two_ranges) {
                   two_ranges);
 }
 
-Error Generator::draw(std::int64_t start, std::int64_t arrived) {
+// Shaders, tiles and shadow maps of what is seen at first; nothing is shown.
+Error Generator::warm_up() {
+  const std::int64_t until = now_ns() + kWarm_ns;
+  app::FrameRecord record;
+  for (int frame = 0; frame < kWarmFrames || !record.result.complete; ++frame) {
+    take_signals();
+    if (now_.quit || now_ns() > until) return {};
+    if (Error error = draw_views(now_ns(), record); !error.ok()) return error;
+    if (record.costs.vertices_lost) return {};
+  }
+  return {};
+}
+
+Error Generator::draw_views(std::int64_t start, app::FrameRecord& record) {
   const Picture picture{stage_.width(), stage_.height(), display_->quarter_turns(), stage_.reversed_depth(),
                         options_.scene.fov_y_deg};
   Views& views = host_.views();
@@ -239,8 +264,12 @@ Error Generator::draw(std::int64_t start, std::int64_t arrived) {
   const Vec3 eye = view.views[0].eye;
   turn_sun(stage_.world().axes_at(eye), stage_.world().info(), view);
   host_.air().light(earth_, {eye.x, eye.y, eye.z}, start, view.sun);
+  return stage_.draw(view, record);
+}
+
+Error Generator::draw(std::int64_t start, std::int64_t arrived) {
   app::FrameRecord record;
-  Error error = stage_.draw(view, record);
+  Error error = draw_views(start, record);
   const bool unread = (record.result.limits & kLimitFile) != 0;
   if (unread && app::FileSource::is_stopped()) return error;
   if (unread && !now_.unread)

@@ -48,6 +48,8 @@ class Generator {
   void take_signals();
   bool is_due(std::int64_t now) const;
   Error frame();
+  Error warm_up();
+  Error draw_views(std::int64_t start, app::FrameRecord& record);
   Error draw(std::int64_t start, std::int64_t arrived);
   void begin_frame_times(std::int64_t start);
   std::int64_t interval_ns() const;

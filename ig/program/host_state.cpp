@@ -72,6 +72,7 @@ std::span<const std::byte> HostState::message(const Earth& earth, Query& query, 
   start.last_host_frame = host_frame_;
   if (!writer.write(start)) return {};
   const Surroundings around{&earth, &entities_, &query, half_box_m_};
+  query.allow_reads(kAnswerReads);
   counts_.answers += answers_.answer(around, frame_, host_frame_, karst::now_ns() + kAnswer_ns, writer);
   ++frame_;
   return writer.bytes();

@@ -45,6 +45,8 @@ class HostState {
   using Say = std::function<void(const std::string& line)>;
   // Answers take this long a frame at most.
   static constexpr std::int64_t kAnswer_ns = 4'000'000;
+  // And so many reads of the file: tiles of 64 samples a side.
+  static constexpr std::uint32_t kAnswerReads = 32;
 
   HostState(int database, const ViewLayout& layout, glm::dvec3 half_box_m, Say say);
 

@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "platform/base/clock.h"
+
 namespace karst::ig {
 namespace {
 
@@ -33,11 +35,6 @@ glm::dmat3 attitude(const Entity& entity, const glm::dmat3& base, double s) {
 
 Geodetic geodetic_of(const cigi::EntityPosition& at) {
   return {at.longitude_deg_or_y_m, at.latitude_deg_or_x_m, at.altitude_m_or_z_m};
-}
-
-// The highest ground at the place, whatever its height.
-bool ground_at(Query& query, glm::dvec3 place, Hit& hit) {
-  return query.column({place.x, place.y, place.z}, Wait::never, {&hit, 1}) > 0;
 }
 
 // North, east and down, tilted so that down goes into the ground.
@@ -155,7 +152,32 @@ void Entities::take(const cigi::RateControl& rate, const Earth& earth, std::int6
 
 void Entities::advance(const Earth& earth, Query& query, std::int64_t now_ns) {
   ++visit_;
-  for (Entity& entity : std::span(entities_).first(count_)) place(entity, earth, query, now_ns, 0);
+  query.allow_reads(kGroundReads);
+  ground_until_ = karst::now_ns() + kGround_ns;
+  grounds_ = 0;
+  const std::size_t first = turn_ < count_ ? turn_ : 0;
+  turn_ = count_;
+  for (std::size_t n = 0; n < count_; ++n) {
+    const std::size_t at = first + n < count_ ? first + n : first + n - count_;
+    const bool has_time = ground_until_ != 0;
+    place(entities_[at], earth, query, now_ns, 0);
+    if (has_time && ground_until_ == 0) turn_ = at;
+  }
+}
+
+// The highest ground at the place, whatever its height. False: there is none, or it was not asked yet.
+bool Entities::find_ground(Entity& entity, const Earth& earth, Query& query, glm::dvec3 place) {
+  if (ground_until_ != 0 && grounds_ % 8 == 7 && karst::now_ns() > ground_until_) ground_until_ = 0;
+  if (ground_until_ == 0) return entity.has_ground;
+  ++grounds_;
+  Hit hit;
+  Geodetic ground;
+  entity.has_ground = query.column({place.x, place.y, place.z}, Wait::for_file, {&hit, 1}) > 0 &&
+                      earth.to_geodetic(vec(hit.place), ground);
+  if (!entity.has_ground) return false;
+  entity.ground_altitude_m = ground.altitude_m;
+  entity.ground_normal = vec(hit.normal);
+  return true;
 }
 
 void Entities::place(Entity& entity, const Earth& earth, Query& query, std::int64_t now_ns, int parents) {
@@ -187,10 +209,11 @@ void Entities::place(Entity& entity, const Earth& earth, Query& query, std::int6
   if (!earth.to_world(geodetic, place)) return;
   glm::dmat3 base = earth.axes_at(place);
   place += way_of(entity, attitude(entity, base, 0), base, s);
-  Hit hit;
-  if (at.clamp != cigi::Clamp::none && ground_at(query, place, hit)) {
-    place = vec(hit.place) - base[2] * at.altitude_m_or_z_m;
-    if (at.clamp == cigi::Clamp::altitude_and_attitude) base = tilted(base, vec(hit.normal));
+  if (at.clamp != cigi::Clamp::none && find_ground(entity, earth, query, place) &&
+      earth.to_geodetic(place, geodetic)) {
+    geodetic.altitude_m = entity.ground_altitude_m + at.altitude_m_or_z_m;
+    earth.to_world(geodetic, place);
+    if (at.clamp == cigi::Clamp::altitude_and_attitude) base = tilted(base, entity.ground_normal);
   }
   entity.body.place = place;
   entity.body.axes = attitude(entity, base, s);

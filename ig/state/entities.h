@@ -21,6 +21,10 @@ struct Entity {
   bool has_position = false;
   bool has_rate = false;
   std::int64_t since_ns = 0;
+  // What it stood on when the ground was last asked.
+  bool has_ground = false;
+  double ground_altitude_m = 0;
+  glm::dvec3 ground_normal{0.0};
 
   // Of the time that advance() was last called for.
   Body body;
@@ -34,6 +38,10 @@ class Entities {
  public:
   static constexpr std::size_t kMost = 1024;
   static constexpr int kMostParents = 16;  // above one another
+  // The ground is asked for this long a frame, and of as many reads of the file; the others' turn is in the
+  // next: until then they stay as high as the ground was under them.
+  static constexpr std::int64_t kGround_ns = 2'000'000;
+  static constexpr std::uint32_t kGroundReads = 8;
 
   Entities();
   void clear();
@@ -49,6 +57,7 @@ class Entities {
 
   const Entity* find(std::uint16_t id) const;
   std::span<const Entity> all() const { return {entities_.data(), count_}; }
+  std::size_t grounds_asked() const { return grounds_; }  // by the last advance()
 
  private:
   static constexpr std::uint16_t kNone = 0xffff;
@@ -57,11 +66,15 @@ class Entities {
   Entity* find_or_add(std::uint16_t id);
   void remove(std::uint16_t id);
   void place(Entity& entity, const Earth& earth, Query& query, std::int64_t now_ns, int parents);
+  bool find_ground(Entity& entity, const Earth& earth, Query& query, glm::dvec3 place);
 
   std::vector<Entity> entities_;
   std::vector<std::uint16_t> slots_;  // by id
   std::size_t count_ = 0;
   std::uint32_t visit_ = 0;
+  std::size_t turn_ = 0;           // whose ground is asked first
+  std::int64_t ground_until_ = 0;  // of advance()
+  std::size_t grounds_ = 0;        // that it has asked
 };
 
 }  // namespace karst::ig

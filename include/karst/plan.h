@@ -31,9 +31,11 @@ struct Needs {
   std::uint32_t queries = 0;          // Query objects at a time, 0..kMostQueries
   std::uint32_t query_level = 3;      // of the surface that queries meet, whatever is drawn, 1..6; cut alike
   std::uint32_t query_patches = 128;  // that each keeps ready, 16..65536
-  std::uint32_t shadow_maps = 2;      // 0..kMostShadowMaps
-  std::uint32_t shadow_size = 1024;   // texels a side of each, 512..2048, a multiple of 16
-  double shadow_reach_m = 0;          // from the eye, beyond which there are no shadows; 0: 256 voxels
+  // Of a ground's tiles, 64 samples a side, that each keeps ready, 22..65536; at most as many as there are.
+  std::uint32_t query_tiles = 30;
+  std::uint32_t shadow_maps = 2;     // 0..kMostShadowMaps
+  std::uint32_t shadow_size = 1024;  // texels a side of each, 512..2048, a multiple of 16
+  double shadow_reach_m = 0;         // from the eye, beyond which there are no shadows; 0: 256 voxels
   // The largest view, pixels, both 0 or both 1..16384, whose pixels are shaded once, after all that lies in
   // them is known, at 12 bytes of GPU memory a pixel. 0: while they are drawn, which small triangles do
   // several times; so are parallel views, larger ones, those under a drape and imagery on a curved basis.

@@ -69,6 +69,11 @@ class KARST_API Query {
 
   // Failed reads of the file since the start; what they concern was answered coarsely.
   std::uint64_t failed_reads() const noexcept;
+  // For callers that must not be kept waiting: so many reads of the file from now on, by all calls together;
+  // what would read more is answered as with Wait::never, and counted. At the start 2^32 - 1, which is no
+  // limit.
+  void allow_reads(std::uint32_t reads) noexcept;
+  std::uint64_t refused_reads() const noexcept;  // since the start
 
  protected:
   Query() = default;

@@ -49,6 +49,8 @@ Status check_needs(const Needs& needs) {
     return refuse("not within 1..6", "query_level", needs.query_level);
   if (!inside(needs.query_patches, 16, 65'536))
     return refuse("not within 16..65536", "query_patches", needs.query_patches);
+  if (!inside(needs.query_tiles, QueryGround::kLeastTiles, 65'536))
+    return refuse("not within 22..65536", "query_tiles", needs.query_tiles);
   if (!inside(needs.shadow_maps, 0, kMostShadowMaps))
     return refuse("not within 0..3", "shadow_maps", needs.shadow_maps);
   CascadeSettings shadows;
@@ -303,6 +305,17 @@ std::uint64_t PlanLayout::cpu_bytes() const {
 
 namespace {
 
+// All sizes together; at most 2^32 - 1.
+std::uint32_t tiles_of(const GroundInfo& ground) {
+  std::uint64_t count = 0;
+  for (int size = 0; size <= ground.top_size(); ++size) {
+    const std::int64_t quads = std::int64_t{kTileQuads} << size;
+    count += static_cast<std::uint64_t>((ground.samples[0] + quads - 2) / quads) *
+             static_cast<std::uint64_t>((ground.samples[1] + quads - 2) / quads);
+  }
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(count, 0xffffffffu));
+}
+
 // From layout.config on.
 Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout& layout) {
   const WorldInfo& info = world.info;
@@ -312,7 +325,9 @@ Status lay_out_config(const PlannedWorld& world, const Needs& needs, PlanLayout&
   layout.query_limits.patches = std::min(needs.query_patches, std::max(info.patches, 1u));
   layout.query_limits.max_level = info.level;
   if (world.ground.exists()) {
-    layout.query_limits.ground = {QueryGround::kLeastTiles + 8, TileReader::workspace_bytes()};
+    layout.query_limits.ground = {
+        std::max(std::min(needs.query_tiles, tiles_of(world.ground)), QueryGround::kLeastTiles),
+        TileReader::workspace_bytes()};
     layout.reading_bytes = whole_lines(TileReader::bytes(world.imagery.format));
   }
   if (layout.config.edit_tiles > 0) {

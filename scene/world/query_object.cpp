@@ -152,4 +152,12 @@ std::uint64_t Query::failed_reads() const noexcept {
   return static_cast<const core::QueryObject*>(this)->asked.failed_reads();
 }
 
+void Query::allow_reads(std::uint32_t reads) noexcept {
+  core::self(this).asked.allow_reads(reads);
+}
+
+std::uint64_t Query::refused_reads() const noexcept {
+  return static_cast<const core::QueryObject*>(this)->asked.refused_reads();
+}
+
 }  // namespace karst

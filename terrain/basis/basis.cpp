@@ -124,17 +124,22 @@ bool earth_to_geodetic(const Basis& basis, const glm::dvec3& earth, Geodetic& ou
   const double e2 = basis.flattening * (2.0 - basis.flattening);
   const double p = std::hypot(earth.x, earth.y);
   if (!(std::hypot(p, earth.z) > 0.01 * b)) return false;
-  double tan_beta_z = earth.z * a, tan_beta_p = p * b;
-  double latitude = 0;
+  // Sine and cosine of the reduced latitude, but for their length, and then of the latitude itself.
+  double z = earth.z, across = p * (1.0 - basis.flattening);
+  double s = 0, c = 1;
   for (int n = 0; n < 6; ++n) {
-    const double length = std::hypot(tan_beta_z, tan_beta_p);
-    const double s = tan_beta_z / length, c = tan_beta_p / length;
-    latitude = std::atan2(earth.z + e2 / (1.0 - e2) * b * s * s * s, p - e2 * a * c * c * c);
-    tan_beta_z = (1.0 - basis.flattening) * std::sin(latitude);
-    tan_beta_p = std::cos(latitude);
+    const double length = std::sqrt(z * z + across * across);
+    s = z / length;
+    c = across / length;
+    s = earth.z + e2 / (1.0 - e2) * b * s * s * s;
+    c = p - e2 * a * c * c * c;
+    z = (1.0 - basis.flattening) * s;
+    across = c;
   }
-  const double s = std::sin(latitude), c = std::cos(latitude);
-  out.latitude_deg = latitude * kDegrees;
+  const double length = std::sqrt(s * s + c * c);
+  out.latitude_deg = std::atan2(s, c) * kDegrees;
+  s /= length;
+  c /= length;
   out.longitude_deg = p > 0 ? std::atan2(earth.y, earth.x) * kDegrees : 0.0;
   out.altitude_m = p * c + earth.z * s - a * std::sqrt(1.0 - e2 * s * s);
   return std::isfinite(out.altitude_m);

@@ -222,7 +222,7 @@ bool QueryPatches::heights_of(PatchId patch, bool read, Heights& heights) {
   const std::size_t samples = static_cast<std::size_t>(patch_vertices(world_.heights.level));
   const std::uint32_t blocks = std::min(kHeightGroup, world_.height_blocks - group * kHeightGroup);
   if (group != group_held_) {
-    if (!read) return false;
+    if (!read || (allowance_ != nullptr && !allowance_->take())) return false;
     group_held_ = kNowhere;
     const Status status =
         world_.source.read(world_.source.context, group, blocks_.group.first(blocks * samples));

@@ -64,6 +64,21 @@ struct QueryPatch {
   bool displaced = true;
 };
 
+// Of reading the file, for all that a query does.
+struct ReadAllowance {
+  std::uint32_t left = 0xffffffffu;  // reads
+  std::uint64_t refused = 0;
+
+  bool take() {
+    if (left == 0) {
+      ++refused;
+      return false;
+    }
+    if (left != 0xffffffffu) --left;
+    return true;
+  }
+};
+
 class QueryPatches {
  public:
   // A Config's numbers, so that memory is planned before there is a world.
@@ -76,6 +91,8 @@ class QueryPatches {
   static void add_to(Budget& budget, const Limits& limits);
   Status create(const Limits& limits, Arena& arena);
   Status set_world(const QueryWorld& world);
+  // Borrowed; null: all reads are allowed. After create().
+  void set_allowance(ReadAllowance* allowance) { allowance_ = allowance; }
 
   // Forgets patches that have changed.
   void forget(std::span<const PatchId> patches);
@@ -146,6 +163,7 @@ class QueryPatches {
   Limits limits_;
   Blocks blocks_;
   QueryWorld world_;
+  ReadAllowance* allowance_ = nullptr;
   int level_ = 0;
   std::int32_t undisplaced_reach_ = 0;
   std::uint32_t group_held_ = kNowhere;

@@ -23,6 +23,8 @@ constexpr double kLeastLength = 1e-30;
 // for all questions, so that what is not met at the rim does not change the bits of what is met inside.
 // Lattice steps.
 constexpr double kCutGrowth = kMaxHeight + kStepsPerVoxel;
+// Of a segment's components that are next to nothing: what lies beside them is not met.
+constexpr double kMostInverse = 1e12;
 constexpr double kHigh = 1e9;  // voxels; above everything
 
 bool good(glm::dvec3 place) {
@@ -52,20 +54,20 @@ struct Growth {
         nodes(patches + (undisplaced ? of.undisplaced_reach() : 0)) {}
 };
 
-// Where a segment enters a box grown by so much, as its share; above 1: nowhere.
-double entry_of(const Segment& segment, const NodeBox& box, double grow) {
+// Where a segment enters a box grown by so much, as its share; above 1: nowhere. inverse: of its way.
+double entry_of(const Segment& segment, glm::dvec3 inverse, const NodeBox& box, double grow) {
   double first = 0.0;
   double last = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     const double low = box.low[axis] - grow - segment.from[axis];
     const double high = box.high[axis] + grow - segment.from[axis];
-    const double way = segment.way[axis];
-    if (way == 0.0) {
+    if (!(std::abs(inverse[axis]) < kMostInverse)) {
       if (low > 0.0 || high < 0.0) return 2.0;
       continue;
     }
-    first = std::max(first, std::min(low / way, high / way));
-    last = std::min(last, std::max(low / way, high / way));
+    const double to_low = low * inverse[axis], to_high = high * inverse[axis];
+    first = std::max(first, std::min(to_low, to_high));
+    last = std::min(last, std::max(to_low, to_high));
   }
   return first <= last ? first : 2.0;
 }
@@ -155,7 +157,7 @@ struct Order {
 
 LatticeBox Query::world_box() const {
   bool any = ground_.exists();
-  LatticeBox all = any ? ground_box(ground_.info()) : LatticeBox();
+  LatticeBox all = any ? ground_.box() : LatticeBox();
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
     if (part.tree->rows() == 0) continue;  // a field's, or one that all patches were taken from
@@ -168,11 +170,32 @@ LatticeBox Query::world_box() const {
   return any ? LatticeBox{glm::min(all.min, box.min), glm::max(all.max, box.max)} : box;
 }
 
+// Calls visit_triangle(source, corners) for triangles of the field that a sphere on the segment may meet
+// before t = limit().
+template <class Limit, class VisitTriangle>
+void Query::walk_field(const Segment& segment, double radius, Limit& limit,
+                       VisitTriangle& visit_triangle) const {
+  struct Through final : QueryField::Walk {
+    double limit() const override { return double{no_further()}; }
+    void visit(std::int64_t number, const glm::dvec3 (&corner)[3]) override {
+      source.first = number;
+      seen(source, corner);
+    }
+    Through(const Source& of_field, Limit& end, VisitTriangle& see)
+        : source(of_field), no_further(end), seen(see) {}
+    Source source;
+    Limit& no_further;
+    VisitTriangle& seen;
+  } through(source_of_field(level()), limit, visit_triangle);
+  field_.run(segment.from, segment.way, radius, through);
+}
+
 // Calls visit(source, tile) for tiles that a sphere on the segment may meet before t = limit(), and
-// visit_triangle(source, corners) for single triangles.
+// visit_triangle(source, corners) for single triangles. at: where it meets the ground's grid, if it runs
+// along the ground's up there, or null.
 template <class Limit, class Visit, class VisitTriangle>
-void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit,
-                         VisitTriangle& visit_triangle) {
+void Query::walk_segment(const Segment& segment, double radius, Wait wait, const GridPlace* at, Limit& limit,
+                         Visit& visit, VisitTriangle& visit_triangle) {
   const Growth growth(patches_, wait, radius);
   for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
     const QueryPart& part = patches_.world().part(n);
@@ -190,39 +213,35 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit
       });
     });
   }
-  if (field_.exists()) {
-    struct Through final : QueryField::Walk {
-      double limit() const override { return double{no_further()}; }
-      void visit(std::int64_t number, const glm::dvec3 (&corner)[3]) override {
-        source.first = number;
-        seen(source, corner);
-      }
-      Through(const Source& of_field, Limit& end, VisitTriangle& see)
-          : source(of_field), no_further(end), seen(see) {}
-      Source source;
-      Limit& no_further;
-      VisitTriangle& seen;
-    } through(source_of_field(level()), limit, visit_triangle);
-    field_.run(segment.from, segment.way, radius, through);
-  }
+  if (field_.exists()) walk_field(segment, radius, limit, visit_triangle);
   if (!ground_.exists()) return;
   struct Along final : QueryGround::Walk {
     double distance(const NodeBox& box) const override {
-      const double first = entry_of(segment, box, grow);
+      const double first = entry_of(segment, inverse, box, grow);
       return first <= double{limit()} ? first : -1.0;
     }
     void visit(const QueryGround::Met& met, const TileVertices& tile) override {
       visit_tile(source_of(met, level), tile);
     }
     Along(const Segment& way, double by, int of_query, Limit& no_further, Visit& seen)
-        : segment(way), grow(by), level(of_query), limit(no_further), visit_tile(seen) {}
+        : segment(way),
+          inverse(1.0 / way.way),
+          grow(by),
+          level(of_query),
+          limit(no_further),
+          visit_tile(seen) {}
     const Segment& segment;
+    glm::dvec3 inverse;
     double grow;
     int level;
     Limit& limit;
     Visit& visit_tile;
   } along(segment, growth.patches, std::max(level(), 1), limit, visit);
-  ground_.run(wait == Wait::for_file, along);
+  // Edges of quads are straight and the grid's lines are not: they are apart by less than the angle that
+  // ground turns by from one sample to the next, as a share of the step.
+  constexpr double kLeastWithin = 1.0 / 32;
+  if (at == nullptr || !ground_.run_at(*at, kLeastWithin + ground_.info().basis.turn_rad, along))
+    ground_.run(wait == Wait::for_file, along);
 }
 
 // Calls visit(source, triangle of the tile, its area, height, up) for what the vertical line through a place
@@ -230,27 +249,83 @@ void Query::walk_segment(const Segment& segment, double radius, Wait wait, Limit
 template <class Limit, class Visit>
 void Query::walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit) {
   const VerticalLine line(place);
-  Segment segment;
-  const glm::dvec3 a(line.x, top, line.z);
-  const glm::dvec3 b(line.x, bottom, line.z);
-  if (!(top > bottom) || !segment.cut(a, b, world_box(), kCutGrowth)) return;
-  if (segment.length < kLeastLength) return;
-  const auto t_limit = [&] {
-    return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
-  };
-  const auto visit_tile = [&](const Source& source, const TileVertices& tile) {
+  const LatticeBox box = world_box();
+  if (!(top > bottom)) return;
+  if (line.x < box.min.x - kCutGrowth || line.x > box.max.x + kCutGrowth || line.z < box.min.z - kCutGrowth ||
+      line.z > box.max.z + kCutGrowth || top < box.min.y - kCutGrowth || bottom > box.max.y + kCutGrowth)
+    return;
+  const auto cross_tile = [&](const Source& source, const TileVertices& tile) {
     line.cross(tile, [&](int t, double height, bool up) {
       if (height > top || height < bottom) return;
       visit(source, t, tile.area(t), height, up);
     });
   };
-  const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
-    double height = 0;
-    bool up = false;
-    if (!line.cross(corner, height, up) || height > top || height < bottom) return;
-    visit(source, 0, area_of(corner), height, up);
+  const Growth growth(patches_, wait);
+  const auto node_growth = static_cast<int>(growth.nodes) + 1;
+  const auto patch_growth = static_cast<int>(growth.patches) + 1;
+  for (std::size_t n = 0; has_patches() && n < patches_.world().parts(); ++n) {
+    const QueryPart& part = patches_.world().part(n);
+    const glm::dvec3 corner = glm::dvec3(part.corner) * kSteps;
+    const ColumnTest node_test(line.x - corner.x, line.z - corner.z, top - corner.y, node_growth);
+    const ColumnTest patch_test(line.x - corner.x, line.z - corner.z, top - corner.y, patch_growth);
+    const auto visit_patch = [&](PatchId of_part) {
+      const PatchId id = part.first + of_part;
+      const QueryPatch patch = patches_.get(id, wait == Wait::for_file);
+      const auto local = [](double steps) { return static_cast<float>(std::clamp(steps, -1e6, 1e6)); };
+      walk_tile_column(
+          patch, local(line.x - patch.origin.x), local(top - patch.origin.y), local(line.z - patch.origin.z),
+          static_cast<float>(patch_growth), [&] { return local(limit() - patch.origin.y); },
+          [&](int i, int j) { cross_tile(source_of(patches_, id, patch, i, j), TileVertices(patch, i, j)); });
+    };
+    const auto least = [&] { return ColumnTest::whole(limit() - corner.y); };
+    if (growth.undisplaced) {
+      walk_column<true>(part, node_test, patch_test, node_growth, least, visit_patch);
+    } else {
+      walk_column<false>(part, node_test, patch_test, node_growth, least, visit_patch);
+    }
+  }
+  Segment segment;
+  if (field_.exists() && segment.cut({line.x, top, line.z}, {line.x, bottom, line.z}, box, kCutGrowth) &&
+      segment.length >= kLeastLength) {
+    const auto share_limit = [&] {
+      return box_limit(std::clamp((segment.from.y - limit()) / segment.length, 0.0, 1.0));
+    };
+    const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
+      double height = 0;
+      bool up = false;
+      if (!line.cross(corner, height, up) || height > top || height < bottom) return;
+      visit(source, 0, area_of(corner), height, up);
+    };
+    walk_field(segment, 0.0, share_limit, visit_triangle);
+  }
+  if (!ground_.exists()) return;
+  struct Down final : QueryGround::Walk {
+    double distance(const NodeBox& node) const override {
+      if (line.x < node.low.x - grow || line.x > node.high.x + grow || line.z < node.low.z - grow ||
+          line.z > node.high.z + grow || top < node.low.y - grow || node.high.y + grow < limit())
+        return -1.0;
+      return std::max(0.0, top - node.high.y);
+    }
+    void visit(const QueryGround::Met& met, const TileVertices& tile) override {
+      cross(source_of(met, level), tile);
+    }
+    Down(const VerticalLine& way, double from, double by, int of_query, Limit& no_lower,
+         const decltype(cross_tile)& seen)
+        : line(way), top(from), grow(by), level(of_query), limit(no_lower), cross(seen) {}
+    const VerticalLine& line;
+    double top, grow;
+    int level;
+    Limit& limit;
+    const decltype(cross_tile)& cross;
+  } down(line, top, growth.patches, std::max(level(), 1), limit, cross_tile);
+  const GroundInfo& info = ground_.info();
+  const auto index = [&](int axis, double steps) {
+    return (steps - static_cast<double>(info.corner[axis]) * kVertexStep) / info.steps[axis];
   };
-  walk_segment(segment, 0.0, wait, t_limit, visit_tile, visit_triangle);
+  // Samples are rounded to kVertexStep.
+  const double within = (growth.patches + kVertexStep) / std::min(info.steps[0], info.steps[1]);
+  if (!ground_.run_at({index(0, line.x), index(1, line.z), 0, 0}, within, down))
+    ground_.run(wait == Wait::for_file, down);
 }
 
 // On a curved basis: the ground below a place, no higher than step above it, along the place's own up. There
@@ -265,7 +340,10 @@ bool Query::drop(glm::dvec3 place, double step, Wait wait, QueryHit& hit) {
   const double height = at.height_m / voxel_m;
   const double top = std::min(height + step, info.basis.height_m(info.high) / voxel_m + 1.0);
   const double bottom = info.basis.height_m(info.low) / voxel_m - 1.0;
-  if (!(top > bottom) || !ray(place + up * (top - height), place + up * (bottom - height), wait, hit))
+  // A caller's function may bend what is up.
+  const bool is_straight = info.basis.kind != BasisKind::function;
+  if (!(top > bottom) || !cast(place + up * (top - height), place + up * (bottom - height), wait,
+                               is_straight ? &at : nullptr, hit))
     return false;
   hit.distance = glm::dot(place - hit.place, up);
   return true;
@@ -403,6 +481,11 @@ bool Query::inside(glm::dvec3 place, Wait wait) {
 }
 
 bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
+  return cast(from, to, wait, nullptr, hit);
+}
+
+// at: as walk_segment() has it.
+bool Query::cast(glm::dvec3 from, glm::dvec3 to, Wait wait, const GridPlace* at, QueryHit& hit) {
   hit = {};
   if (is_empty() || !good(from) || !good(to)) return false;
   Segment segment;
@@ -431,7 +514,7 @@ bool Query::ray(glm::dvec3 from, glm::dvec3 to, Wait wait, QueryHit& hit) {
     glm::dvec3 place;
     if (shear.cross(corner, share, place)) meet(source, 0, share, place, area_of(corner));
   };
-  walk_segment(segment, 0.0, wait, limit, visit_tile, visit_triangle);
+  walk_segment(segment, 0.0, wait, at, limit, visit_tile, visit_triangle);
   if (!hit.found()) return false;
   hit.place = hit.place / kSteps;
   hit.normal = unit(hit.normal);
@@ -466,7 +549,7 @@ bool Query::sphere(glm::dvec3 from, glm::dvec3 to, double radius, Wait wait, Que
   const auto visit_triangle = [&](const Source& source, const glm::dvec3(&corner)[3]) {
     meet(source, 0, Triangle{{corner[0], corner[1], corner[2]}});
   };
-  walk_segment(segment, radius * kSteps, wait, limit, visit_tile, visit_triangle);
+  walk_segment(segment, radius * kSteps, wait, nullptr, limit, visit_tile, visit_triangle);
   if (!hit.found()) return false;
   hit.place = best.place / kSteps;
   hit.normal = unit(hit.normal);

@@ -101,6 +101,8 @@ class Query {
   // ("memory").
   Status create(const Limits& limits, Arena& arena) {
     const Status status = patches_.create(limits, arena);
+    patches_.set_allowance(&allowance_);
+    ground_.set_allowance(&allowance_);
     return status.ok() ? ground_.create(limits.ground, arena) : status;
   }
 
@@ -161,6 +163,10 @@ class Query {
   // Reads that failed since set_world(), and what the last one said.
   std::uint64_t failed_reads() const { return patches_.failed_reads() + ground_.failed_reads(); }
   const Status& trouble() const { return patches_.trouble().ok() ? ground_.trouble() : patches_.trouble(); }
+  // Reads of the file from now on, all calls together; more is answered as with Wait::never. At the start as
+  // many as are wanted: 2^32 - 1.
+  void allow_reads(std::uint32_t reads) { allowance_.left = reads; }
+  std::uint64_t refused_reads() const { return allowance_.refused; }  // since create()
   // Groups of heights that were read since create(): how often the file was touched.
   std::uint64_t groups_read() const { return patches_.groups_read(); }
   // The same of tiles of the ground, since set_ground().
@@ -172,12 +178,16 @@ class Query {
   LatticeBox world_box() const;
   bool is_curved() const { return ground_.exists() && ground_.info().basis.is_curved(); }
   bool drop(glm::dvec3 place, double step, Wait wait, QueryHit& hit);
+  bool cast(glm::dvec3 from, glm::dvec3 to, Wait wait, const GridPlace* at, QueryHit& hit);
+  template <class Limit, class VisitTriangle>
+  void walk_field(const Segment& segment, double radius, Limit& limit, VisitTriangle& visit_triangle) const;
   template <class Limit, class Visit, class VisitTriangle>
-  void walk_segment(const Segment& segment, double radius, Wait wait, Limit& limit, Visit& visit,
-                    VisitTriangle& visit_triangle);
+  void walk_segment(const Segment& segment, double radius, Wait wait, const GridPlace* at, Limit& limit,
+                    Visit& visit, VisitTriangle& visit_triangle);
   template <class Limit, class Visit>
   void walk_line(glm::dvec3 place, double top, double bottom, Wait wait, Limit&& limit, Visit&& visit);
 
+  ReadAllowance allowance_;
   QueryPatches patches_;
   QueryGround ground_;
   QueryField field_;

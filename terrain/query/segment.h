@@ -8,6 +8,7 @@
 // segment meets is missed.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -180,6 +181,112 @@ void walk_patches(const QueryPart& world, const SlabTest& node_test, const SlabT
     walk_patches<true>(world, node_test, patch_test, limit, visit);
   } else {
     walk_patches<false>(world, node_test, patch_test, limit, visit);
+  }
+}
+
+// A part of a vertical line, against boxes by whole lattice steps: what it meets is never missed.
+struct ColumnTest {
+  simd::Int4 most;   // of low.x, low.y, low.z
+  simd::Int4 least;  // of high.x, high.y, high.z, in the lanes of BoxLanes::high
+  double x, z;       // lattice steps
+  int top;
+
+  // bottom is what limits are then.
+  ColumnTest(double x_steps, double z_steps, double top_steps, int grow)
+      : x(x_steps), z(z_steps), top(whole(top_steps)) {
+    most = simd::Int4{whole(x) + grow, top + grow, whole(z) + grow, kMost};
+    least = simd::Int4{-kMost, whole(x) - grow, -kMost, whole(z) - grow};
+  }
+
+  // high.y of a box that is met, else -kMost.
+  int meets(const BoxLanes& box) const {
+    return simd::any((box.low > most) | (box.high < least)) ? -kMost : box.high[2];
+  }
+
+  // Below anything that a lattice has, whatever is added.
+  static constexpr int kMost = 1 << 30;
+  static int whole(double steps) {
+    const double most_steps = kMost - (1 << 20);
+    const double at = steps < -most_steps ? -most_steps : steps > most_steps ? most_steps : steps;
+    return static_cast<int>(std::floor(at));
+  }
+};
+
+// Calls visit(patch) for all patches whose boxes meet a vertical line above limit(), which may rise: roughly
+// from the top.
+template <bool kUndisplaced, class Limit, class Visit>
+void walk_column(const QueryPart& world, const ColumnTest& node_test, const ColumnTest& patch_test, int grow,
+                 Limit&& limit, Visit&& visit) {
+  const BoundsTree& tree = *world.tree;
+  if (tree.rows() == 0) return;
+  struct Entry {
+    int high;
+    std::uint32_t index;  // patch, or node of the row
+    int row;              // -1: a patch
+  };
+  Entry stack[(BoundsTree::kFanOut - 1) * BoundsTree::kMaxRows + BoundsTree::kFanOut];
+  int depth = 0;
+  stack[depth++] = {ColumnTest::kMost - (1 << 20), 0, tree.rows() - 1};
+  while (depth > 0) {
+    const Entry at = stack[--depth];
+    if (at.high + grow < limit()) continue;
+    if (at.row < 0) {
+      if (!world.surface.is_free(at.index)) visit(at.index);
+      continue;
+    }
+    const std::uint32_t first = at.index * BoundsTree::kFanOut;
+    const std::uint32_t below = at.row == 0 ? tree.patches() : tree.nodes(at.row - 1);
+    const std::uint32_t count = below - first < BoundsTree::kFanOut ? below - first : BoundsTree::kFanOut;
+    const int bottom = depth;
+    for (std::uint32_t c = 0; c < count; ++c) {
+      const int high = at.row > 0 ? node_test.meets(node_lanes(tree.node(at.row - 1, first + c)))
+                                  : patch_test.meets(patch_lanes<kUndisplaced>(world, first + c));
+      if (high == -ColumnTest::kMost) continue;
+      int to = depth++;
+      for (; to > bottom && stack[to - 1].high > high; --to) stack[to] = stack[to - 1];
+      stack[to] = {high, first + c, at.row - 1};
+    }
+  }
+}
+
+// Calls visit(a, b) for the tiles of a patch whose boxes a vertical line meets above limit(), in lattice
+// steps from the patch's origin. x, top, z: the same.
+template <class Limit, class Visit>
+void walk_tile_column(const QueryPatch& patch, float x, float top, float z, float grow, Limit&& limit,
+                      Visit&& visit) {
+  const int depth_of_tiles = patch.level - 1;
+  if (depth_of_tiles == 0) {
+    visit(0, 0);
+    return;
+  }
+  using simd::Float4;
+  struct Entry {
+    std::uint16_t node, a, b;
+    std::uint8_t below;  // levels below the node
+  };
+  const Float4 most_x = simd::splat(x + grow), least_x = simd::splat(x - grow);
+  const Float4 most_z = simd::splat(z + grow), least_z = simd::splat(z - grow);
+  const Float4 most_y = simd::splat(top + grow);
+  Entry stack[3 * kMaxLevel + 1];
+  int depth = 0;
+  stack[depth++] = {0, 0, 0, static_cast<std::uint8_t>(depth_of_tiles)};
+  while (depth > 0) {
+    const Entry at = stack[--depth];
+    const TileNode& node = patch.nodes[at.node];
+    const Float4 least_y = simd::splat(limit() - grow);
+    unsigned met = simd::lanes((node.min[0] <= most_x) & (node.max[0] >= least_x) & (node.min[2] <= most_z) &
+                               (node.max[2] >= least_z) & (node.min[1] <= most_y) & (node.max[1] >= least_y));
+    for (; met != 0; met &= met - 1) {
+      const auto c = static_cast<unsigned>(__builtin_ctz(met));
+      const unsigned a = 2u * at.a + (c & 1u);
+      const unsigned b = 2u * at.b + (c >> 1);
+      if (at.below == 1) {
+        visit(static_cast<int>(a), static_cast<int>(b));
+      } else {
+        stack[depth++] = {static_cast<std::uint16_t>(4u * at.node + 1 + c), static_cast<std::uint16_t>(a),
+                          static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(at.below - 1)};
+      }
+    }
   }
 }
 

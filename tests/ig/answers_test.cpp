@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Heights and lines of sight that a host is answered, against all triangles one by one in double.
-#include <chrono>
-#include <cstdio>
-
 #include <gtest/gtest.h>
 #include <cmath>
 
@@ -11,9 +8,7 @@
 
 #include "ig/answer/answers.h"
 #include "ig/cigi/message_reader.h"
-#include "platform/base/clock.h"
 #include "tests/ig/test_ground.h"
-#include "tests/support/heap_count.h"
 
 namespace karst::ig {
 namespace {
@@ -249,29 +244,6 @@ TEST_F(AnswersTest, PeriodicRequestsComeAgainAndAllHaveTheirTurn) {
   ASSERT_TRUE(writer.write(cigi::StartOfFrame{}));
   EXPECT_EQ(answers.answer(around(), 20, 0, INT64_MAX, writer), 1u);
   EXPECT_EQ(answers.waiting(), 0u);
-}
-
-// What a thousand take; and none of it takes memory.
-TEST_F(AnswersTest, AThousandAFrame) {
-  std::vector<std::byte> buffer(cigi::kMaxMessageBytes);
-  cigi::MessageWriter writer(buffer, {3, 3}, cigi::Order::little);
-  Answers answers;
-  double best_ms = 1e9;
-  for (std::uint32_t frame = 0; frame < 20; ++frame) {
-    const std::uint64_t heap = test::heap_calls();
-    for (std::uint16_t id = 0; id < 1000; ++id) {
-      cigi::HatHotRequest request = height_request(random_place());
-      request.id = id;
-      ASSERT_TRUE(answers.take(request, frame));
-    }
-    writer.clear();
-    ASSERT_TRUE(writer.write(cigi::StartOfFrame{}));
-    const std::int64_t start = now_ns();
-    EXPECT_EQ(answers.answer(around(), frame, 0, INT64_MAX, writer), 1000u);
-    best_ms = std::min(best_ms, ms_between(start, now_ns()));
-    EXPECT_EQ(test::heap_calls(), heap);
-  }
-  std::printf("1,000 heights: %.3f ms\n", best_ms);
 }
 
 }  // namespace

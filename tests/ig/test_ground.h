@@ -5,7 +5,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "ig/place/earth.h"
@@ -16,17 +18,20 @@ namespace karst::ig {
 
 class TestGround {
  public:
-  TestGround() : bytes_(cave_ground_file()) {
+  TestGround() : TestGround(cave_ground_file(), Geodetic{8.5, 46.25, 300}) {}
+  // anchor: as Earth has it.
+  TestGround(std::vector<std::byte> bytes, const std::optional<Geodetic>& anchor) : bytes_(std::move(bytes)) {
     source_ = {bytes_.size(), read, this};
     Plan plan;
     plan.placement.axes = Axes::east_up_south;
     plan.needs.queries = 1;
     plan.needs.query_level = 3;
     plan.needs.query_patches = 1024;
+    plan.needs.query_tiles = 256;
     if (!make_plan(source_, plan).ok()) throw std::runtime_error("plan");
     memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kMemoryAlignment, plan.cpu_bytes)));
     if (!World::create(plan, source_, {memory_.get(), plan.cpu_bytes}, world_).ok() ||
-        !world_->take_query(query_).ok() || !earth_.open(*world_, Geodetic{8.5, 46.25, 300}).ok())
+        !world_->take_query(query_).ok() || !earth_.open(*world_, anchor).ok())
       throw std::runtime_error("world");
   }
   TestGround(const TestGround&) = delete;

@@ -61,6 +61,7 @@ TEST_F(Plans, EachWrongNeedIsNamed) {
       {"queries", &Needs::queries, {kMostQueries + 1, kHuge}, {0, kMostQueries}},
       {"query_level", &Needs::query_level, {0, kFinestLevel + 1, kHuge}, {1, kFinestLevel}},
       {"query_patches", &Needs::query_patches, {0, 15, 65'537, kHuge}, {16, 65'536}},
+      {"query_tiles", &Needs::query_tiles, {0, 21, 65'537, kHuge}, {22, 65'536}},
       {"shadow_maps", &Needs::shadow_maps, {kMostShadowMaps + 1, kHuge}, {0, kMostShadowMaps}},
       {"shadow_size",
        &Needs::shadow_size,

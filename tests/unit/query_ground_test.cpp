@@ -173,6 +173,42 @@ TEST_F(QueryOfGround, WithoutTilesACoarserSizeAnswers) {
   EXPECT_EQ(test::heap_calls(), heap);
 }
 
+// With all tiles at hand places are found without a walk from the root: the same bits, on edges of nodes and
+// of tiles and beside them too.
+TEST_F(QueryOfGround, WhatIsAtHandIsAnsweredAlike) {
+  Random random{9};
+  for (int n = 0; n < 2000; ++n) {
+    glm::dvec3 at(between(random, 0, (kWide - 1) * 0.25), 1.0,
+                  between(random, 0, (kDeep - 1) * 1500.0 / kSteps));
+    if (n % 2 == 0) at.x = std::floor(at.x * 4) / 4 + (n % 6 - 2) * 1e-4;
+    if (n % 3 == 0) at.z = std::floor(at.z * kSteps / 1500) * 1500 / kSteps;
+    if (n % 10 == 0) at.x = std::floor(at.x / 16) * 16;
+    reset();
+    QueryHit walked, found;
+    const bool any = query_.ground(at, 0, Wait::for_file, walked);  // reads its tiles, so it walks
+    ASSERT_EQ(query_.ground(at, 0, Wait::for_file, found), any) << at.x << " " << at.z;
+    if (!any) continue;
+    EXPECT_EQ(found.place, walked.place);
+    EXPECT_EQ(found.normal, walked.normal);
+  }
+}
+
+TEST_F(QueryOfGround, NoMoreIsReadThanIsAllowed) {
+  QueryHit hit;
+  const glm::dvec3 at(20.3, 1, 11.7);
+  query_.allow_reads(1);
+  ASSERT_TRUE(query_.ground(at, 0, Wait::for_file, hit));
+  EXPECT_TRUE(hit.coarse);
+  EXPECT_EQ(query_.tiles_read(), 1u);
+  EXPECT_GT(query_.refused_reads(), 0u);
+  EXPECT_EQ(query_.failed_reads(), 0u);
+  const std::uint64_t refused = query_.refused_reads();
+  query_.allow_reads(0xffffffffu);
+  ASSERT_TRUE(query_.ground(at, 0, Wait::for_file, hit));
+  EXPECT_FALSE(hit.coarse);
+  EXPECT_EQ(query_.refused_reads(), refused);
+}
+
 TEST_F(QueryOfGround, WhatCannotBeReadIsAnsweredCoarsely) {
   fails_ = true;
   QueryHit hit;
