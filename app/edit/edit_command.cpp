@@ -76,6 +76,7 @@ class EditedWorld {
     if (info.patches == 0 && !info.can_be_dug) plan.needs.edit_patches = 0;
     if (!info.can_be_dug) plan.needs.dig_regions = 0;
     if (info.field_samples[0] == 0) plan.needs.field_sample_blocks = 0;
+    if (info.field_samples[0] == 0 || info.materials == 0) plan.needs.field_material_blocks = 0;
     if (info.materials == 0) plan.needs.paint_width = plan.needs.paint_depth = 0;
     if (const Status status = make_plan(source, plan); !status.ok()) return {path, status};
     memory.reset(static_cast<std::byte*>(std::aligned_alloc(
@@ -180,6 +181,11 @@ bool raise(const Status& full, Needs& needs) {
         std::min<std::uint64_t>(2 * (needs.field_sample_blocks + full.value()), kMostFieldBlocks));
     return true;
   }
+  if (field == "field_material_blocks" && needs.field_material_blocks + full.value() <= kMostFieldBlocks) {
+    needs.field_material_blocks = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(2 * (needs.field_material_blocks + full.value()), kMostFieldBlocks));
+    return true;
+  }
   if (field == "edit_tiles" && full.value() <= kMostEditTiles) {
     // Later edits take more.
     needs.edit_tiles = static_cast<std::uint32_t>(std::min<std::uint64_t>(2 * full.value(), kMostEditTiles));
@@ -209,7 +215,10 @@ Error run_script(const EditOptions& options, const std::string& path) {
     needs.undo_bytes = kFirstUndoBytes;
   needs.edit_tiles = kFirstEditTiles;
   needs.field_sample_blocks = kFirstFieldBlocks;
-  if (std::ranges::any_of(steps, paints)) needs.paint_width = needs.paint_depth = kPaintSide;
+  if (std::ranges::any_of(steps, paints)) {
+    needs.paint_width = needs.paint_depth = kPaintSide;
+    needs.field_material_blocks = kFirstFieldBlocks;
+  }
   for (;;) {
     EditedWorld edited;
     if (Error error = edited.open(path, needs); !error.ok()) return error;

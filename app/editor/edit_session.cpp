@@ -154,7 +154,7 @@ Error EditSession::apply(const Edit& edit, EditResult& result) {
   if (const Status status = editor_->start(edit, result); !status.ok()) {
     const std::string_view field = status.field() == nullptr ? "" : status.field();
     const bool room = field == "edit_patches" || field == "edit_tiles" || field == "region_patches" ||
-                      field == "field_sample_blocks";
+                      field == "field_sample_blocks" || field == "field_material_blocks";
     const Error error("edit", status);
     return room ? Error(error.text() + "; --edit-memory takes more") : error;
   }

@@ -78,6 +78,7 @@ Status divide_edit_memory(const Head& head, std::uint64_t bytes, Plan& plan) {
     for (const std::int32_t samples : info.field_samples) most *= static_cast<std::uint64_t>(samples) / 16;
     plan.needs.field_sample_blocks =
         static_cast<std::uint32_t>(std::clamp<std::uint64_t>(bytes / 4 / kBlockBytes, 1, most));
+    if (info.materials > 0) plan.needs.field_material_blocks = plan.needs.field_sample_blocks;
   }
   plan.needs.undo_bytes = bytes / 4;
   plan.needs.edit_patches = count(patches - none, 1u << 20);

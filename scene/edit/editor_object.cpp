@@ -77,6 +77,13 @@ Status EditorObject::begin(const karst::Edit& edit, bool spreads, EditResult& re
 Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   UndoLog* const kept = log.exists() ? &log : nullptr;
   core::World& terrain = world.terrain.world;
+  if (edit.tool == EditTool::paint && is_of_field(edit)) {
+    SampleBox box;
+    const PaintField paint{&terrain.field(), terrain.materials().count, terrain.field_kept(), kept};
+    const Status status = paint.run(edit, box);
+    follow_field({box.any(), box.first, box.last}, result);
+    return status;
+  }
   if (edit.tool == EditTool::paint) {
     PaintChange change;
     const Status status = edit_paint(terrain, world.span(), edit, kept, change);
@@ -121,7 +128,10 @@ bool EditorObject::is_of_field(const core::Edit& edit) const {
   // Belts and thresholds around one in a ground are made for it as it was baked.
   if (!terrain.field().exists() || terrain.field().info().in_region) return false;
   const bool is_alone = terrain.patch_count() == 0 && !terrain.ground().exists();
-  return is_alone || (edits_fields(edit.tool) && reaches_field(edit, terrain.field().info()));
+  const bool is_one = edits_fields(edit.tool) || edit.tool == EditTool::paint;
+  // Without room for voxels' materials, paint lies in the blend map, over it as over all else.
+  if (edit.tool == EditTool::paint && !terrain.field().materials().exists()) return false;
+  return is_alone || (is_one && reaches_field(edit, terrain.field().info()));
 }
 
 // Of a ground and of the patches that stand in it: all of it or nothing.
@@ -149,6 +159,11 @@ Status EditorObject::make_heights(const core::Edit& edit, UndoLog* kept, EditRes
       show_belt(world, n);
     }
     if (grow_region(world, n, box, kept)) ground_changed = true;
+  }
+  // Of others nothing changed but what is measured of the ground around them.
+  const std::uint32_t looking = change.changed ? world.ground_edits->regions_looking_at(change.samples) : 0;
+  for (std::size_t n = 0; n < terrain.parts().size(); ++n) {
+    if ((looking & ~regions & ~beneath) >> n & 1u && measure_region(world, n)) ground_changed = true;
   }
   return first;
 }
@@ -251,11 +266,16 @@ void EditorObject::settle(double most_ms) {
     world.terrain.residency.follow_sky(done.part);
     ++sky_version;
   }
+  // Regions are measured over a ground that is, and what follows from that is the ground's again.
+  const EditGround* const ground = world.ground_edits;
+  const auto settle_all = [&] {
+    while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) settle_ground(world);
+  };
+  settle_all();
   while (dig.stage != PendingDig::Stage::boxes && loose != 0 && spent_ms() < most_ms) {
     if (measure_columns(world)) ground_changed = true;
   }
-  const EditGround* const ground = world.ground_edits;
-  while (ground != nullptr && !ground->is_settled() && spent_ms() < most_ms) settle_ground(world);
+  settle_all();
 }
 
 bool EditorObject::is_settled() const {

@@ -41,7 +41,10 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
   if (part.kind() == CellKind::ground_samples) {
     GroundChange change;
     world.ground_edits->exchange(part, change);
-    if (change.changed) regions |= world.ground_edits->regions_with(change.samples);
+    if (change.changed) {
+      regions |= world.ground_edits->regions_with(change.samples);
+      regions |= world.ground_edits->regions_looking_at(change.samples);
+    }
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
@@ -49,6 +52,12 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
     FieldChange change;
     exchange_field(world.terrain.world.field(), part, change);
     follow_field(change, result);
+    return {};
+  }
+  if (part.kind() == CellKind::field_materials) {
+    SampleBox box;
+    exchange_paint(world.terrain.world.field(), part, box);
+    follow_field({box.any(), box.first, box.last}, result);
     return {};
   }
   if (part.kind() == CellKind::paint) {

@@ -194,7 +194,8 @@ void set_edit_limits(const PlannedWorld& world, const Needs& needs, Config& conf
     config.paint_width = map.exists() ? map.width : needs.paint_width;
     config.paint_depth = map.exists() ? map.depth : needs.paint_depth;
   }
-  const bool sculpts = world.field.exists() && needs.field_sample_blocks > 0;
+  const bool sculpts =
+      world.field.exists() && (needs.field_sample_blocks > 0 || needs.field_material_blocks > 0);
   if (config.edit_patches > 0 || config.edit_tiles > 0 || config.paint_width > 0 || sculpts)
     config.undo_bytes = static_cast<std::uint32_t>(needs.undo_bytes);
 }

@@ -246,7 +246,8 @@ Status World::take_editor(Editor*& out) noexcept {
   out = nullptr;
   core::WorldObject& world = core::self(this);
   const Needs& needs = world.made_for.needs;
-  const bool sculpts = needs.field_sample_blocks > 0 && world.terrain.world.field().exists();
+  const bool sculpts = (needs.field_sample_blocks > 0 || needs.field_material_blocks > 0) &&
+                       world.terrain.world.field().exists();
   if (needs.edit_patches == 0 && needs.edit_tiles == 0 && needs.paint_width == 0 && !sculpts)
     return {StatusCode::invalid_argument, "the plan has no room for edits", "edit_patches"};
   if (world.editor.taken.exchange(true))

@@ -15,6 +15,7 @@
 #include "scene/world/tile_reader.h"
 #include "terrain/edit/edit.h"
 #include "terrain/edit/field/edit_field.h"
+#include "terrain/edit/field/paint_field.h"
 #include "terrain/edit/ground/edit_ground.h"
 #include "terrain/edit/paint/edit_paint.h"
 #include "terrain/edit/regions/make_region.h"

@@ -178,9 +178,12 @@ void BlockTree::descend(glm::ivec3 place, int level, std::span<const BlockEye> e
   const std::uint8_t flags = node(place, level);
   if ((flags & kSurface) == 0 || level <= finest) return;
   const float error = block_error(block_key(place, level));
-  const bool is_enough = std::all_of(eyes.begin(), eyes.end(), [&](const BlockEye& eye) {
-    return error * eye.steps_per_step <= least_apparent(block_key(place, level), eye.eye);
-  });
+  // Beyond the field's end there are no samples: a coarse block would go on there as the last ones do.
+  const bool is_within = glm::all(glm::lessThanEqual((place + 1) << level, blocks(0)));
+  const bool is_enough =
+      is_within && std::all_of(eyes.begin(), eyes.end(), [&](const BlockEye& eye) {
+        return error * eye.steps_per_step <= least_apparent(block_key(place, level), eye.eye);
+      });
   if (is_enough) return;
   divide(place, level);
   for (int o = 0; o < 8; ++o) {

@@ -325,7 +325,8 @@ void exchange(ScalarField<Sample>& field, UndoPart part, FieldChange& change) {
 }  // namespace
 
 bool reaches_field(const Edit& edit, const FieldInfo& info) {
-  const Edit own = in_cells(edit, info);
+  Edit own = in_cells(edit, info);
+  if (own.tool == EditTool::paint) own.tool = EditTool::smooth;  // both reach as far
   if (!check(own).ok()) return false;
   glm::ivec3 first, last;
   find_reach(own, double{info.reach_cells}, info.blocks * ScalarField<std::int8_t>::kBlock, first, last);

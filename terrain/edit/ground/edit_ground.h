@@ -94,6 +94,8 @@ class EditGround {
   // Bit n: samples that an edit may reach lie beneath region n, or at its border.
   std::uint32_t regions_reached(const Edit& edit) const;
   std::uint32_t regions_with(const GridRect& samples) const;
+  // Of those reserved, whose heights_beneath() looks at some of the samples.
+  std::uint32_t regions_looking_at(const GridRect& samples) const;
   // Since it was reserved.
   const RegionGrowth& growth(std::size_t region) const { return growths_[region]; }
   // No less than the error that thresholds of the file allow for (RegionMeasure); lattice steps, or infinite.
@@ -146,6 +148,7 @@ class EditGround {
   };
 
   GridRect footprint(const Edit& edit) const;
+  int size_beneath(std::size_t region) const;
   std::int64_t owner(int axis, std::int64_t sample) const;
   Status current(NodeKey key, const Tile*& tile);
   double edited(const Edit& edit, const Tile& tile, std::int64_t i, std::int64_t k, int at_i, int at_k) const;

@@ -96,9 +96,8 @@ Status EditGround::find_error(std::size_t region, double& error) {
   return {};
 }
 
-// Of the nodes of a size that are few.
-void EditGround::heights_beneath(std::size_t region, std::int32_t& low, std::int32_t& high) const {
-  KARST_ASSERT(is_reserved(region));
+// Of nodes of a size that are few.
+int EditGround::size_beneath(std::size_t region) const {
   constexpr std::int64_t kMost = 16;
   const GridRect samples = samples_of(info_.regions()[region]);
   int size = 1;
@@ -107,6 +106,24 @@ void EditGround::heights_beneath(std::size_t region, std::int32_t& low, std::int
              (kMost * kNodeQuads << size)) {
     ++size;
   }
+  return size;
+}
+
+std::uint32_t EditGround::regions_looking_at(const GridRect& samples) const {
+  std::uint32_t all = 0;
+  for (std::size_t n = 0; n < info_.regions().size(); ++n) {
+    if (!is_reserved(n)) continue;
+    const int size = size_beneath(n);
+    const GridRect beneath = nodes_with(info_, size, samples_of(info_.regions()[n]));
+    if (overlap(nodes_with(info_, size, samples), beneath)) all |= 1u << n;
+  }
+  return all;
+}
+
+void EditGround::heights_beneath(std::size_t region, std::int32_t& low, std::int32_t& high) const {
+  KARST_ASSERT(is_reserved(region));
+  const GridRect samples = samples_of(info_.regions()[region]);
+  const int size = size_beneath(region);
   low = std::numeric_limits<std::int32_t>::max();
   high = std::numeric_limits<std::int32_t>::min();
   const GridRect nodes = nodes_with(info_, size, samples);

@@ -403,7 +403,6 @@ TEST(EditField, ADabAndItsMeshes) {
       cells.level = level;
       float& known = off[static_cast<std::size_t>(level)];
       known = std::max(known, cells.run((change.first - 1) >> level, change.last >> level, known).most);
-      EXPECT_GT(known, 0);
     }
     bounded_us.push_back(
         std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - end).count());
@@ -419,6 +418,7 @@ TEST(EditField, ADabAndItsMeshes) {
       sculpted_us[100], all_us[100], all_us[0], bounded_us[100], static_cast<double>(blocks) / 200,
       static_cast<double>(made) / 200);
   EXPECT_GT(made, 0u);
+  for (std::size_t level = 1; level < off.size(); ++level) EXPECT_GT(off[level], 0) << level;
 }
 
 }  // namespace

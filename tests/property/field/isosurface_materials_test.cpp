@@ -166,7 +166,7 @@ TEST(IsosurfaceMaterials, AreOfTheSolidSampleAtTheFinestCrossing) {
           const glm::ivec3 others(axis == 0 ? 0 : off_grid.x, axis == 1 ? 0 : off_grid.y,
                                   axis == 2 ? 0 : off_grid.z);
           if (others != glm::ivec3(0)) continue;
-          alright = alright || is_of_the_rock_there(rock.field, at, axis, 4 << level, vertex.material);
+          alright = alright || is_of_the_rock_there(rock.field, at, axis, 16 << level, vertex.material);
         }
         poisoned += !alright;
         ++count;

@@ -173,7 +173,8 @@ TEST(QueryField, NoRaySlipsThroughWhereTrianglesMeet) {
   ASSERT_TRUE(query->inside(inside, Wait::never));
   std::size_t asked = 0;
   QueryHit hit;
-  for (const test::SoupTriangle& t : field_soup(own.field).triangles()) {
+  const auto soup = field_soup(own.field);
+  for (const test::SoupTriangle& t : soup.triangles()) {
     for (int k = 0; k < 3; ++k) {
       const glm::dvec3 corner = t.corner[k], middle = 0.5 * (corner + t.corner[(k + 1) % 3]);
       for (const glm::dvec3& at : {corner, middle}) {
