@@ -206,8 +206,7 @@ bool View::over() const {
 
 // Until something happens or is due.
 void View::wait() {
-  scheduler_.set_moving(stage_.attached() &&
-                        (camera_.moving() || editor_.is_busy() || options_.frames > 0));
+  scheduler_.set_moving(stage_.attached() && (camera_.moving() || editor_.is_busy() || options_.frames > 0));
   std::array<pollfd, kMostPollFds> fds{};
   std::size_t count = display_->poll_fds(std::span(fds).first(Display::kMostFds));
   const auto add = [&](int fd) {

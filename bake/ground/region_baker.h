@@ -11,9 +11,9 @@
 
 #include "bake/carve/carve.h"
 #include "bake/elevation/elevation.h"
-#include "bake/voxels/region_field.h"
 #include "bake/pipeline/bake.h"
 #include "bake/samples/sample_ground.h"
+#include "bake/voxels/region_field.h"
 #include "bake/voxels/voxel_surface.h"
 #include "platform/base/error.h"
 #include "terrain/ground/ground.h"

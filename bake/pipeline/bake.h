@@ -33,8 +33,8 @@ struct Bake {
   ReadElevation read;
   std::string sample{};
   std::string features_path{};  // a land of features (bake/features/feature_map.h)
-  bool accept_fit = false;   // a world that misses its elevation by more than a voxel is none, else
-  bool leave_holes = false;  // voids of the image: left out of the world, else filled
+  bool accept_fit = false;      // a world that misses its elevation by more than a voxel is none, else
+  bool leave_holes = false;     // voids of the image: left out of the world, else filled
 
   BakeBasis basis{};   // of a ground
   double voxel_m = 0;  // 0: the sample's, or so that about 128 voxels span the image

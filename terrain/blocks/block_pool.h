@@ -42,7 +42,7 @@ class BlockPool {
     std::uint32_t first_index_page = kNoPage;
     std::uint32_t vertices = 0;
     std::uint32_t indices = 0;
-    std::uint32_t rim = 0;         // values of its runs (block_rim.h), behind its indices
+    std::uint32_t rim = 0;       // values of its runs (block_rim.h), behind its indices
     std::uint32_t next = kNone;  // with the same hash; of a free one, the next free one
     std::uint32_t asked = 0;     // the last frame that asked for it
     std::uint32_t drawn = 0;     // the last frame that drew it; 0: none

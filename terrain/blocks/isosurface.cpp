@@ -107,8 +107,7 @@ void Isosurface::show() {
   std::swap(shown_, wanted_);
   for (std::size_t n = 0; n < shown_.count; ++n) pool_.draw(shown_.meshes[n]);
   wanted_.count = made_ = 0;
-  if (field_->info().in_region)
-    rim_.build(pool_, shown_.meshes.first(shown_.count), field_->info(), column_);
+  if (field_->info().in_region) rim_.build(pool_, shown_.meshes.first(shown_.count), field_->info(), column_);
 }
 
 bool Isosurface::coarsen(float factor) {

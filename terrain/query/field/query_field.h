@@ -24,9 +24,7 @@ class QueryField {
   bool exists() const { return field_ != nullptr && field_->exists(); }
 
   // Of all its triangles, lattice steps.
-  LatticeBox box() const {
-    return {low(), low() + field_->info().drawn_steps()};
-  }
+  LatticeBox box() const { return {low(), low() + field_->info().drawn_steps()}; }
 
   // What walks through triangles.
   class Walk {
