@@ -202,6 +202,18 @@ class Near {
   std::size_t used_;
 };
 
+// Those of a kind come first, all in their order; returns how many. Without memory of its own, unlike
+// std::stable_partition.
+std::size_t gather(std::span<Feature> features, FeatureKind kind) {
+  if (features.size() < 2) return !features.empty() && features[0].kind == kind ? 1 : 0;
+  const std::size_t half = features.size() / 2;
+  const std::size_t left = gather(features.first(half), kind);
+  const std::size_t right = gather(features.subspan(half), kind);
+  const auto at = [&](std::size_t n) { return features.begin() + static_cast<std::ptrdiff_t>(n); };
+  std::rotate(at(left), at(half), at(half + right));
+  return left + right;
+}
+
 }  // namespace
 
 std::size_t river_pieces(std::span<const RiverPoint> points, double tolerance_m, std::span<RiverPiece> out) {
@@ -231,7 +243,8 @@ std::size_t river_pieces(std::span<const RiverPoint> points, double tolerance_m,
 }
 
 void order_features(std::span<Feature> features) {
-  std::ranges::stable_sort(features, {}, &Feature::kind);
+  for (const FeatureKind kind : {FeatureKind::hill, FeatureKind::mountain, FeatureKind::dunes})
+    features = features.subspan(gather(features, kind));
 }
 
 void procedural_heights(const ProceduralSurface& surface, const SampleRect& rect,

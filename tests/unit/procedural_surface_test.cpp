@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -206,6 +207,22 @@ TEST(ProceduralSurface, RiversAreWithinTheirTolerance) {
         ASSERT_LE(glm::length(on - from - share * way), tolerance_m * (1 + 1e-9));
       }
     }
+  }
+}
+
+TEST(ProceduralSurface, FeaturesAreOrderedByKindAlone) {
+  test::Random random{21};
+  for (int count = 0; count < 40; ++count) {
+    std::vector<Feature> features;
+    for (int n = 0; n < count; ++n)
+      features.push_back({static_cast<FeatureKind>(random.below(4)), {}, 1.0 + n});
+    std::vector<Feature> expected = features;
+    order_features(features);
+    // By its radius, which is its number: stable without a sort that takes memory of its own.
+    std::sort(expected.begin(), expected.end(), [](const Feature& a, const Feature& b) {
+      return a.kind != b.kind ? a.kind < b.kind : a.radius_m < b.radius_m;
+    });
+    for (std::size_t n = 0; n < features.size(); ++n) ASSERT_EQ(features[n].radius_m, expected[n].radius_m);
   }
 }
 
