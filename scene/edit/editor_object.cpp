@@ -78,10 +78,10 @@ Status EditorObject::make(const core::Edit& edit, EditResult& result) {
   UndoLog* const kept = log.exists() ? &log : nullptr;
   core::World& terrain = world.terrain.world;
   if (edit.tool == EditTool::paint && is_of_field(edit)) {
-    SampleBox box;
+    FieldChange change;
     const PaintField paint{&terrain.field(), terrain.materials().count, terrain.field_kept(), kept};
-    const Status status = paint.run(edit, box);
-    follow_field({box.any(), box.first, box.last}, result);
+    const Status status = paint.run(edit, change);
+    follow_field(change, result);
     return status;
   }
   if (edit.tool == EditTool::paint) {

@@ -48,16 +48,12 @@ Status EditorObject::take_part(UndoPart part, bool back, std::uint32_t& regions,
     follow_ground(change, show_ground_change(world, change), result);
     return {};
   }
-  if (part.kind() == CellKind::field_block) {
+  if (part.kind() == CellKind::field_block || part.kind() == CellKind::field_materials) {
     FieldChange change;
-    exchange_field(world.terrain.world.field(), part, change);
+    FieldBlocks& field = world.terrain.world.field();
+    const bool is_paint = part.kind() == CellKind::field_materials;
+    is_paint ? exchange_paint(field, part, change) : exchange_field(field, part, change);
     follow_field(change, result);
-    return {};
-  }
-  if (part.kind() == CellKind::field_materials) {
-    SampleBox box;
-    exchange_paint(world.terrain.world.field(), part, box);
-    follow_field({box.any(), box.first, box.last}, result);
     return {};
   }
   if (part.kind() == CellKind::paint) {

@@ -54,6 +54,20 @@ class ScalarField {
   glm::ivec3 samples() const { return blocks_ * kBlock; }
   std::uint32_t free_blocks() const { return free_count_; }
 
+  // Whether blocks low..high, of which those count that there are, take no samples and are filled alike.
+  bool are_alike(glm::ivec3 low, glm::ivec3 high) const {
+    low = glm::max(low, glm::ivec3(0));
+    high = glm::min(high, blocks_ - 1);
+    for (int z = low.z; z <= high.z; ++z) {
+      for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+          if (!block({x, y, z}).empty() || filling({x, y, z}) != filling(low)) return false;
+        }
+      }
+    }
+    return true;
+  }
+
   int at(glm::ivec3 sample) const {
     const glm::ivec3 s = glm::clamp(sample, glm::ivec3(0), samples() - 1);
     const std::uint32_t entry = table_[index(s >> kBlockLog2)];

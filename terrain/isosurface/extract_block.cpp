@@ -124,16 +124,7 @@ class Extraction {
   bool is_uniform() const {
     if (level_ != 0) return false;
     const glm::ivec3 first = job_.corner >> ScalarField<Sample>::kBlockLog2;
-    const glm::ivec3 last = glm::min(first + 1, field_.blocks() - 1);
-    for (int z = first.z; z <= last.z; ++z) {
-      for (int y = first.y; y <= last.y; ++y) {
-        for (int x = first.x; x <= last.x; ++x) {
-          if (!field_.block({x, y, z}).empty() || field_.filling({x, y, z}) != field_.filling(first))
-            return false;
-        }
-      }
-    }
-    return true;
+    return field_.are_alike(first, first + 1);
   }
 
   // --- Samples

@@ -249,34 +249,25 @@ void walk_column(const QueryPart& world, const ColumnTest& node_test, const Colu
   }
 }
 
-// Calls visit(a, b) for the tiles of a patch whose boxes a vertical line meets above limit(), in lattice
-// steps from the patch's origin. x, top, z: the same.
-template <class Limit, class Visit>
-void walk_tile_column(const QueryPatch& patch, float x, float top, float z, float grow, Limit&& limit,
-                      Visit&& visit) {
+// Calls visit(a, b) for the tiles of a patch that are left of its tree of boxes where meets(node) says which
+// of a node's four children are, a bit each.
+template <class Meets, class Visit>
+void walk_tile_nodes(const QueryPatch& patch, const Meets& meets, Visit&& visit) {
   const int depth_of_tiles = patch.level - 1;
   if (depth_of_tiles == 0) {
     visit(0, 0);
     return;
   }
-  using simd::Float4;
   struct Entry {
     std::uint16_t node, a, b;
     std::uint8_t below;  // levels below the node
   };
-  const Float4 most_x = simd::splat(x + grow), least_x = simd::splat(x - grow);
-  const Float4 most_z = simd::splat(z + grow), least_z = simd::splat(z - grow);
-  const Float4 most_y = simd::splat(top + grow);
   Entry stack[3 * kMaxLevel + 1];
   int depth = 0;
   stack[depth++] = {0, 0, 0, static_cast<std::uint8_t>(depth_of_tiles)};
   while (depth > 0) {
     const Entry at = stack[--depth];
-    const TileNode& node = patch.nodes[at.node];
-    const Float4 least_y = simd::splat(limit() - grow);
-    unsigned met = simd::lanes((node.min[0] <= most_x) & (node.max[0] >= least_x) & (node.min[2] <= most_z) &
-                               (node.max[2] >= least_z) & (node.min[1] <= most_y) & (node.max[1] >= least_y));
-    for (; met != 0; met &= met - 1) {
+    for (unsigned met = meets(patch.nodes[at.node]); met != 0; met &= met - 1) {
       const auto c = static_cast<unsigned>(__builtin_ctz(met));
       const unsigned a = 2u * at.a + (c & 1u);
       const unsigned b = 2u * at.b + (c >> 1);
@@ -290,38 +281,31 @@ void walk_tile_column(const QueryPatch& patch, float x, float top, float z, floa
   }
 }
 
-// Calls visit(a, b) for the tiles of a patch whose boxes the segment meets before t = limit().
+// Those whose boxes a vertical line meets above limit(), in lattice steps from the patch's origin. x, top, z:
+// the same.
+template <class Limit, class Visit>
+void walk_tile_column(const QueryPatch& patch, float x, float top, float z, float grow, Limit&& limit,
+                      Visit&& visit) {
+  using simd::Float4;
+  const Float4 most_x = simd::splat(x + grow), least_x = simd::splat(x - grow);
+  const Float4 most_z = simd::splat(z + grow), least_z = simd::splat(z - grow);
+  const Float4 most_y = simd::splat(top + grow);
+  const auto meets = [&](const TileNode& node) {
+    const Float4 least_y = simd::splat(limit() - grow);
+    return simd::lanes((node.min[0] <= most_x) & (node.max[0] >= least_x) & (node.min[2] <= most_z) &
+                       (node.max[2] >= least_z) & (node.min[1] <= most_y) & (node.max[1] >= least_y));
+  };
+  walk_tile_nodes(patch, meets, visit);
+}
+
+// Those whose boxes the segment meets before t = limit().
 template <class Limit, class Visit>
 void walk_tiles(const QueryPatch& patch, const SlabTest& test, Limit&& limit, Visit&& visit) {
-  const int depth_of_tiles = patch.level - 1;
-  if (depth_of_tiles == 0) {
-    visit(0, 0);
-    return;
-  }
-  struct Entry {
-    std::uint16_t node, a, b;
-    std::uint8_t below;  // levels below the node
-  };
-  Entry stack[3 * kMaxLevel + 1];
-  int depth = 0;
-  stack[depth++] = {0, 0, 0, static_cast<std::uint8_t>(depth_of_tiles)};
-  while (depth > 0) {
-    const Entry at = stack[--depth];
-    const TileNode& node = patch.nodes[at.node];
+  const auto meets = [&](const TileNode& node) {
     simd::Float4 near;
-    unsigned met = test.meets(node.min, node.max, limit(), near);
-    for (; met != 0; met &= met - 1) {
-      const auto c = static_cast<unsigned>(__builtin_ctz(met));
-      const unsigned a = 2u * at.a + (c & 1u);
-      const unsigned b = 2u * at.b + (c >> 1);
-      if (at.below == 1) {
-        visit(static_cast<int>(a), static_cast<int>(b));
-      } else {
-        stack[depth++] = {static_cast<std::uint16_t>(4u * at.node + 1 + c), static_cast<std::uint16_t>(a),
-                          static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(at.below - 1)};
-      }
-    }
-  }
+    return test.meets(node.min, node.max, limit(), near);
+  };
+  walk_tile_nodes(patch, meets, visit);
 }
 
 }  // namespace karst::core

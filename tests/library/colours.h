@@ -26,6 +26,7 @@ inline core::MaterialSet three_colours() {
   return set;
 }
 
+// Of material m the colour of number m % 3.
 inline std::vector<std::byte> textures_of(const core::MaterialSet& set) {
   std::vector<std::byte> textures(core::texture_bytes(set), std::byte{128});
   for (int level = 0; level < core::texture_levels(set.side, core::TextureArray::far); ++level) {
@@ -33,7 +34,7 @@ inline std::vector<std::byte> textures_of(const core::MaterialSet& set) {
       const std::size_t first = core::texture_offset(set, core::TextureArray::far, level, m);
       const std::size_t last = core::texture_offset(set, core::TextureArray::far, level, m + 1);
       for (std::size_t at = first; at < last; ++at) {
-        textures[at] = static_cast<std::byte>(at % 4 == m || at % 4 == 3 ? 220 : 10);
+        textures[at] = static_cast<std::byte>(at % 4 == m % 3 || at % 4 == 3 ? 220 : 10);
       }
     }
   }

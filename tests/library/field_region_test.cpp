@@ -91,6 +91,36 @@ TEST_F(FieldRegions, TheWorldSaysWhatItHas) {
   EXPECT_EQ(device.gpu_bytes, host_->plan.gpu_bytes);
 }
 
+// Where the region's surface is, on the shaft's floor and on the ground beside.
+TEST_F(FieldRegions, QueriesMeetTheHighestSurface) {
+  Needs needs;
+  needs.queries = 1;
+  open_region(needs);
+  Query* query = nullptr;
+  ASSERT_TRUE(host_->world->take_query(query).ok());
+  const auto height = [&](double x, double z) {
+    Hit hit;
+    EXPECT_TRUE(query->ground(host_->world->from_world({x, 1000, z}), 0, Wait::for_file, hit))
+        << x << " " << z;
+    return host_->world->to_world(hit.place).y;
+  };
+  int in_region = 0;
+  for (double z = -6.3; z < 39; z += 2.9) {
+    for (double x = -6.1; x < 39; x += 2.7) {
+      if (std::hypot(x - kShaftX, z - kChamber.z) < kShaftRadius + 1) continue;
+      EXPECT_NEAR(height(x, z), ground_height(x, z), 0.06) << x << " " << z;
+      in_region += x > 1 && x < 32 && z > 1 && z < 32 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(in_region, 90);
+  const double aside = kShaftX - kChamber.x;
+  EXPECT_NEAR(height(kShaftX, kChamber.z),
+              kChamber.y - std::sqrt(kChamberRadius * kChamberRadius - aside * aside), 0.06);
+  EXPECT_FALSE(query->inside(host_->world->from_world({kChamber.x, kChamber.y, kChamber.z}), Wait::for_file));
+  EXPECT_TRUE(query->inside(host_->world->from_world({8, 4, 8}), Wait::for_file));
+  host_->world->release(query);
+}
+
 TEST_F(FieldRegions, NoPixelLooksThroughWhateverIsMissing) {
   const test::RegionSite site = {glm::dvec3(0.0), glm::dvec3(kExtent), kChamber};
   test::RegionScene scene = {{&site, 1}, ground_height, 12, 19};

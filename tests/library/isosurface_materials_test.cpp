@@ -37,19 +37,6 @@ core::MaterialSet colours(std::uint32_t count) {
   }
   return set;
 }
-std::vector<std::byte> textures(const core::MaterialSet& set) {
-  std::vector<std::byte> bytes(core::texture_bytes(set), std::byte{128});
-  for (int level = 0; level < core::texture_levels(set.side, core::TextureArray::far); ++level) {
-    for (std::uint32_t m = 0; m < set.count; ++m) {
-      const std::size_t first = core::texture_offset(set, core::TextureArray::far, level, m);
-      const std::size_t last = core::texture_offset(set, core::TextureArray::far, level, m + 1);
-      for (std::size_t at = first; at < last; ++at)
-        bytes[at] = static_cast<std::byte>(at % 4 == m % 3 || at % 4 == 3 ? 220 : 10);
-    }
-  }
-  return bytes;
-}
-
 using Code = std::function<std::uint8_t(glm::ivec3 sample)>;
 
 class IsosurfaceMaterials : public HostTest {
@@ -65,7 +52,7 @@ class IsosurfaceMaterials : public HostTest {
     needs.field_material_blocks = material_blocks < 0 ? blocks : static_cast<std::uint32_t>(material_blocks);
     if (shading == karst::Shading::deferred) needs.deferred_width = needs.deferred_height = kSide;
     const core::MaterialSet set = colours(materials);
-    const std::vector<std::byte> bytes = textures(set);
+    const std::vector<std::byte> bytes = textures_of(set);
     open(needs, {}, {.shading = shading}, TestWorld::hills({4, 4, 4}).file({set, bytes}));
     core::FieldBlocks& field = terrain().world.field();
     ASSERT_TRUE(field.reset(field_info(kBlocks, blocks)).ok());

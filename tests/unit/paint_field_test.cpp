@@ -65,7 +65,7 @@ struct Rock {
   std::vector<std::uint64_t> undo;
   FieldBlocks field;
   UndoLog log;
-  SampleBox changed;
+  FieldChange changed;
 };
 
 Edit brush(glm::dvec3 place, double radius, std::uint8_t material, double amount = 1) {
@@ -116,7 +116,7 @@ TEST(PaintField, PaintsAsTheBrushWeighsAndNothingElse) {
       edit.shape = shape;
       edit.half = glm::dvec3(5, 7, 4) / cells;
       ASSERT_TRUE(rock.paint(edit).ok());
-      ASSERT_TRUE(rock.changed.any());
+      ASSERT_TRUE(rock.changed.changed);
       Edit own = edit;
       own.place = {30, 24, 29};
       own.radius = 9;
@@ -174,7 +174,7 @@ TEST(PaintField, IsTakenBackAndDoneAgainToTheBit) {
     std::vector<std::vector<int>> seen{rock.all()};
     for (std::uint32_t n = 0; n < steps; ++n) {
       ASSERT_TRUE(rock.log.undo(exchange));
-      EXPECT_TRUE(rock.changed.any());
+      EXPECT_TRUE(rock.changed.changed);
       while (at > 0 && states[at] == seen.back()) --at;
       seen.push_back(rock.all());
       ASSERT_EQ(seen.back(), states[at]) << n;
@@ -193,7 +193,7 @@ TEST(PaintField, RefusesWhatItCannotDoAndChangesNothing) {
   const auto refused = [&](Rock& r, const Edit& edit) {
     const std::vector<int> before = r.field.materials().exists() ? r.all() : std::vector<int>();
     const Status status = r.paint(edit);
-    EXPECT_FALSE(r.changed.any());
+    EXPECT_FALSE(r.changed.changed);
     EXPECT_EQ(r.log.undo_steps(), 0u);
     EXPECT_EQ(r.field.materials().exists() ? r.all() : std::vector<int>(), before);
     return status.ok() ? std::string() : std::string(status.field());
@@ -223,7 +223,7 @@ TEST(PaintField, RefusesWhatItCannotDoAndChangesNothing) {
   EXPECT_EQ(refused(rock, brush(on_top, 5, kNoMaterial)), "");
   // Within one block there is room.
   EXPECT_TRUE(rock.paint(brush({26, 22, 25}, 3, 1)).ok());
-  EXPECT_TRUE(rock.changed.any());
+  EXPECT_TRUE(rock.changed.changed);
 }
 
 TEST(PaintField, TellsTheMaterialOfTheRockAtAPlace) {

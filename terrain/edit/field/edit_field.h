@@ -17,25 +17,16 @@
 
 #include "karst/status.h"
 #include "terrain/edit/edit.h"
+#include "terrain/edit/field/field_brush.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/isosurface/field_blocks.h"
 
 namespace karst::core {
 
-// Of a brush: the radius, half the sides of a box, and the length of a capsule beyond them.
-inline constexpr double kMostFieldBrush = 128;  // cells
-
 struct EditedField {
   FieldBlocks* field = nullptr;
   // By block: the part of the log's steps that kept it last; may be empty without a log.
   std::span<std::uint32_t> kept_in;
-};
-
-struct FieldChange {
-  bool changed = false;  // false: the field was so already
-  // Samples that may have changed, both ends included.
-  glm::ivec3 first{0};
-  glm::ivec3 last{-1};
 };
 
 // Whether a tool is one of fields'.

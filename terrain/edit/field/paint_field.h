@@ -3,7 +3,7 @@
 // change are kept as they were, each once a part of a step, and exchanged with what is there to take a step
 // back or do it again, to the bit.
 //
-//   SampleBox changed;
+//   FieldChange changed;
 //   PaintField{&field, world_materials, kept_in, &log}.run(edit, changed);  // these are to be meshed anew
 //   log.undo([&](UndoPart part) { exchange_paint(field, part, changed); });
 #pragma once
@@ -15,18 +15,11 @@
 
 #include "karst/status.h"
 #include "terrain/edit/edit.h"
+#include "terrain/edit/field/field_brush.h"
 #include "terrain/edit/undo_log.h"
 #include "terrain/isosurface/field_blocks.h"
 
 namespace karst::core {
-
-// Samples, both ends included.
-struct SampleBox {
-  glm::ivec3 first{0};
-  glm::ivec3 last{-1};  // less than first: none
-
-  bool any() const { return last.x >= first.x; }
-};
 
 // A code with so much of a material: its number plus 1, or 0; share: 0..1. Of three the least is left out,
 // and shares are sevenths: less than half of one changes nothing.
@@ -43,12 +36,12 @@ struct PaintField {
   // weight (brush.h). Of what is solid and of the air by the surface; not of blocks that are all air.
   // invalid_argument naming the edit's field; limit_reached ("field_material_blocks", value: Config's that
   // are missing). Nothing has changed then. Precondition: there is a field.
-  Status run(const Edit& edit, SampleBox& changed) const;
+  Status run(const Edit& edit, FieldChange& changed) const;
 };
 
 // Exchanges what a part keeps with what is there. Precondition: the part's first cell is one of
 // field_materials, and the field is as it was after the part, or before it; then it does not fail.
-void exchange_paint(FieldBlocks& field, UndoPart part, SampleBox& changed);
+void exchange_paint(FieldBlocks& field, UndoPart part, FieldChange& changed);
 
 // The code of the solid sample nearest to a place, of the eight around it; samples from (0, 0, 0). None is
 // solid: that of the nearest.

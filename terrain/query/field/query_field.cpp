@@ -75,27 +75,13 @@ class FieldWalk {
   void run(const CellWay& way) const {
     const auto limit = [&] { return walk_.limit(); };
     way.each_box(glm::ivec3(0), drawn_ - 1, kBlock, limit, [&](glm::ivec3 block) {
-      if (is_uniform(block)) return;
+      if (field_.are_alike(block, block + 1)) return;
       const glm::ivec3 first = block * kBlock;
       way.each_box(first, first + kBlock - 1, 1, limit, [&](glm::ivec3 cell) { visit_cell(block, cell); });
     });
   }
 
  private:
-  bool is_uniform(glm::ivec3 first) const {
-    if (!field_.block(first).empty()) return false;
-    const glm::ivec3 last = glm::min(first + 1, field_.blocks() - 1);
-    for (int z = first.z; z <= last.z; ++z) {
-      for (int y = first.y; y <= last.y; ++y) {
-        for (int x = first.x; x <= last.x; ++x) {
-          if (!field_.block({x, y, z}).empty() || field_.filling({x, y, z}) != field_.filling(first))
-            return false;
-        }
-      }
-    }
-    return true;
-  }
-
   // Corner n of a cell lies at n & 1 along x, n >> 1 & 1 along y and n >> 2 along z.
   void read_corners(glm::ivec3 block, glm::ivec3 cell, int (&value)[8]) const {
     const glm::ivec3 inside = cell - block * kBlock;

@@ -75,4 +75,12 @@ class LiveWorld {
   Editor* editor = nullptr;
 };
 
+// An edit that is not refused.
+inline EditResult apply(LiveWorld& live, const karst::Edit& edit) {
+  EditResult result;
+  const Status status = live.editor->apply(edit, result);
+  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
+  return result;
+}
+
 }  // namespace karst::test

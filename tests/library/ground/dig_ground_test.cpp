@@ -21,19 +21,13 @@
 namespace karst {
 namespace {
 
+using test::apply;
 using test::ball;
 using test::file_to_dig;
 using test::height;
 using test::LiveWorld;
 using test::needs_to_dig;
 using test::Pixels;
-
-EditResult apply(LiveWorld& live, const Edit& edit) {
-  EditResult result;
-  const Status status = live.editor->apply(edit, result);
-  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
-  return result;
-}
 
 // Saved, loaded, and measured from scratch.
 void expect_as_loaded(LiveWorld& live, const std::vector<std::byte>& original) {

@@ -17,6 +17,7 @@
 namespace karst {
 namespace {
 
+using test::apply;
 using test::ball;
 using test::file_to_dig;
 using test::height;
@@ -26,13 +27,6 @@ using test::needs_to_dig;
 EditResult start(LiveWorld& live, const Edit& edit) {
   EditResult result;
   const Status status = live.editor->start(edit, result);
-  EXPECT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
-  return result;
-}
-
-EditResult apply(LiveWorld& live, const Edit& edit) {
-  EditResult result;
-  const Status status = live.editor->apply(edit, result);
   EXPECT_TRUE(status.ok()) << status.what() << " " << status.field() << " " << status.value();
   return result;
 }

@@ -206,6 +206,11 @@ TEST(Blocks, WhatIsChosenKeepsWhatExtractionAsksFor) {
     }
     const std::size_t count = tree.choose(std::span(eyes).first(1 + n % 2), 0, chosen);
     ASSERT_LE(count, chosen.size());
+    // Nothing is made where there are no samples.
+    for (const ChosenBlock& c : std::span(chosen).first(count)) {
+      const glm::ivec3 end = (c.block.place() + 1) << int{c.block.level};
+      ASSERT_TRUE(glm::all(glm::lessThanEqual(end, kBlocks))) << n;
+    }
     // The level of each place of the finest.
     std::map<std::array<int, 3>, int> level_at;
     tree.each_chosen([&](BlockKey key) {
